@@ -69,8 +69,32 @@ pub struct Experiment {
     pub band: f64,
     /// The period of the scores, if it is not that of the observers.
     pub score_period: Option<f64>,
+    /// Whether observers in continuous time hold the measurements of sensors, which otherwise move with the model.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub hold_measurements: bool,
+    /// Which estimates of filters are scored and shown.
+    #[serde(default, skip_serializing_if = "Estimates::are_filtered")]
+    pub estimates: Estimates,
     /// The observers.
     pub observers: Vec<StoredObserver>,
+}
+
+/// Which estimates of a filter at its samples are meant.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Estimates {
+    /// After the measurement of the sample.
+    #[default]
+    Filtered,
+    /// Before the measurement of the sample.
+    Predicted,
+}
+
+impl Estimates {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+    fn are_filtered(&self) -> bool {
+        *self == Self::Filtered
+    }
 }
 
 /// How a run is integrated.
@@ -428,6 +452,8 @@ impl Experiment {
             scale: None,
             band: 0.05,
             score_period: None,
+            hold_measurements: false,
+            estimates: Estimates::Filtered,
             observers: Vec::new(),
         }
     }

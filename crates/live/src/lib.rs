@@ -38,8 +38,8 @@ pub mod wasm;
 
 pub use certificate::{GainVerdict, verifies, verify};
 pub use experiment::{
-    Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, ObserverKind, OperatingPoint, Sensor,
-    Sliders, StoredObserver, Table,
+    Estimates, Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, ObserverKind, OperatingPoint,
+    Sensor, Sliders, StoredObserver, Table,
 };
 pub use nalgebra;
 pub use noise::StoredNoise;

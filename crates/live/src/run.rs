@@ -3,7 +3,7 @@
 use luenberger_sim::{Change, Errors, Integrator, Scenario, ScoreGrid, Sensor, row_times};
 use nalgebra::DMatrix;
 
-use crate::experiment::{Experiment, Feedback, FeedbackSignal, Method, Sliders, StoredObserver};
+use crate::experiment::{Estimates, Experiment, Feedback, FeedbackSignal, Method, Sliders, StoredObserver};
 use crate::input::Inputs;
 use crate::join::join;
 use crate::plants::{Plants, Result, text};
@@ -139,6 +139,9 @@ fn scenario<'a>(
         let sensor = if of.gaussian { sensor.gaussian(amplitude, of.seed) } else { sensor.uniform(amplitude, of.seed) };
         scenario = scenario.sensor(sensor);
     }
+    if experiment.hold_measurements {
+        scenario = scenario.hold_measurements();
+    }
     Ok(scenario)
 }
 
@@ -166,13 +169,17 @@ fn finished(
     let columns = |m: &DMatrix<f64>| -> Rows {
         m.column_iter().map(|column| column.iter().take(shown).copied().collect()).collect()
     };
-    let estimate = &trajectory.observer(name).map_err(text)?.estimate;
+    let estimates = match experiment.estimates {
+        Estimates::Filtered => luenberger_sim::Estimates::Filtered,
+        Estimates::Predicted => luenberger_sim::Estimates::Predicted,
+    };
+    let estimate = trajectory.observer(name).map_err(text)?.estimates(&times[..shown], estimates);
     let norm = |k: usize| {
         let unit = |i: usize| experiment.scale.as_ref().and_then(|scale| scale.get(i)).copied().unwrap_or(1.0);
         let share = |i: usize| (trajectory.x[(k, i)] - estimate[(k, i)]) / unit(i);
         (0..experiment.x0.len()).map(|i| share(i) * share(i)).sum::<f64>().sqrt()
     };
-    let errors = Errors::of(&trajectory, name, grid(experiment, sliders)?).map_err(text)?;
+    let errors = Errors::of_estimates(&trajectory, name, grid(experiment, sliders)?, estimates).map_err(text)?;
     let merits = errors.norm(experiment.scale.as_deref(), experiment.band).map_err(text)?;
     let scores = Scores { rms: merits.rmse, peak: merits.peak, settled: merits.settling_last, last: merits.last };
     Ok(Run {
@@ -180,7 +187,7 @@ fn finished(
         failure: None,
         norm: (0..shown).map(norm).collect(),
         x: columns(&trajectory.x),
-        xhat: columns(estimate),
+        xhat: columns(&estimate),
         scores: Some(scores),
         t: times.into_iter().take(shown).collect(),
     })

@@ -1,8 +1,9 @@
 //! Filters with a covariance and separate measurement update and prediction, for logs, consistency tests and smoothers.
 
+use luenberger_plants::Column;
 use nalgebra::RealField;
 
-use crate::observer::SampledObserver;
+use crate::observer::{SampledObserver, put_slice};
 
 /// A filter that computes a covariance of its error, with separate update and prediction.
 ///
@@ -20,6 +21,12 @@ pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
     fn measure(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool])
     -> Option<T>;
 
+    /// The innovation of the measurement y at time t: y less the output that the update expects, for every output,
+    /// whether it was measured or not. NaN where h is not defined, or columns have other lengths.
+    ///
+    /// The extended filter expects h(xhat), the unscented one the mean of h over its sigma points.
+    fn innovation(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Output;
+
     /// The prediction from t to `t + duration`, the input held; in discrete time to the next sample. False if it has no
     /// result in floating point.
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool;
@@ -33,4 +40,20 @@ pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
         let _ = (t, state, u, y, output);
         false
     }
+}
+
+/// [`SampledObserver::update_into`] of a filter. A measurement without a result is passed over, as if it were missed.
+pub(crate) fn update_columns<T: RealField + Copy, F: CovarianceFilter<T>>(
+    filter: &F,
+    t: T,
+    state: &mut [T],
+    (u, y): (&[T], &[T]),
+    measured: &[bool],
+) -> bool {
+    let columns = (F::State::try_from_slice(state), Column::try_from_slice(u), Column::try_from_slice(y));
+    let (Some(mut next), Some(u), Some(y)) = columns else { return false };
+    if measured.is_empty() || measured.contains(&true) {
+        filter.measure(t, &mut next, &u, &y, measured);
+    }
+    put_slice(next.as_slice(), state)
 }

@@ -4,6 +4,7 @@
 //! linear plant of the Jacobians, up to terms of second order. An observer of that linear plant is given `u - u_0` and
 //! `y - y_0`, and its estimate is shifted by x_0. What is proved of it is proved of the linear plant.
 
+use luenberger_plants::Column;
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField};
@@ -148,6 +149,13 @@ where
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         self.observer.estimate(state) + &self.x0
+    }
+
+    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        let columns = (OVector::<T, M>::try_from_slice(u), OVector::<T, P>::try_from_slice(y));
+        let (Some(u), Some(y)) = columns else { return false };
+        let (u, y) = (u - &self.u0, y - &self.y0);
+        self.observer.update_into(t, state, u.as_slice(), y.as_slice(), measured)
     }
 
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {

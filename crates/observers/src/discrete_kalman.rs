@@ -23,9 +23,9 @@
 
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
+use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
-use crate::covariance_filter::CovarianceFilter;
+use crate::covariance_filter::{CovarianceFilter, update_columns};
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::feedthrough;
@@ -354,6 +354,10 @@ where
         }
     }
 
+    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        update_columns(self, t, state, (u, y), measured)
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         state.estimate()
     }
@@ -385,6 +389,13 @@ where
     ) -> Option<T> {
         let measured = |output: usize| measured.get(output).copied().unwrap_or(true);
         self.update_partial(state, u, y, measured).map(|innovation| innovation.normalized_square)
+    }
+
+    fn innovation(&self, _t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Output {
+        if !self.fits(state, u) || !self.is_measurement(y) {
+            return y.map(|_| convert(f64::NAN));
+        }
+        feedthrough::without(self.d.as_ref(), u, y - &self.model.c * state.estimate())
     }
 
     fn advance(&self, _t: T, state: &mut Self::State, u: &Self::Input, _duration: T) -> bool {

@@ -37,14 +37,14 @@ where
     pub(crate) ramp: OMatrix<T, N, N>,
 }
 
-/// The most doublings: beyond them no number is left.
-const MOST_DOUBLINGS: usize = 1100;
+/// The most doublings. Beyond them `epsilon |F| tau` leaves no digit.
+const MOST_DOUBLINGS: usize = 128;
 
 impl<T: RealField + Copy, N: Dim> Exponential<T, N>
 where
     DefaultAllocator: Allocator<N> + Allocator<N, N>,
 {
-    /// NaN where F, W or tau is not finite.
+    /// NaN where F, W or tau is not finite, or `|F| tau` above 2^126.
     pub(crate) fn new(f: &OMatrix<T, N, N>, w: &OMatrix<T, N, N>, tau: T) -> Self {
         let order = f.shape_generic().0;
         let (mut a, scale) = balanced(f);
@@ -57,6 +57,10 @@ where
             norm *= half;
             factor *= half;
             doublings += 1;
+        }
+        if !(norm <= quarter) {
+            let nothing = OMatrix::<T, N, N>::repeat_generic(order, order, convert(f64::NAN));
+            return Self { growth: nothing.clone(), average: nothing.clone(), noise: nothing.clone(), ramp: nothing };
         }
         a *= factor;
         let w = OMatrix::<T, N, N>::from_fn_generic(order, order, |i, j| w[(i, j)] / scale[i] / scale[j]);

@@ -32,7 +32,7 @@ use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
 
-use crate::covariance_filter::CovarianceFilter;
+use crate::covariance_filter::{CovarianceFilter, update_columns};
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{correct, covariance, moved};
@@ -419,6 +419,10 @@ where
             || step_columns(self, t, state, (u, y), measured)
     }
 
+    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        update_columns(self, t, state, (u, y), measured)
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         state.estimate()
     }
@@ -456,6 +460,13 @@ where
     ) -> Option<T> {
         let measured = |output: usize| measured.get(output).copied().unwrap_or(true);
         self.update_partial(t, state, u, y, measured).map(|innovation| innovation.normalized_square)
+    }
+
+    fn innovation(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Output {
+        if !self.fits(state, u) || !self.is_measurement(y) {
+            return y.map(|_| convert(f64::NAN));
+        }
+        y - self.plant.output(t, &state.estimate(), u)
     }
 
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {

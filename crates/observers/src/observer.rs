@@ -245,6 +245,28 @@ pub trait SampledObserver<T> {
         self.estimate(state)
     }
 
+    /// The update of a filter whose [`step`](Self::step) is an update and a prediction, on slices: what the state holds
+    /// *after* the sample, with the outputs that are true in `measured`, none for all. Returns whether there is such a
+    /// state; otherwise (default) `state` is not written.
+    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool
+    where
+        T: Copy,
+    {
+        let _ = (t, state, u, y, measured);
+        false
+    }
+
+    /// The rest of a step after [`update_into`](Self::update_into): the prediction over the period, on slices. For a
+    /// filter whose update is most of its step, so that a simulation does not compute it twice. Returns whether it was
+    /// done; otherwise (default) `state` is not written.
+    fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool
+    where
+        T: Copy,
+    {
+        let _ = (t, state, u);
+        false
+    }
+
     /// Whether [`estimate_at`](Self::estimate_at) uses the measurement.
     fn is_filter(&self) -> bool {
         false
@@ -360,6 +382,20 @@ impl<T, O: SampledObserver<T> + ?Sized> SampledObserver<T> for &O {
 
     fn estimate_at(&self, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
         (**self).estimate_at(state, u, y)
+    }
+
+    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool
+    where
+        T: Copy,
+    {
+        (**self).update_into(t, state, u, y, measured)
+    }
+
+    fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool
+    where
+        T: Copy,
+    {
+        (**self).predict_into(t, state, u)
     }
 
     fn is_filter(&self) -> bool {

@@ -56,7 +56,7 @@ pub const STIFF_SHARE: f64 = 1e-5;
 const STIFF: f64 = 2000.0;
 
 /// Most steps of a prediction with error control.
-pub const MOST_STEPS: usize = 20_000;
+pub const MOST_STEPS: usize = 5000;
 
 /// How a filter gets from one sample to the next; see the module `transition`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -342,7 +342,7 @@ where
             };
             let excess = self.excess(&step, &error, (&way.next, &at, tau), &covariance, share);
             if !(excess <= T::one()) {
-                if part <= convert(1e-15) {
+                if part <= convert(1e-12) {
                     return None;
                 }
                 part /= if excess > convert(64.0) { two * two } else { two };

@@ -78,6 +78,18 @@ pub trait AnyObserver: Send + Sync {
     /// measured, none for all; the other entries of `y` are predicted ones.
     fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]);
 
+    /// The update of a sampled filter by its sample, without the prediction; false, and nothing done, for an observer
+    /// without one. `measured` and `y` as in [`step`](Self::step).
+    fn update(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64], _measured: &[bool]) -> bool {
+        false
+    }
+
+    /// The prediction after [`update`](Self::update) over the period; false, and nothing done, if only
+    /// [`step`](Self::step) has it.
+    fn predict(&self, _t: f64, _state: &mut [f64], _u: &[f64]) -> bool {
+        false
+    }
+
     /// The estimate that the state holds.
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
 
@@ -283,6 +295,14 @@ impl<O: SampledObserver<f64> + Send + Sync> AnyObserver for Sampled<O> {
     fn estimate(&self, _t: f64, state: &[f64], _u: &[f64], _y: &[f64], estimate: &mut [f64]) {
         let fits = self.0.estimate_into(state, estimate);
         expect(fits, estimate);
+    }
+
+    fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> bool {
+        self.0.update_into(t, state, u, y, measured)
+    }
+
+    fn predict(&self, t: f64, state: &mut [f64], u: &[f64]) -> bool {
+        self.0.predict_into(t, state, u)
     }
 
     fn is_filter(&self) -> bool {

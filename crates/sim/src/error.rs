@@ -216,6 +216,25 @@ pub enum SimError {
         /// Its value.
         value: f64,
     },
+    /// An output that an observer needs, and that is not defined at its estimate.
+    #[error(
+        "stopped at t = {}{}: output {} is {value} at the estimate of {observer:?}{}",
+        short(*time), of_row(*row), output + 1, if *is_measured { "" } else { NEEDS_PREDICTION }
+    )]
+    OutputNotFinite {
+        /// The observer.
+        observer: String,
+        /// The time.
+        time: f64,
+        /// The row of the log, from 0; none between rows.
+        row: Option<usize>,
+        /// The output, from 0.
+        output: usize,
+        /// Its value, or that of its innovation.
+        value: f64,
+        /// Whether it was measured; otherwise the observer needs its prediction.
+        is_measured: bool,
+    },
     /// The step size fell to the spacing of floating-point numbers although the solution does not grow.
     #[error(
         "stopped at t = {}: step size {} is the spacing of floating-point numbers (right-hand side not smooth there)",
@@ -319,11 +338,20 @@ impl SimError {
                 | Self::NotDefined { .. }
                 | Self::ObserverNotFinite { .. }
                 | Self::QuantityNotFinite { .. }
+                | Self::OutputNotFinite { .. }
                 | Self::StepSize { .. }
                 | Self::TooManySteps { .. }
                 | Self::TimeLimit { .. }
         )
     }
+}
+
+/// Why an output matters that was not measured.
+const NEEDS_PREDICTION: &str = ", which predicts it where it is not measured";
+
+/// `, row 3`, counted from 1.
+fn of_row(row: Option<usize>) -> String {
+    row.map(|row| format!(", row {}", row + 1)).unwrap_or_default()
 }
 
 /// A number with six significant digits.

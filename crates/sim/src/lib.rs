@@ -66,6 +66,7 @@ pub mod integral;
 pub mod integrate;
 pub mod metrics;
 mod model;
+mod moving;
 pub mod noise;
 mod radau;
 pub mod replay;
@@ -80,6 +81,7 @@ pub mod sensor;
 pub mod signal;
 mod step;
 pub mod trajectory;
+mod updates;
 pub mod view;
 
 pub use change::Change;
@@ -95,15 +97,16 @@ pub use integral::Integrand;
 pub use integrate::{Integrator, Settings, solve};
 pub use nalgebra;
 pub use noise::Noise;
-pub use replay::{Recording, Replay, Replayed, ReplayedObserver};
+pub use replay::{BetweenRows, Recording, Replay, Replayed, ReplayedObserver};
 pub use rows::row_times;
 pub use sample_times::{SampleTime, SampleTimes};
 pub use samples::{SampleInterpolation, Samples};
 pub use scenario::Scenario;
-pub use scores::{ErrorMetrics, Errors, ScoreGrid, StateScores};
+pub use scores::{ErrorMetrics, Errors, Estimates, ScoreGrid, StateScores};
 pub use sensor::Sensor;
 pub use signal::Signal;
 pub use trajectory::{IntegralTrajectory, ObserverTrajectory, Trajectory};
+pub use updates::SampleEstimates;
 pub use view::View;
 
 #[doc(hidden)]

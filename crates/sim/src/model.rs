@@ -13,6 +13,7 @@ use crate::erased::{AnyObserver, AnyPlant};
 use crate::error::{SimError, check, check_finite, check_positive};
 use crate::integral::Integrand;
 use crate::integrate::Settings;
+use crate::moving::output_rate;
 use crate::noise::Noise;
 use crate::scenario::{Entry, Estimated, Scenario};
 use crate::sensor::{Reading, Sampling};
@@ -65,12 +66,21 @@ pub(crate) struct ObserverSlot<'a> {
     pub(crate) period: Option<f64>,
     /// Where its state begins in the stacked state, if it is integrated.
     pub(crate) offset: usize,
+    /// How many outputs move with the model behind its state: all or none.
+    pub(crate) moving: usize,
 }
 
 impl ObserverSlot<'_> {
     /// Length of its estimate.
     pub(crate) fn width(&self) -> usize {
         self.states.len() + self.k.nrows()
+    }
+
+    /// Where in the stacked state the outputs are that move with the model.
+    pub(crate) fn moving(&self) -> std::ops::Range<usize> {
+        // A sampled observer has no place there.
+        let start = if self.moving > 0 { self.offset + self.length } else { 0 };
+        start..start + self.moving
     }
 
     /// What it estimates, at the state x of the plant.
@@ -167,8 +177,10 @@ impl<'a> Model<'a> {
                 times.check()?;
             }
             let length = own.state;
-            observers.push(ObserverSlot { observer, initial, states, k, whole, length, period, offset });
-            offset += if period.is_none() { length } else { 0 };
+            let moves = whole && period.is_none() && !observer.is_corrected() && !scenario.measurements_are_held;
+            let moving = if moves && !scenario.sensors.is_empty() { size.outputs } else { 0 };
+            observers.push(ObserverSlot { observer, initial, states, k, whole, length, period, offset, moving });
+            offset += if period.is_none() { length + moving } else { 0 };
             names.push(name);
         }
         let estimates: Vec<_> = names.iter().cloned().zip(observers.iter().map(ObserverSlot::width)).collect();
@@ -262,18 +274,25 @@ impl<'a> Model<'a> {
     }
 
     /// The outputs as observer `k` takes them, of which the entries in `absent` are not measured: it takes what it
-    /// predicts, or the last value if it predicts none.
+    /// predicts, or the last value if it predicts none. In the place of what is held it takes what is `moving`, if it is
+    /// not empty.
     pub(crate) fn outputs_of(
         &self,
         k: usize,
         (t, state): (f64, &[f64]),
         held: &HeldValues,
         now: &Instant,
+        moving: &[f64],
         absent: impl Fn(usize) -> bool,
     ) -> Vec<f64> {
         let ObserverSlot { observer, states, whole, .. } = &self.observers[k];
         let absent: Vec<usize> = (0..self.size.outputs).filter(|&j| absent(j)).collect();
         let mut y = now.seen.clone();
+        for (j, moving) in moving.iter().enumerate() {
+            if matches!(held.readings[j], Reading::Held(_)) {
+                y[j] = *moving;
+            }
+        }
         for &j in &absent {
             y[j] = held.known[k][j];
         }
@@ -290,11 +309,13 @@ impl<'a> Model<'a> {
 
     /// The outputs as an observer takes them; none if all are known.
     fn predicted_of(&self, k: usize, t: f64, stacked: &[f64], held: &HeldValues, now: &Instant) -> Option<Vec<f64>> {
-        if !held.readings.contains(&Reading::Nothing) {
+        let slot = &self.observers[k];
+        if !held.readings.contains(&Reading::Nothing) && slot.moving == 0 {
             return None;
         }
         let absent = |j: usize| held.readings[j] == Reading::Nothing;
-        Some(self.outputs_of(k, (t, self.state(k, stacked, held)), held, now, absent))
+        let moving = &stacked[slot.moving()];
+        Some(self.outputs_of(k, (t, self.state(k, stacked, held)), held, now, moving, absent))
     }
 
     pub(crate) fn estimates(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant) {
@@ -415,13 +436,21 @@ impl<'a> Model<'a> {
             }
         }
         let mut end = n;
-        for (k, ObserverSlot { observer, length, period, .. }) in self.observers.iter().enumerate() {
+        for (k, ObserverSlot { observer, length, period, moving, states, .. }) in self.observers.iter().enumerate() {
             if period.is_none() {
                 let state = self.state(k, stacked, held);
                 let predicted = self.predicted_of(k, t, stacked, held, now);
                 let seen = predicted.as_ref().unwrap_or(&now.seen);
                 observer.derivative(t, state, &now.u, seen, &mut slope[end..end + length]);
                 end += length;
+                if *moving > 0 {
+                    let mut estimate = vec![0.0; states.len()];
+                    observer.estimate(t, state, &now.u, seen, &mut estimate);
+                    let moves = |j: usize| matches!(held.readings[j], Reading::Held(_));
+                    let (plant, at) = (self.observer_plant.as_ref(), (t, &estimate[..], &now.u[..]));
+                    output_rate(plant, at, self.sampling.shortest_period(), moves, &mut slope[end..end + moving]);
+                    end += moving;
+                }
             }
         }
         let view = self.view(t, x, now);
@@ -454,7 +483,8 @@ impl<'a> Model<'a> {
     }
 
     pub(crate) fn stacked_length(&self) -> usize {
-        let integrated = self.observers.iter().filter(|o| o.period.is_none()).map(|o| o.length).sum::<usize>();
+        let integrated =
+            self.observers.iter().filter(|o| o.period.is_none()).map(|o| o.length + o.moving).sum::<usize>();
         self.size.states + integrated + self.integrals.len()
     }
 

@@ -18,6 +18,7 @@ use crate::scenario::Scenario;
 use crate::sensor::Reading;
 use crate::step::Accepted;
 use crate::trajectory::Trajectory;
+use crate::updates::Updates;
 
 impl Scenario<'_> {
     /// Runs.
@@ -98,6 +99,8 @@ pub(crate) struct Runner<'m, 'a> {
     /// Those of observers that samples at varying periods correct, with the samples so far.
     varying_clocks: Vec<Option<SampleClock>>,
     samples: Vec<Vec<SampleTime>>,
+    /// What each filter knows at its samples.
+    updates: Vec<Updates>,
     /// How many changes of the plant there have been.
     changed: usize,
     /// Which outputs were measured at the last jump, and which observers were due.
@@ -241,6 +244,7 @@ impl<'m, 'a> Runner<'m, 'a> {
                 .map(|fitted| Some(SampleClock::new(fitted.observer.sample_times()?, t)))
                 .collect(),
             samples: vec![Vec::new(); model.observers.len()],
+            updates: vec![Updates::default(); model.observers.len()],
             changed: 0,
             measured: Vec::new(),
             due: Vec::new(),
@@ -286,11 +290,18 @@ impl<'m, 'a> Runner<'m, 'a> {
         for (k, fitted) in model.observers.iter().enumerate() {
             if sample[k] && fitted.period.is_some() {
                 let (state, held) = (&self.held.sampled[k], &self.held);
-                if measured.contains(&false) {
-                    let y = model.outputs_of(k, (t, state), held, now, |j| !measured[j]);
-                    fitted.observer.step(t, &mut self.pending[k], &now.u, &y, &measured);
-                } else {
-                    fitted.observer.step(t, &mut self.pending[k], &now.u, &now.seen, &measured);
+                let predicted = measured
+                    .contains(&false)
+                    .then(|| model.outputs_of(k, (t, state), held, now, &[], |j| !measured[j]));
+                let y = predicted.as_deref().unwrap_or(&now.seen);
+                let (observer, pending) = (fitted.observer.as_ref(), &mut self.pending[k]);
+                let is_updated = observer.update(t, pending, &now.u, y, &measured);
+                if is_updated || observer.is_filter() {
+                    self.updates[k].note(t, observer, (state, pending), &now.u, y);
+                }
+                if !(is_updated && observer.predict(t, pending, &now.u)) {
+                    pending.copy_from_slice(state);
+                    observer.step(t, pending, &now.u, y, &measured);
                 }
                 if let Some(index) = self.pending[k].iter().position(|entry| !entry.is_finite()) {
                     let (observer, value) = (model.names[k].clone(), self.pending[k][index]);
@@ -310,6 +321,9 @@ impl<'m, 'a> Runner<'m, 'a> {
         for (j, reading) in readings.iter_mut().enumerate().filter(|(_, reading)| **reading == Reading::Now) {
             for known in &mut *known {
                 known[j] = now.seen[j];
+            }
+            for slot in self.model.observers.iter().filter(|slot| slot.moving > 0) {
+                self.stacked[slot.moving()][j] = now.seen[j];
             }
             if self.sensor_clocks[j].is_some() {
                 *reading = Reading::Held(now.seen[j]);
@@ -404,7 +418,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             }
             clock.last = t;
             let state = &mut self.stacked[fitted.offset..fitted.offset + fitted.length];
-            let y = model.outputs_of(k, (t, state), &self.held, now, is_absent);
+            let y = model.outputs_of(k, (t, state), &self.held, now, &[], is_absent);
             fitted.observer.correct_at(state, &now.u, &y, elapsed);
             if let Some(index) = state.iter().position(|entry| !entry.is_finite()) {
                 let (observer, value) = (model.names[k].clone(), state[index]);
@@ -424,7 +438,8 @@ impl<'m, 'a> Runner<'m, 'a> {
             let now = self.now.get_mut();
             model.evaluate(t, &self.stacked, &self.held, now);
             let (from, to) = (fitted.offset, fitted.offset + fitted.length);
-            let y = model.outputs_of(k, (t, &self.stacked[from..to]), &self.held, now, |j| {
+            let moving = &self.stacked[fitted.moving()];
+            let y = model.outputs_of(k, (t, &self.stacked[from..to]), &self.held, now, moving, |j| {
                 self.held.readings.get(j) == Some(&Reading::Nothing)
             });
             let u = now.u.clone();
@@ -544,7 +559,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         let lengths: Vec<usize> = model.observers.iter().map(|fitted| fitted.length).collect();
         let integrals = model.integrals.iter().map(|(name, _)| name.clone()).collect();
-        let run = (dense.take(), stepper.steps(), model.sampling.clone(), self.samples);
+        let run = (dense.take(), stepper.steps(), model.sampling.clone(), self.samples, self.updates);
         Ok(Trajectory::new(&model.times, &lengths, integrals, layout, &samples, run))
     }
 }

@@ -54,6 +54,7 @@ pub struct Scenario<'a> {
     pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
     pub(crate) sensors: Vec<Sensor>,
+    pub(crate) measurements_are_held: bool,
     pub(crate) disturbances: Disturbances,
     pub(crate) observers: Vec<Entry<'a>>,
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
@@ -96,6 +97,7 @@ impl<'a> Scenario<'a> {
             step: None,
             noise: None,
             sensors: Vec::new(),
+            measurements_are_held: false,
             disturbances: Disturbances::default(),
             observers: Vec::new(),
             integrals: Vec::new(),
@@ -184,6 +186,13 @@ impl<'a> Scenario<'a> {
     pub fn sensor(mut self, sensor: Sensor) -> Self {
         self.sensors.push(sensor);
         self
+    }
+
+    /// Observers in continuous time hold the measurement of a sensor until its next one, late by half a period on
+    /// average; without this it moves with the model of the plant ([`sensor`](crate::sensor)).
+    #[must_use]
+    pub fn hold_measurements(self) -> Self {
+        Self { measurements_are_held: true, ..self }
     }
 
     /// The model of the plant from whose h an output that is not measured is predicted (default: the simulated

@@ -1,8 +1,10 @@
 //! Scores of an observer's error, and the times at which errors are scored.
 //!
-//! The estimate of a sampled-data observer is defined at its samples only: at the sample k it is what is known of
-//! x(t_k) before the sample is used. Held until the next sample it lags behind the plant by up to a period, and that
-//! lag is no error of the observer. Hence one rule for all that is compared: if any of the observers is sampled, all of
+//! The estimate of a sampled-data observer is defined at its samples only. That of a filter, which is an update by the
+//! sample and a prediction, is by default the *filtered* one: what is known of x(t_k) after the measurement of t_k, as
+//! on a log. [`Estimates::Predicted`] is what is known before it. Other sampled observers have a prediction only. Held
+//! until the next sample an estimate lags behind the plant by up to a period, and that lag is no error of the observer.
+//! Hence one rule for all that is compared: if any of the observers is sampled, all of
 //! them are scored at the same instants, the samples; if none is, in continuous time.
 //!
 //! | score | at the samples | in continuous time |
@@ -12,6 +14,7 @@
 //! | overshoot | likewise, after the first change of sign | the same |
 //! | settling | first sample from which it stays within the band | last crossing of the band |
 //! | at the end | at the last sample | at the end of the run |
+//! | at the start | of the first estimate, before any measurement: the unit of settling | the same |
 //! | steady state | RMSE over the samples of the second half | RMSE over the second half |
 //!
 //! Errors of different states have different units. Scores of single states are in the unit of the state; a norm takes
@@ -28,6 +31,7 @@ use crate::metrics;
 use crate::trajectory::Trajectory;
 
 pub use crate::score_grid::ScoreGrid;
+pub use crate::updates::Estimates;
 
 /// Scores of the error of one state, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,6 +138,8 @@ pub struct Errors<'t> {
     observer: &'t str,
     /// The times and the errors there, one row each; `None` in continuous time.
     samples: Option<(Vec<f64>, DMatrix<f64>)>,
+    /// The errors of the first estimate of a filter, before its measurement.
+    first: Option<Vec<f64>>,
     count: usize,
     /// Whether the observer is in continuous time: its extrema are those of all times.
     continuous: bool,
@@ -161,13 +167,57 @@ impl<'t> Errors<'t> {
     /// # Errors
     /// [`SimError::UnknownName`]; [`SimError::ScorePeriod`] for a grid finer than the samples of the observer.
     pub fn of(trajectory: &'t Trajectory, observer: &'t str, grid: ScoreGrid) -> Result<Self, SimError> {
+        Self::of_estimates(trajectory, observer, grid, Estimates::Filtered)
+    }
+
+    /// The same of the estimates of a filter before or after the measurement of each sample.
+    ///
+    /// ```
+    /// use luenberger_observers::{KalmanFilter, KalmanModel};
+    /// use luenberger_sim::{Errors, Estimates, Scenario};
+    /// use nalgebra::{Matrix1, SMatrix};
+    /// // The constant 1, measured exactly with the variance 1 assumed, from the estimate 0 with the variance 1: the
+    /// // error is 1 before and 1/2 after the first measurement, 1/3 after the second, 1/4 after the third.
+    /// let one = Matrix1::new(1.0);
+    /// let bd = SMatrix::<f64, 1, 0>::zeros();
+    /// let model = KalmanModel { ad: one, bd, c: one, w: one * 0.0, v: one, p0: one, period: 1.0 };
+    /// let plant = luenberger_plants::StaticPlant::new(one * 0.0, bd, one)?;
+    /// let filter = KalmanFilter::new(model)?;
+    /// let run = Scenario::new(plant)
+    ///     .initial_state(&[1.0])
+    ///     .sampled_observer("filter", filter, &[0.0])
+    ///     .until(2.0, 3)
+    ///     .run()?;
+    /// let last = |estimates| -> Result<f64, luenberger_sim::SimError> {
+    ///     Ok(Errors::of_estimates(&run, "filter", run.score_grid()?, estimates)?.state(0)?.last)
+    /// };
+    /// assert!((last(Estimates::Filtered)? - 0.25).abs() < 1e-15);
+    /// assert!((last(Estimates::Predicted)? - 1.0 / 3.0).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn of_estimates(
+        trajectory: &'t Trajectory,
+        observer: &'t str,
+        grid: ScoreGrid,
+        estimates: Estimates,
+    ) -> Result<Self, SimError> {
         let own = trajectory.observer(observer)?;
         let (count, continuous) = (own.estimate.ncols(), own.period.is_none());
         let samples = match grid {
             ScoreGrid::Continuous => None,
-            ScoreGrid::Samples { period } => Some(trajectory.errors_at_samples(observer, period)?),
+            ScoreGrid::Samples { period } => Some(trajectory.errors_at_samples(observer, period, estimates)?),
         };
-        Ok(Self { trajectory, observer, samples, count, continuous })
+        let first = match (&samples, &own.at_samples) {
+            (Some((times, _)), Some(at_samples)) => {
+                let x = trajectory.state_at(times[0])?;
+                let error = |(j, &i): (usize, &usize)| x[i] - at_samples.predicted[(0, j)];
+                Some(own.states.iter().enumerate().map(error).collect())
+            }
+            _ => None,
+        };
+        Ok(Self { trajectory, observer, samples, first, count, continuous })
     }
 
     /// Number of components: the states, or functions of the state, that the observer estimates.
@@ -201,13 +251,22 @@ impl<'t> Errors<'t> {
             _ => None,
         };
         let extrema = extrema.as_ref().unwrap_or(&curve);
-        let initial = curve.initial()?;
+        let initial = match &self.first {
+            Some(first) => first[component],
+            None => curve.initial()?,
+        };
         let settling = |share: f64| if initial == 0.0 { None } else { curve.stays_within(share * initial.abs()) };
         Ok(StateScores {
             initial,
             rmse: curve.rms(),
-            peak: extrema.peak()?,
-            overshoot: extrema.overshoot(),
+            peak: extrema.peak()?.max(initial.abs()),
+            overshoot: match (&curve, &self.first) {
+                // The first estimate comes before the first sample.
+                (Curve::Samples(times, values), Some(_)) => {
+                    Curve::Samples(times, [&[initial], values.as_slice()].concat()).overshoot()
+                }
+                _ => extrema.overshoot(),
+            },
             settling_5: settling(0.05),
             settling_2: settling(0.02),
             last: curve.last().abs(),
@@ -242,9 +301,7 @@ impl<'t> Errors<'t> {
         };
         let curve = match &self.samples {
             Some((times, errors)) => {
-                let norms = errors.row_iter().map(|row| {
-                    row.iter().zip(&scale).map(|(error, scale)| (error / scale).powi(2)).sum::<f64>().sqrt()
-                });
+                let norms = errors.row_iter().map(|row| scaled_norm(row.iter(), &scale));
                 Curve::Samples(times, norms.collect())
             }
             None => Curve::Continuous(self.trajectory.scaled_norm(self.observer, &scale)?),
@@ -255,8 +312,11 @@ impl<'t> Errors<'t> {
             }
             _ => None,
         };
-        let peak = extrema.as_ref().unwrap_or(&curve).peak()?;
-        let initial = curve.initial()?;
+        let initial = match &self.first {
+            Some(first) => scaled_norm(first.iter(), &scale),
+            None => curve.initial()?,
+        };
+        let peak = extrema.as_ref().unwrap_or(&curve).peak()?.max(initial);
         let within = band.of(initial);
         let starts = |time: Option<f64>| time.filter(|_| initial > 0.0);
         Ok(ErrorMetrics {
@@ -312,6 +372,11 @@ impl Trajectory {
     pub fn settling_time(&self, observer: &str, band: f64) -> Result<Option<f64>, SimError> {
         Ok(ErrorMetrics::of(self, observer, band)?.settling_last)
     }
+}
+
+/// `sqrt(sum_i (e_i / scale_i)^2)`.
+fn scaled_norm<'e>(errors: impl Iterator<Item = &'e f64>, scale: &[f64]) -> f64 {
+    errors.zip(scale).map(|(error, scale)| (error / scale).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Checks a scale: one positive number per state.

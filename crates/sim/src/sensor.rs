@@ -8,10 +8,11 @@
 //! |---|---|---|
 //! | a filter with a covariance | is updated by the outputs that are measured at its sample | predicts |
 //! | another sampled one | takes the outputs that are measured at its sample | takes the output that it predicts, h(xhat): its innovation is zero |
-//! | one in continuous time | holds the measurement until the next one is due | takes the output that it predicts |
+//! | one in continuous time | takes the measurement, which moves with the model until the next one is due | takes the output that it predicts |
 //!
 //! It is the same with logs ([`replay`](crate::replay)). A measurement between two samples of a sampled observer is not
-//! used. An observer of some states only predicts no output, and holds the last one.
+//! used. An observer of some states only predicts no output, and holds the last one; so does every one in continuous time
+//! with [`Scenario::hold_measurements`](crate::Scenario::hold_measurements).
 
 use crate::disturbance::MeasurementLoss;
 use crate::error::{SimError, check_positive};
@@ -148,6 +149,11 @@ impl Sampling {
             }
         }
         Ok(Self { start, sensors: of, channel })
+    }
+
+    /// The shortest period of a sensor; infinite without one.
+    pub(crate) fn shortest_period(&self) -> f64 {
+        self.sensors.iter().flatten().map(|sensor| sensor.period).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether every output is read at all times.

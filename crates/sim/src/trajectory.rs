@@ -9,6 +9,7 @@ use crate::events::{Difference, Trace};
 use crate::sample_times::SampleTime;
 use crate::score_grid::ScoreGrid;
 use crate::sensor::Sampling;
+use crate::updates::{Estimates, SampleEstimates, Updates};
 use crate::view::View;
 
 /// Where things stand in a row.
@@ -114,6 +115,8 @@ pub struct ObserverTrajectory {
     pub period: Option<f64>,
     /// Its samples, of an observer that is corrected at varying periods; otherwise none.
     pub samples: Vec<SampleTime>,
+    /// Its estimates at its samples before and after their measurements, of a sampled filter.
+    pub at_samples: Option<SampleEstimates>,
 }
 
 /// One integral.
@@ -125,6 +128,21 @@ pub struct IntegralTrajectory {
     pub value: Vec<f64>,
 }
 
+impl ObserverTrajectory {
+    /// The estimates at the times of the run, one row each: of a sampled filter at a sample those before or after its
+    /// measurement, of other observers, and between samples, [`estimate`](Self::estimate).
+    pub fn estimates(&self, times: &[f64], estimates: Estimates) -> DMatrix<f64> {
+        let mut all = self.estimate.rows(0, times.len().min(self.estimate.nrows())).into_owned();
+        let Some(at_samples) = &self.at_samples else { return all };
+        for (k, t) in times.iter().enumerate().take(all.nrows()) {
+            if let Some(sample) = at_samples.at(*t) {
+                all.set_row(k, &at_samples.of(estimates).row(sample));
+            }
+        }
+        all
+    }
+}
+
 impl Trajectory {
     /// From the sampled rows of a run: `lengths` are those of the observers' own states, `integrals` their names.
     pub(crate) fn new(
@@ -133,7 +151,7 @@ impl Trajectory {
         integrals: Vec<String>,
         layout: Layout,
         samples: &[f64],
-        (dense, steps, sampling, due): (Dense, usize, Sampling, Vec<Vec<SampleTime>>),
+        (dense, steps, sampling, due, updates): (Dense, usize, Sampling, Vec<Vec<SampleTime>>, Vec<Updates>),
     ) -> Self {
         let rows = times.len();
         let block = |offset: usize, columns: usize| {
@@ -141,15 +159,16 @@ impl Trajectory {
         };
         let Dimensions { states: n, inputs: m, outputs: p } = layout.size;
         let x = block(0, n);
-        let places = layout.observers.iter().zip(lengths).zip(&layout.names).zip(due);
-        let observers = places.map(|(((place, &length), name), due)| {
+        let places = layout.observers.iter().zip(lengths).zip(&layout.names).zip(due).zip(updates);
+        let observers = places.map(|((((place, &length), name), due), updates)| {
             let estimate = block(place.estimate, place.of.len());
             let of = |i: usize, j: usize| samples[i * layout.width + place.of[j]];
             let error = DMatrix::from_fn(rows, place.of.len(), |i, j| of(i, j) - estimate[(i, j)]);
             let state = block(place.estimate - length, length);
             let states = place.of.iter().copied().filter(|&of| of < n).collect();
             let period = place.period;
-            ObserverTrajectory { name: name.clone(), estimate, error, state, states, period, samples: due }
+            let at_samples = updates.finish(place.of.len());
+            ObserverTrajectory { name: name.clone(), estimate, error, state, states, period, samples: due, at_samples }
         });
         let observers = observers.collect();
         let value = |k: usize| block(layout.integrals + k, 1).as_slice().to_vec();
@@ -328,8 +347,13 @@ impl Trajectory {
     }
 
     /// The multiples of `period` from the start on, and the errors of an observer there, one row each; those of a
-    /// sampled observer at its last sample up to each.
-    pub(crate) fn errors_at_samples(&self, observer: &str, period: f64) -> Result<(Vec<f64>, DMatrix<f64>), SimError> {
+    /// sampled observer at its last sample up to each, of a filter before or after the measurement of that sample.
+    pub(crate) fn errors_at_samples(
+        &self,
+        observer: &str,
+        period: f64,
+        estimates: Estimates,
+    ) -> Result<(Vec<f64>, DMatrix<f64>), SimError> {
         check_positive("the period of scoring", period)?;
         let ObserverLayout { estimate, of: places, period: own } = self.place(observer)?;
         if let Some(own) = *own
@@ -342,8 +366,16 @@ impl Trajectory {
         let count = ((end - start) / period + 1e-9).floor() as usize;
         let times: Vec<f64> = (0..=count).map(|k| start + k as f64 * period).collect();
         let mut errors = DMatrix::zeros(times.len(), places.len());
+        let at_samples = self.observer(observer)?.at_samples.as_ref();
         for (k, t) in times.iter().enumerate() {
             let t = own.map_or(*t, |own| last(own, *t));
+            if let Some((at_samples, sample)) = at_samples.and_then(|all| Some((all, all.index(t)?))) {
+                let x = if t >= end { self.last.clone() } else { self.dense.at(t)? };
+                for (j, state) in places.iter().enumerate() {
+                    errors[(k, j)] = x[*state] - at_samples.of(estimates)[(sample, j)];
+                }
+                continue;
+            }
             if t >= end {
                 for (j, state) in places.iter().enumerate() {
                     errors[(k, j)] = self.last[*state] - self.last[estimate + j];

@@ -101,12 +101,16 @@ pub struct Simulation {
     pub band: f64,
     /// The period of the scores, if specified.
     pub score_period: Option<f64>,
+    /// Which estimates of filters are scored and shown.
+    pub estimates: luenberger_sim::Estimates,
     /// The scale of each state in norms, if specified.
     pub scale: Option<Vec<f64>>,
     /// Noise on the outputs.
     pub noise: Option<NoiseSpec>,
     /// Sensors with sampling periods of their own, which have the noise of their outputs.
     pub sensors: Vec<SensorSpec>,
+    /// Whether observers in continuous time hold the measurements of sensors, which otherwise move with the model.
+    pub hold_measurements: bool,
     /// How the samples of observers at varying periods are drawn.
     pub sampling: SamplingSpec,
 }
@@ -133,9 +137,11 @@ impl Simulation {
             hold: None,
             band: 0.05,
             score_period: None,
+            estimates: luenberger_sim::Estimates::Filtered,
             scale: None,
             noise: None,
             sensors: Vec::new(),
+            hold_measurements: false,
             sampling: SamplingSpec::default(),
         }
     }
@@ -305,6 +311,8 @@ pub struct Log {
     pub recording: Recording,
     /// The true states at these times, of which values may be missing; none if the log has no column of a state.
     pub truth: Option<Samples>,
+    /// Which estimates of filters are scored and shown.
+    pub estimates: luenberger_sim::Estimates,
     /// Suspicious data in the log, such as gaps.
     pub suspicions: Vec<Suspicion>,
 }

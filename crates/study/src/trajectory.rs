@@ -112,6 +112,9 @@ pub(crate) fn run_at(
     for sensor in &simulation.sensors {
         scenario = scenario.sensor(sensor.sensor(variation.noise, variation.seed));
     }
+    if simulation.hold_measurements {
+        scenario = scenario.hold_measurements();
+    }
     let sampling = SamplingSpec { seed: simulation.sampling.seed.wrapping_add(variation.seed), ..simulation.sampling };
     let name = member.map(|member| member.requested.name.as_str());
     if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)

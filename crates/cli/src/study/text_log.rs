@@ -80,7 +80,7 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
         consistency(text, filters.iter().map(|row| (row.observer.as_str(), &row.nis, &row.nees)));
     }
     if report.rows.iter().any(|row| !row.errors.is_empty()) {
-        _ = writeln!(text, "\nerrors over the whole log, where it has the true state");
+        _ = writeln!(text, "\nerrors over the whole log, where it has the true state; {}", report.estimates_in_words());
         let mut rows = header(&["observer", "state", "samples", "RMSE", "peak", "last"]);
         for (name, error) in report.rows.iter().flat_map(InnovationReport::errors_of_estimates) {
             rows.push(vec![

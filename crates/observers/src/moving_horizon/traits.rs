@@ -1,12 +1,12 @@
 //! The estimator as a sampled observer and as a filter with a covariance.
 
-use luenberger_plants::{Differentiable, Size};
+use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1};
+use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1, convert};
 
 use super::MovingHorizonEstimator;
 use super::window::{Layout, Part};
-use crate::covariance_filter::CovarianceFilter;
+use crate::covariance_filter::{CovarianceFilter, update_columns};
 use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
 use crate::transition::Prediction;
 
@@ -47,6 +47,17 @@ where
             }
             self.finish(t, state, u);
         }
+    }
+
+    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        update_columns(self, t, state, (u, y), measured)
+    }
+
+    fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool {
+        let columns = (OVector::<T, D>::try_from_slice(state), OVector::<T, M>::try_from_slice(u));
+        let (Some(mut next), Some(u)) = columns else { return false };
+        self.finish(t, &mut next, &u);
+        put_slice(next.as_slice(), state)
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
@@ -97,6 +108,13 @@ where
         measured: &[bool],
     ) -> Option<T> {
         self.update(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true))
+    }
+
+    fn innovation(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Output {
+        if !self.fits(state, u) || !self.is_measurement(y) {
+            return y.map(|_| convert(f64::NAN));
+        }
+        y - self.plant.output(t, &self.estimate(state), u)
     }
 
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {

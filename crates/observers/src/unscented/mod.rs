@@ -41,7 +41,7 @@ use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
-use crate::covariance_filter::CovarianceFilter;
+use crate::covariance_filter::{CovarianceFilter, update_columns};
 use crate::dense::{are_finite, times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance};
@@ -622,6 +622,10 @@ where
         }
     }
 
+    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        update_columns(self, t, state, (u, y), measured)
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         state.estimate()
     }
@@ -659,6 +663,15 @@ where
     ) -> Option<T> {
         let measured = |output: usize| measured.get(output).copied().unwrap_or(true);
         self.update_partial(t, state, u, y, measured).map(|innovation| innovation.normalized_square)
+    }
+
+    fn innovation(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Output {
+        if !self.fits(state, u) || !self.is_measurement(y) {
+            return y.map(|_| convert(f64::NAN));
+        }
+        let h = |x: &OVector<T, N>| self.plant.output(t, x, u);
+        let mut images = Images::of(&state.estimate(), &state.factor(), self.weights.distance, h);
+        y - images.reduce(&self.weights)
     }
 
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {

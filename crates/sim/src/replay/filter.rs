@@ -20,6 +20,8 @@ pub(super) trait AnyFilter {
     fn covariance(&self, state: &[f64]) -> Vec<f64>;
     /// Whether the gate of the filter rejects an output that was measured.
     fn rejects(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], output: usize) -> bool;
+    /// The innovation of y as the update has it, of every output.
+    fn innovation(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Vec<f64>;
     /// The update by the outputs that were measured under the input u; none if the innovation covariance is not
     /// positive definite.
     fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare>;
@@ -71,12 +73,18 @@ impl<F: CovarianceFilter<f64>> AnyFilter for Any<F> {
         self.0.rejects_output(t, &state, &u, &y, output)
     }
 
+    fn innovation(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Vec<f64> {
+        let columns = (F::State::try_from_slice(state), Column::try_from_slice(u), Column::try_from_slice(y));
+        let (Some(state), Some(u), Some(measurement)) = columns else { return vec![f64::NAN; y.len()] };
+        self.0.innovation(t, &state, &u, &measurement).as_slice().to_vec()
+    }
+
     fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare> {
         let mut filter_state = F::State::try_from_slice(state)?;
         let (u, y) = (Column::try_from_slice(u)?, Column::try_from_slice(y)?);
         let square = self.0.measure(t, &mut filter_state, &u, &y, measured)?;
         state.copy_from_slice(filter_state.as_slice());
-        Some(NormalisedSquare { square, degrees: measured.iter().filter(|measured| **measured).count() })
+        Some(NormalisedSquare::of_innovation(square, measured.iter().filter(|measured| **measured).count()))
     }
 
     fn pieces(&self, duration: f64) -> f64 {

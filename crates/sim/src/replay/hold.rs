@@ -1,18 +1,22 @@
 //! What an observer in continuous time sees of the outputs between the rows of a log.
 //!
-//! An output is held from the row that measured it for its own median period, with half a period of the log as
-//! tolerance, and no longer than until the next row that measures it. After that, in a gap or from a missing value on,
-//! there is no measurement: the observer predicts, y := h(xhat). Straight lines, where asked for, join two successive
-//! measurements that are not further apart than this.
+//! A measurement reaches from the row that measured it over its own median period, with half a period of the log as
+//! tolerance, and no further than to the next row that measures it. After that, in a gap or from a missing value on,
+//! there is no measurement: the observer predicts, y := h(xhat).
+//!
+//! Within its reach the measurement moves with the model (`moving`). For an observer of some states, and on
+//! request, it is held. Straight lines, on request, join two successive measurements that are not further apart than
+//! the reach.
 
-use super::Recording;
-use crate::samples::SampleInterpolation;
+use super::{BetweenRows, Recording};
+use crate::erased::{AnyObserver, AnyPlant};
+use crate::moving::output_rate;
 
 /// What an output is taken to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Source {
-    /// Held at this value.
-    Held(f64),
+    /// Measured as this value at the last row: it moves with the model, or is held.
+    Measured(f64),
     /// On the straight line through two points (t, y).
     Line((f64, f64), (f64, f64)),
     /// Not measured: h(xhat).
@@ -45,7 +49,7 @@ impl Hold {
             output,
             reach: reach(recording, output),
             stale: own - rows / 2.0,
-            line: recording.outputs().between() == SampleInterpolation::Linear,
+            line: recording.outputs_between() == BetweenRows::Linear,
             last: None,
             next: None,
         }
@@ -81,21 +85,84 @@ impl Hold {
         match (self.last, self.next) {
             _ if until < end => Source::Predicted,
             (Some(from), Some(to)) if to.0 - from.0 <= self.reach => Source::Line(from, to),
-            (Some((_, value)), _) => Source::Held(value),
+            (Some((_, value)), _) => Source::Measured(value),
             (None, _) => Source::Predicted,
         }
     }
 }
 
 impl Source {
-    /// The output at `t`; none if it was not measured.
+    /// The output at `t`, held; none if it was not measured.
     pub(super) fn at(self, t: f64) -> Option<f64> {
         match self {
-            Self::Held(value) => Some(value),
+            Self::Measured(value) => Some(value),
             Self::Line((start, from), (end, to)) => {
                 Some(from + ((t - start) / (end - start)).clamp(0.0, 1.0) * (to - from))
             }
             Self::Predicted => None,
+        }
+    }
+}
+
+/// What an observer in continuous time sees between the rows k and k + 1, for its state with w behind it.
+pub(super) struct Between<'r> {
+    /// The plant, of an observer of all states, which predicts outputs.
+    pub(super) plant: Option<&'r dyn AnyPlant>,
+    pub(super) observer: &'r dyn AnyObserver,
+    pub(super) recording: &'r Recording,
+    /// The row k.
+    pub(super) row: usize,
+    pub(super) sources: Vec<Source>,
+    /// The outputs at the row k.
+    pub(super) last: &'r [f64],
+    /// Length of the state of the observer.
+    pub(super) own: usize,
+    /// Whether measurements move with the model.
+    pub(super) is_moving: bool,
+}
+
+impl Between<'_> {
+    /// Input and outputs at `t`.
+    pub(super) fn known(&self, t: f64, state: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (own, moving) = state.split_at(self.own);
+        let (mut u, mut y) = (vec![0.0; self.recording.inputs().values().ncols()], self.last.to_vec());
+        self.recording.inputs().on(self.row, t, &mut u);
+        for (j, (y, source)) in y.iter_mut().zip(&self.sources).enumerate() {
+            *y = match source {
+                Source::Measured(_) if self.is_moving => moving[j],
+                source => source.at(t).unwrap_or(*y),
+            };
+        }
+        if let Some(plant) = self.plant
+            && self.sources.contains(&Source::Predicted)
+        {
+            let mut h = vec![0.0; y.len()];
+            plant.output(t, &self.estimate(t, own, &u, &y), &u, &mut h);
+            for ((y, source), h) in y.iter_mut().zip(&self.sources).zip(&h) {
+                *y = if *source == Source::Predicted { *h } else { *y };
+            }
+        }
+        (u, y)
+    }
+
+    fn estimate(&self, t: f64, own: &[f64], u: &[f64], y: &[f64]) -> Vec<f64> {
+        let mut estimate = vec![0.0; self.observer.dimensions().estimate];
+        self.observer.estimate(t, own, u, y, &mut estimate);
+        estimate
+    }
+
+    /// The derivative of the state of the observer, and of w.
+    pub(super) fn derivative(&self, t: f64, state: &[f64], slope: &mut [f64]) {
+        let (u, y) = self.known(t, state);
+        let (own, moving) = slope.split_at_mut(self.own);
+        self.observer.derivative(t, &state[..self.own], &u, &y, own);
+        moving.fill(0.0);
+        if let Some(plant) = self.plant.filter(|_| self.is_moving) {
+            let xhat = self.estimate(t, &state[..self.own], &u, &y);
+            let times = self.recording.times();
+            let period = times[self.row + 1] - times[self.row];
+            let moves = |j: usize| matches!(self.sources[j], Source::Measured(_));
+            output_rate(plant, (t, &xhat, &u), period, moves, moving);
         }
     }
 }

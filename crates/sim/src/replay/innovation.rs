@@ -11,6 +11,8 @@
 //! Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with Applications to Tracking and Navigation, Wiley 2001,
 //! section 5.4.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::chi_squared::{quantile, tail};
 
 /// Statistics of the innovation of one output.
@@ -42,19 +44,76 @@ pub struct Whiteness {
     pub p_value: f64,
 }
 
-/// A square `e' S^-1 e`, and how many entries e has.
+/// A square `e' P^+ e`, with the pseudo-inverse of the covariance P, and its degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalisedSquare {
     /// The square.
     pub square: f64,
-    /// The degrees of freedom: the outputs that were measured (NIS), or the states whose truth is known (NEES).
+    /// The degrees of freedom: the rank of P.
     pub degrees: usize,
+    /// How many entries e has: the outputs that were measured (NIS), or the states whose truth is known (NEES).
+    pub entries: usize,
+    /// Whether e has a component in the null space of P: the filter takes it for exact, and it is not.
+    pub is_outside: bool,
+}
+
+impl NormalisedSquare {
+    /// The square of an innovation with so many entries; its covariance S has full rank.
+    pub fn of_innovation(square: f64, entries: usize) -> Self {
+        Self { square, degrees: entries, entries, is_outside: false }
+    }
+
+    /// The square of the error e by its covariance P, in units of the standard deviations `sqrt(P_ii)`; none if one of
+    /// them is not finite.
+    ///
+    /// The rank counts the eigenvalues of the correlation matrix above `sqrt(EPSILON)`: the covariance of a filter is a
+    /// difference, and has lost half of its digits before a smaller eigenvalue means anything. A component of e in the
+    /// null space is one if it exceeds what this threshold leaves of it, five standard deviations of
+    /// `EPSILON^(1/4)` each; for a state of variance zero, if it exceeds `sqrt(EPSILON)` of the magnitude `x`.
+    ///
+    /// ```
+    /// use luenberger_sim::replay::NormalisedSquare;
+    /// use nalgebra::{DMatrix, DVector};
+    /// // Two states of variance 4 and correlation 1: the error (2, 2) is one standard deviation of one degree.
+    /// let p = DMatrix::from_element(2, 2, 4.0);
+    /// let both = NormalisedSquare::of_error(&DVector::from_element(2, 2.0), &p, &DVector::zeros(2)).ok_or("finite")?;
+    /// assert!((both.square - 1.0).abs() < 1e-12 && both.degrees == 1 && !both.is_outside);
+    /// let apart = DVector::from_vec(vec![2.0, -2.0]);
+    /// assert!(NormalisedSquare::of_error(&apart, &p, &DVector::zeros(2)).ok_or("finite")?.is_outside);
+    /// # Ok::<(), &str>(())
+    /// ```
+    pub fn of_error(e: &DVector<f64>, p: &DMatrix<f64>, x: &DVector<f64>) -> Option<Self> {
+        if !(e.iter().all(|e| e.is_finite()) && p.iter().all(|p| p.is_finite())) {
+            return None;
+        }
+        let threshold = f64::EPSILON.sqrt();
+        let known: Vec<usize> = (0..e.len()).filter(|&i| p[(i, i)] > 0.0).collect();
+        let mut is_outside = (0..e.len()).any(|i| p[(i, i)] <= 0.0 && e[i].abs() > threshold * x[i].abs());
+        let deviation: Vec<f64> = known.iter().map(|&i| p[(i, i)].sqrt()).collect();
+        let correlation =
+            DMatrix::from_fn(known.len(), known.len(), |i, j| p[(known[i], known[j])] / (deviation[i] * deviation[j]));
+        let scaled = DVector::from_fn(known.len(), |i, _| e[known[i]] / deviation[i]);
+        let (mut square, mut degrees) = (0.0, 0);
+        if !known.is_empty() {
+            let eigen = correlation.symmetric_eigen();
+            let components = eigen.eigenvectors.tr_mul(&scaled);
+            for (value, component) in eigen.eigenvalues.iter().zip(&components) {
+                if *value > threshold {
+                    square += component * component / value;
+                    degrees += 1;
+                } else {
+                    is_outside |= component.abs() > 5.0 * threshold.sqrt();
+                }
+            }
+        }
+        Some(Self { square, degrees, entries: e.len(), is_outside })
+    }
 }
 
 /// Whether the innovations of a filter, or its errors, have the covariance that it computes: the test of NIS or NEES.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Consistency {
-    /// The mean of the normalised squares, `nu' S^-1 nu` for NIS and `e' P^-1 e` for NEES. Above the region, the filter
+    /// The mean of the normalised squares, `nu' S^-1 nu` for NIS and `e' P^+ e` for NEES; 0 without samples. Above the region, the filter
     /// is overconfident; below, conservative.
     pub mean: f64,
     /// Its expected value for a consistent filter: the mean number of degrees of freedom per sample.
@@ -63,37 +122,53 @@ pub struct Consistency {
     /// many degrees as all samples have, and the mean lies in here with a probability of 95 %. Exact for NIS and a
     /// linear plant; errors of successive samples are correlated, so that NEES leaves its region more often.
     pub bounds: (f64, f64),
-    /// How many samples were used.
+    /// How many samples were used: those with a degree of freedom.
     pub samples: usize,
+    /// In how many samples, used or not, the covariance is singular: it has fewer degrees of freedom than entries.
+    pub singular: usize,
+    /// In how many of these the error has a component without variance, so that no square measures it.
+    pub outside: usize,
+    /// How many samples have no square: the covariance is not finite, or the update had no result.
+    pub left_out: usize,
 }
 
 impl Consistency {
-    /// The test of these squares; none for none of them.
+    /// The test of these squares, `None` for a sample without one; none if there is no sample.
     ///
     /// ```
     /// use luenberger_sim::replay::{Consistency, NormalisedSquare};
-    /// let squares = (0..100).map(|k| NormalisedSquare { square: if k % 2 == 0 { 1.9 } else { 0.1 }, degrees: 1 });
-    /// let test = Consistency::of(squares).ok_or("squares")?;
+    /// let square = |k| NormalisedSquare::of_innovation(if k % 2 == 0 { 1.9 } else { 0.1 }, 1);
+    /// let test = Consistency::of((0..100).map(|k| Some(square(k)))).ok_or("squares")?;
     /// // A hundredth of the quantiles of chi-squared with 100 degrees: 74.22 and 129.56.
     /// assert!((test.mean - 1.0).abs() < 1e-12 && (test.bounds.0 - 0.7422).abs() < 1e-4 && test.accepted());
     /// # Ok::<(), &str>(())
     /// ```
-    pub fn of(squares: impl IntoIterator<Item = NormalisedSquare>) -> Option<Self> {
-        let (mut samples, mut sum, mut degrees) = (0usize, 0.0, 0usize);
-        for NormalisedSquare { square, degrees: own } in squares {
-            (samples, sum, degrees) = (samples + 1, sum + square, degrees + own);
+    pub fn of(squares: impl IntoIterator<Item = Option<NormalisedSquare>>) -> Option<Self> {
+        let (mut all, mut sum, mut degrees) = (0usize, 0.0, 0usize);
+        let mut test =
+            Self { mean: 0.0, expected: 0.0, bounds: (0.0, 0.0), samples: 0, singular: 0, outside: 0, left_out: 0 };
+        for square in squares {
+            all += 1;
+            let Some(square) = square else {
+                test.left_out += 1;
+                continue;
+            };
+            (sum, degrees) = (sum + square.square, degrees + square.degrees);
+            test.samples += usize::from(square.degrees > 0);
+            test.singular += usize::from(square.degrees < square.entries);
+            test.outside += usize::from(square.is_outside);
         }
-        if degrees == 0 {
-            return None;
+        if degrees > 0 {
+            let (count, degrees) = (test.samples as f64, degrees as f64);
+            test.bounds = (quantile(0.025, degrees) / count, quantile(0.975, degrees) / count);
+            (test.mean, test.expected) = (sum / count, degrees / count);
         }
-        let (count, degrees) = (samples as f64, degrees as f64);
-        let bounds = (quantile(0.025, degrees) / count, quantile(0.975, degrees) / count);
-        Some(Self { mean: sum / count, expected: degrees / count, bounds, samples })
+        (all > 0).then_some(test)
     }
 
-    /// Whether the mean lies in the acceptance region.
+    /// Whether the mean lies in the acceptance region, and no error is without variance.
     pub fn accepted(&self) -> bool {
-        (self.bounds.0..=self.bounds.1).contains(&self.mean)
+        (self.bounds.0..=self.bounds.1).contains(&self.mean) && self.outside == 0
     }
 }
 

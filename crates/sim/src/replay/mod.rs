@@ -11,12 +11,12 @@
 //!   innovation is zero, y := h(xhat).
 //! - An observer that samples at varying periods correct predicts from row to row over the time that has passed, and is
 //!   corrected at every row that measured something. A missing output is replaced by its prediction.
-//! - Any other observer in continuous time is integrated from row to row. An output is held from the row that measured
-//!   it for its own median period, or until the next row that measures it. In a gap, and from a missing value on, it
-//!   predicts.
+//! - Any other observer in continuous time is integrated from row to row. From the row that measured it on an output
+//!   moves with the model, `w' = Dh(xhat) f(xhat, u)`, for its own median period, or until the next row that measures
+//!   it. In a gap, and from a missing value on, the observer predicts.
 //!
-//! Straight lines between the rows, for those two, are on request ([`Recording::between`]); none crosses a gap or a
-//! missing value. Inputs are held from row to row for all.
+//! Held measurements, and straight lines between the rows, are on request ([`Recording::between`]); no line crosses a
+//! gap or a missing value. Inputs are held from row to row for all.
 //!
 //! The observers are the very objects that run in a [`Scenario`](crate::Scenario) and on the target.
 
@@ -42,7 +42,7 @@ use filter::{Any, AnyFilter};
 use run::ReplayRun;
 
 pub use innovation::{Consistency, InnovationStatistics, NormalisedSquare, Whiteness};
-pub use recording::Recording;
+pub use recording::{BetweenRows, Recording};
 pub use replayed::{FilterConsistency, Replayed, ReplayedObserver};
 pub use smoother::Smoothed;
 
@@ -63,9 +63,9 @@ pub use smoother::Smoothed;
 ///
 /// let linear = replayed.observer("linear")?;
 /// let speed = linear.estimate[(50, 1)];
-/// // A measurement that is held is late by half a period on average, 0.05 s, and so is the estimate.
-/// assert!((speed - 4.95).abs() < 0.05);
-/// assert!(linear.statistics(3.0)?[0].rms < 0.3);
+/// // The speed is 5; between the rows the measurement moves with the model.
+/// assert!((speed - 5.0).abs() < 1e-3);
+/// assert!(linear.statistics(3.0)?[0].rms < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Replay<'a> {
@@ -91,7 +91,8 @@ struct Entry<'a> {
 }
 
 impl<'a> Replay<'a> {
-    /// A replay of the recording; the plant is asked for h only, for innovations and predicted outputs.
+    /// A replay of the recording; the plant is asked for h, and for f where an output moves with the
+    /// model between the rows.
     pub fn new(plant: impl Plant<f64> + Send + Sync + 'a, recording: Recording) -> Self {
         let settings = Settings { rtol: 1e-9, ..Settings::default() };
         Self { plant: Box::new(Erased(plant)), recording, observers: Vec::new(), settings }

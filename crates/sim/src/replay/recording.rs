@@ -16,6 +16,20 @@ const GAP: f64 = 5.0;
 pub struct Recording {
     inputs: Samples,
     outputs: Samples,
+    between: BetweenRows,
+}
+
+/// What an observer in continuous time sees of an output between the rows that measured it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BetweenRows {
+    /// The measurement, moved by the model along the estimate: causal, with an error of the order of the square of the
+    /// period. An observer of some states sees the measurement held.
+    #[default]
+    Predicted,
+    /// The measurement, held: causal, late by half a period on average.
+    Held,
+    /// Straight lines from row to row: not causal. They are for observers of a fixed period, too.
+    Linear,
 }
 
 impl Recording {
@@ -23,8 +37,7 @@ impl Recording {
     ///
     /// Between the rows inputs are held: an input is what a digital controller has sent, and it was held. An output is
     /// known at its rows. What an observer sees in between depends on its kind, and never on a later row: the
-    /// [module](super) says what. The error of a held output is of the order of the period; straight lines, by
-    /// [`between`](Self::between), leave its square, but are not causal.
+    /// [module](super) says what, and [`between`](Self::between) selects it.
     ///
     /// # Errors
     /// As [`Samples::new`].
@@ -32,6 +45,7 @@ impl Recording {
         Ok(Self {
             inputs: Samples::new(t.clone(), u, SampleInterpolation::ZeroOrderHold)?,
             outputs: Samples::new(t, y, SampleInterpolation::ZeroOrderHold)?,
+            between: BetweenRows::Predicted,
         })
     }
 
@@ -45,15 +59,21 @@ impl Recording {
         if let Some(input) = (0..u.ncols()).find(|&j| inputs.value(0, j).is_none()) {
             return Err(SimError::NoInput { input, time: inputs.times()[0] });
         }
-        Ok(Self { inputs, outputs: Samples::with_missing(t, y, SampleInterpolation::ZeroOrderHold)? })
+        let outputs = Samples::with_missing(t, y, SampleInterpolation::ZeroOrderHold)?;
+        Ok(Self { inputs, outputs, between: BetweenRows::Predicted })
     }
 
     /// The same with other rules for what is between the rows. Outputs on straight lines are for observers that run in
     /// continuous time or at their own period; a line joins two successive measurements, and none crosses a gap or a
     /// missing value.
     #[must_use]
-    pub fn between(self, inputs: SampleInterpolation, outputs: SampleInterpolation) -> Self {
-        Self { inputs: self.inputs.with(inputs), outputs: self.outputs.with(outputs) }
+    pub fn between(self, inputs: SampleInterpolation, outputs: BetweenRows) -> Self {
+        Self { inputs: self.inputs.with(inputs), between: outputs, ..self }
+    }
+
+    /// What observers in continuous time see of the outputs between the rows.
+    pub fn outputs_between(&self) -> BetweenRows {
+        self.between
     }
 
     /// The times.

@@ -26,8 +26,10 @@ pub struct ReplayedObserver {
     /// The estimates: of a filter, and of an observer that is corrected at the rows, what is known after the
     /// measurements of that time, of a sampled-data observer of a fixed period what is known before them.
     pub estimate: DMatrix<f64>,
-    /// `y - h(xhat)` before the measurements of that time; none for an observer of some states only. An entry is none
-    /// where that output was not measured.
+    /// The estimates before the measurements of that time, where those of `estimate` are after them; otherwise the same.
+    pub predicted: DMatrix<f64>,
+    /// The innovation of the measurements of that time: of a filter that of its update, otherwise `y - h(xhat)` before
+    /// them; none for an observer of some states only. An entry is none where that output was not measured.
     pub innovation: Option<DMatrix<Option<f64>>>,
     /// Covariance and normalised innovations, of a filter.
     pub consistency: Option<FilterConsistency>,
@@ -44,14 +46,29 @@ pub struct ReplayedObserver {
 pub struct FilterConsistency {
     /// `nu' S^-1 nu` of each time (normalised innovation squared); none where nothing was measured.
     pub nis: Vec<Option<NormalisedSquare>>,
+    /// The times, by their index, whose measurements had no result and were passed over: h is not defined around the
+    /// estimate, or the covariance of the innovation not positive definite.
+    pub passed_over: Vec<usize>,
     /// The measurements that the gate of the filter rejected: index of the time, and output.
     pub rejected: Vec<(usize, usize)>,
     /// The covariances by columns, one time after the other.
     pub(super) covariances: Vec<f64>,
+    /// Those before the measurements.
+    pub(super) predicted: Vec<f64>,
     pub(super) order: usize,
 }
 
 impl FilterConsistency {
+    pub(super) fn new(order: usize) -> Self {
+        let (covariances, predicted) = (Vec::new(), Vec::new());
+        Self { nis: Vec::new(), passed_over: Vec::new(), rejected: Vec::new(), covariances, predicted, order }
+    }
+
+    /// The same with the covariances before the measurements.
+    fn of_predictions(&self) -> Self {
+        Self { covariances: self.predicted.clone(), ..self.clone() }
+    }
+
     /// The covariance P of the error of the estimate at the time of this index, n x n; none beyond the last.
     pub fn covariance(&self, index: usize) -> Option<DMatrix<f64>> {
         let size = self.order * self.order;
@@ -103,9 +120,10 @@ impl ReplayedObserver {
     /// [`SimError::Outside`] when nothing is left.
     pub fn consistency(&self, from: f64) -> Result<Option<Consistency>, SimError> {
         let first = self.first(from)?;
-        let squares =
-            self.consistency.iter().flat_map(|consistency| consistency.nis.iter().skip(first)).filter_map(|nis| *nis);
-        Ok(Consistency::of(squares))
+        let Some(FilterConsistency { nis, passed_over, .. }) = &self.consistency else { return Ok(None) };
+        let squares = nis.iter().skip(first).filter_map(|nis| nis.map(Some));
+        let without = passed_over.iter().filter(|k| **k >= first).map(|_| None);
+        Ok(Consistency::of(squares.chain(without)))
     }
 
     /// The errors `x - xhat` at its times, by the states in `truth`, whose times are those of the log; none where the
@@ -122,6 +140,13 @@ impl ReplayedObserver {
         Ok(DMatrix::from_fn(self.t.len(), expected, error))
     }
 
+    /// The same with the estimates and covariances before the measurements of each time in place of those after them.
+    #[must_use]
+    pub fn with_predictions(&self) -> Self {
+        let consistency = self.consistency.as_ref().map(FilterConsistency::of_predictions);
+        Self { estimate: self.predicted.clone(), consistency, ..self.clone() }
+    }
+
     /// The same with the smoothed estimates in place of those of the filter; none if they were not asked for.
     #[must_use]
     pub fn with_smoothed_estimates(&self) -> Option<Self> {
@@ -135,7 +160,8 @@ impl ReplayedObserver {
     }
 
     /// Whether the errors of a filter have, from the time `from` on, the covariance that it computes (NEES); none
-    /// for other observers. Where only some true states are known, it is that of these.
+    /// for other observers, and without a true state. Of a singular covariance it is the pseudo-inverse, with the rank
+    /// as degrees of freedom ([`NormalisedSquare::of_error`]). Where only some true states are known, it is that of these.
     ///
     /// # Errors
     /// [`SimError::Outside`] when nothing is left, and those of [`errors`](Self::errors).
@@ -145,10 +171,11 @@ impl ReplayedObserver {
         let Some(consistency) = &self.consistency else { return Ok(None) };
         let one = |k: usize| {
             let known: Vec<usize> = (0..errors.ncols()).filter(|i| errors[(k, *i)].is_some()).collect();
-            let p = consistency.covariance(k)?.select_rows(&known).select_columns(&known);
+            let p = consistency.covariance(k).filter(|_| !known.is_empty())?;
+            let p = p.select_rows(&known).select_columns(&known);
             let e = DVector::from_iterator(known.len(), known.iter().filter_map(|i| errors[(k, *i)]));
-            let square = if known.is_empty() { return None } else { e.dot(&p.cholesky()?.solve(&e)) };
-            Some(NormalisedSquare { square, degrees: known.len() })
+            let x = DVector::from_fn(known.len(), |i, _| self.estimate[(k, known[i])]);
+            Some(NormalisedSquare::of_error(&e, &p, &x))
         };
         Ok(Consistency::of((first..self.t.len()).filter_map(one)))
     }

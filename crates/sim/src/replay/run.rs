@@ -3,15 +3,14 @@
 use nalgebra::DMatrix;
 
 use super::filter::AnyFilter;
-use super::hold::{Hold, Source, reach};
+use super::hold::{Between, Hold, Source, reach};
 use super::innovation::NormalisedSquare;
 use super::replayed::{FilterConsistency, ReplayedObserver};
 use super::smoother::Record;
-use super::{Entry, Recording};
+use super::{BetweenRows, Entry, Recording};
 use crate::erased::{AnyObserver, AnyPlant};
 use crate::error::{SimError, check_finite, check_positive};
 use crate::integrate::{Settings, Stepper};
-use crate::samples::SampleInterpolation;
 
 /// A row lies on a sample of an observer in discrete time if it is no further away than this share of the period.
 const ON_A_SAMPLE: f64 = 0.01;
@@ -34,6 +33,7 @@ pub(super) struct ReplayRun<'r> {
     measured: Vec<bool>,
     t: Vec<f64>,
     row: Vec<Option<usize>>,
+    predicted: Vec<f64>,
     estimates: Vec<f64>,
     innovations: Vec<Option<f64>>,
     consistency: Option<FilterConsistency>,
@@ -60,6 +60,7 @@ impl<'r> ReplayRun<'r> {
             measured: vec![false; size.outputs],
             t: Vec::new(),
             row: Vec::new(),
+            predicted: Vec::new(),
             estimates: Vec::new(),
             innovations: Vec::new(),
             consistency: None,
@@ -81,31 +82,50 @@ impl<'r> ReplayRun<'r> {
 
     /// Puts h(xhat) in the place of what was not measured, and gives the innovation of what was. An observer of some
     /// states predicts no output: the last value stays.
-    fn predict_outputs(&mut self, t: f64, estimate: &[f64]) -> Result<(), SimError> {
+    fn predict_outputs(&mut self, t: f64, row: Option<usize>, estimate: &[f64]) -> Result<(), SimError> {
         if !self.entry.whole {
             return Ok(());
         }
         let mut expected = vec![0.0; self.y.len()];
         self.plant.output(t, estimate, &self.u, &mut expected);
+        if let Some(output) = expected.iter().position(|h| !h.is_finite()) {
+            return Err(self.undefined(t, row, output, expected[output]));
+        }
         for ((y, measured), h) in self.y.iter_mut().zip(&self.measured).zip(&expected) {
-            if *measured {
-                let innovation = *y - h;
-                check_finite(&format!("the innovation of observer {:?} at t = {t}", self.entry.name), &[innovation])?;
-                self.innovations.push(Some(innovation));
-            } else {
-                check_finite(&format!("the predicted output of observer {:?} at t = {t}", self.entry.name), &[*h])?;
-                *y = *h;
-                self.innovations.push(None);
-            }
+            self.innovations.push(measured.then_some(*y - h));
+            *y = if *measured { *y } else { *h };
         }
         Ok(())
     }
 
-    fn note(&mut self, t: f64, row: Option<usize>, estimate: &[f64]) -> Result<(), SimError> {
+    /// The innovations of a filter, which needs the outputs that were measured, and no other.
+    fn innovate(&mut self, t: f64, row: Option<usize>, filter: &dyn AnyFilter, state: &[f64]) -> Result<(), SimError> {
+        let innovation = filter.innovation(t, state, &self.u, &self.y);
+        if let Some(output) = (0..innovation.len()).find(|&j| self.measured[j] && !innovation[j].is_finite()) {
+            return Err(self.undefined(t, row, output, innovation[output]));
+        }
+        let of = |(measured, nu): (&bool, f64)| measured.then_some(nu);
+        self.innovations.extend(self.measured.iter().zip(innovation).map(of));
+        Ok(())
+    }
+
+    fn undefined(&self, time: f64, row: Option<usize>, output: usize, value: f64) -> SimError {
+        let (observer, is_measured) = (self.entry.name.clone(), self.measured[output]);
+        SimError::OutputNotFinite { observer, time, row, output, value, is_measured }
+    }
+
+    fn check_state(&self, time: f64, state: &[f64]) -> Result<(), SimError> {
+        let Some(index) = state.iter().position(|entry| !entry.is_finite()) else { return Ok(()) };
+        Err(SimError::ObserverNotFinite { observer: self.entry.name.clone(), time, index, value: state[index] })
+    }
+
+    /// The estimates at `t` before and after its measurements.
+    fn note(&mut self, t: f64, row: Option<usize>, predicted: &[f64], estimate: &[f64]) -> Result<(), SimError> {
         self.settings.check_time(t)?;
-        check_finite(&format!("the estimate of observer {:?} at t = {t}", self.entry.name), estimate)?;
+        self.check_state(t, estimate)?;
         self.t.push(t);
         self.row.push(row);
+        self.predicted.extend_from_slice(predicted);
         self.estimates.extend_from_slice(estimate);
         Ok(())
     }
@@ -115,7 +135,7 @@ impl<'r> ReplayRun<'r> {
         self.read(0);
         let (start, initial) = (self.recording.times()[0], &self.entry.initial);
         if self.entry.whole && self.measured.contains(&false) {
-            self.predict_outputs(start, initial)?;
+            self.predict_outputs(start, Some(0), initial)?;
             self.innovations.clear();
         }
         let mut state = vec![0.0; observer.dimensions().state];
@@ -134,9 +154,10 @@ impl<'r> ReplayRun<'r> {
     ) -> Result<(), SimError> {
         let mut estimate = vec![0.0; observer.dimensions().estimate];
         observer.estimate(t, state, &self.u, &self.y, &mut estimate);
-        self.predict_outputs(t, &estimate)?;
+        self.predict_outputs(t, row, &estimate)?;
+        let predicted = estimate.clone();
         observer.correct(state, &self.u, &self.y, &mut estimate);
-        self.note(t, row, &estimate)
+        self.note(t, row, &predicted, &estimate)
     }
 
     /// An observer in continuous time, from row to row.
@@ -148,7 +169,10 @@ impl<'r> ReplayRun<'r> {
         let mut holds: Vec<Hold> = (0..self.y.len()).map(|output| Hold::new(recording, output)).collect();
         let mut state = self.start(observer)?;
         self.arrive(observer, times[0], Some(0), &state)?;
-        let sizes = (self.u.len(), self.y.len(), observer.dimensions().estimate);
+        let own = state.len();
+        let is_moving = self.entry.whole && recording.outputs_between() == BetweenRows::Predicted;
+        // The predicted outputs, behind the state of the observer.
+        state.extend(is_moving.then_some(&self.y).into_iter().flatten());
         let mut jumps = Jumps::new(times[0], observer.jump_period());
         for (k, pair) in times.windows(2).enumerate() {
             for hold in &mut holds {
@@ -162,40 +186,25 @@ impl<'r> ReplayRun<'r> {
             ends.dedup();
             let mut from = pair[0];
             for to in ends {
-                let sources: Vec<Source> =
-                    holds.iter().zip(&held).map(|(hold, until)| hold.source(to, *until)).collect();
-                let (plant, last, whole) = (self.plant, &self.y, self.entry.whole);
-                let known = |t: f64, state: &[f64]| {
-                    let (mut u, mut y) = (vec![0.0; sizes.0], last.clone());
-                    recording.inputs().on(k, t, &mut u);
-                    for (y, source) in y.iter_mut().zip(&sources) {
-                        *y = source.at(t).unwrap_or(*y);
-                    }
-                    if whole && sources.contains(&Source::Predicted) {
-                        let (mut estimate, mut h) = (vec![0.0; sizes.2], vec![0.0; sizes.1]);
-                        observer.estimate(t, state, &u, &y, &mut estimate);
-                        plant.output(t, &estimate, &u, &mut h);
-                        for ((y, source), h) in y.iter_mut().zip(&sources).zip(&h) {
-                            *y = if *source == Source::Predicted { *h } else { *y };
-                        }
-                    }
-                    (u, y)
-                };
-                let right_hand_side = |t: f64, state: &[f64], slope: &mut [f64]| {
-                    let (u, y) = known(t, state);
-                    observer.derivative(t, state, &u, &y, slope);
-                };
+                let sources = holds.iter().zip(&held).map(|(hold, until)| hold.source(to, *until)).collect();
+                let plant = self.entry.whole.then_some(self.plant);
+                let last = &self.y;
+                let between = Between { plant, observer, recording, row: k, sources, last, own, is_moving };
+                let right_hand_side = |t: f64, state: &[f64], slope: &mut [f64]| between.derivative(t, state, slope);
                 stepper.advance(&right_hand_side, from, to, &mut state, &mut |_| Ok(()))?;
                 if to < pair[1] && jumps.happens(to) {
-                    let (u, y) = known(to, &state);
-                    observer.jump(to, &mut state, &u, &y);
+                    let (u, y) = between.known(to, &state);
+                    observer.jump(to, &mut state[..own], &u, &y);
                 }
                 from = to;
             }
             self.read(k + 1);
-            self.arrive(observer, pair[1], Some(k + 1), &state)?;
+            self.arrive(observer, pair[1], Some(k + 1), &state[..own])?;
             if jumps.happens(pair[1]) {
-                observer.jump(pair[1], &mut state, &self.u, &self.y);
+                observer.jump(pair[1], &mut state[..own], &self.u, &self.y);
+            }
+            for ((moving, y), _) in state[own..].iter_mut().zip(&self.y).zip(&self.measured).filter(|(_, is)| **is) {
+                *moving = *y;
             }
         }
         self.steps = stepper.steps();
@@ -223,13 +232,14 @@ impl<'r> ReplayRun<'r> {
             }
             self.read(k);
             observer.estimate(t, &state, &self.u, &self.y, &mut estimate);
-            self.predict_outputs(t, &estimate)?;
+            self.predict_outputs(t, Some(k), &estimate)?;
+            let predicted = estimate.clone();
             if self.measured.contains(&true) {
                 observer.correct_at(&mut state, &self.u, &self.y, t - last);
                 last = t;
             }
             observer.estimate(t, &state, &self.u, &self.y, &mut estimate);
-            self.note(t, Some(k), &estimate)?;
+            self.note(t, Some(k), &predicted, &estimate)?;
         }
         self.steps = stepper.steps();
         Ok(())
@@ -247,7 +257,7 @@ impl<'r> ReplayRun<'r> {
             }
             self.arrive(observer, t, row, &state)?;
             observer.step(t, &mut state, &self.u, &self.y, &self.measured);
-            check_finite(&format!("the state of observer {:?} after the sample at t = {t}", self.entry.name), &state)?;
+            self.check_state(t, &state)?;
         }
         Ok(())
     }
@@ -256,7 +266,7 @@ impl<'r> ReplayRun<'r> {
     fn between(&mut self, k: usize, t: f64, reaches: &[f64]) {
         self.recording.inputs().on(k, t, &mut self.u);
         self.measured.fill(false);
-        if self.recording.outputs().between() == SampleInterpolation::Linear {
+        if self.recording.outputs_between() == BetweenRows::Linear {
             for (j, (y, measured)) in self.y.iter_mut().zip(&mut self.measured).enumerate() {
                 if let Some(value) = on_line(self.recording, k, j, t, reaches[j]) {
                     (*y, *measured) = (value, true);
@@ -270,8 +280,7 @@ impl<'r> ReplayRun<'r> {
     pub(super) fn filter(&mut self, filter: &dyn AnyFilter) -> Result<(), SimError> {
         let own = filter.dimensions();
         let times = self.recording.times();
-        let consistency =
-            FilterConsistency { nis: Vec::new(), rejected: Vec::new(), covariances: Vec::new(), order: own.estimate };
+        let consistency = FilterConsistency::new(own.estimate);
         self.consistency = Some(consistency);
         let mut state = vec![0.0; own.state];
         filter.initial(times[0], &self.entry.initial, &self.u, &self.y, &mut state);
@@ -332,8 +341,9 @@ impl<'r> ReplayRun<'r> {
         row: Option<usize>,
         state: &mut [f64],
     ) -> Result<(), SimError> {
-        check_finite(&format!("the state of filter {:?} at t = {t}", self.entry.name), state)?;
-        self.predict_outputs(t, &filter.estimate(state))?;
+        self.check_state(t, state)?;
+        let (predicted, before) = (filter.estimate(state), filter.covariance(state));
+        self.innovate(t, row, filter, state)?;
         let rejected: Vec<usize> =
             (0..self.y.len()).filter(|&j| self.measured[j] && filter.rejects(t, state, &self.u, &self.y, j)).collect();
         for &j in &rejected {
@@ -345,10 +355,14 @@ impl<'r> ReplayRun<'r> {
             None
         };
         let (estimate, covariance) = (filter.estimate(state), filter.covariance(state));
-        self.note(t, row, &estimate)?;
+        self.note(t, row, &predicted, &estimate)?;
         if let Some(consistency) = &mut self.consistency {
             consistency.rejected.extend(rejected.into_iter().map(|output| (consistency.nis.len(), output)));
+            if nis.is_none() && self.measured.contains(&true) {
+                consistency.passed_over.push(consistency.nis.len());
+            }
             consistency.nis.push(nis);
+            consistency.predicted.extend_from_slice(&before);
             consistency.covariances.extend_from_slice(&covariance);
         }
         if let Some(record) = &mut self.record {
@@ -363,6 +377,7 @@ impl<'r> ReplayRun<'r> {
         ReplayedObserver {
             name: self.entry.name.clone(),
             estimate: DMatrix::from_row_slice(rows, estimate, &self.estimates),
+            predicted: DMatrix::from_row_slice(rows, estimate, &self.predicted),
             innovation: self.entry.whole.then(|| DMatrix::from_row_slice(rows, outputs, &self.innovations)),
             consistency: self.consistency,
             smoothed: self.record.map(Record::smooth),

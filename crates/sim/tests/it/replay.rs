@@ -3,10 +3,13 @@
 
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::{LinearObserver, SampledObserver};
-use luenberger_plants::{Plant, double_integrator};
+use luenberger_plants::{Plant, StaticPlant, double_integrator};
 use luenberger_sim::replay::InnovationStatistics;
-use luenberger_sim::{Noise, Recording, Replay, SampleInterpolation, Scenario, Settings, Signal, SimError, Trajectory};
-use nalgebra::{Const, DMatrix, Matrix1, Matrix2, Vector1, Vector2, dmatrix};
+use luenberger_sim::{
+    BetweenRows, Noise, Recording, Replay, SampleInterpolation, Scenario, Sensor, Settings, Signal, SimError,
+    Trajectory,
+};
+use nalgebra::{Const, DMatrix, Matrix1, Matrix2, SMatrix, Vector1, Vector2, dmatrix};
 
 type Filter = ExtendedKalmanFilter<luenberger_plants::StaticPlant<f64, 2, 1, 1>, f64, Const<2>, Const<1>, Const<1>>;
 
@@ -29,7 +32,7 @@ fn recording(run: &Trajectory) -> Recording {
 }
 
 /// The largest difference of the estimates of the simulation and of the replay of its log.
-fn apart(samples: usize, inputs: SampleInterpolation, outputs: SampleInterpolation) -> f64 {
+fn apart(samples: usize, inputs: SampleInterpolation, outputs: BetweenRows) -> f64 {
     let run = simulated(samples);
     let log = recording(&run).between(inputs, outputs);
     let replayed = Replay::new(double_integrator(), log).observer("linear", observer(), &[0.0, 0.0]).run().unwrap();
@@ -53,15 +56,15 @@ fn a_replay_ends_at_its_time_limit() {
 #[test]
 fn a_replayed_simulation_is_the_simulation_up_to_interpolation() {
     let h = |samples: usize| 4.0 / (samples - 1) as f64;
-    let line = |samples| apart(samples, SampleInterpolation::Linear, SampleInterpolation::Linear);
+    let line = |samples| apart(samples, SampleInterpolation::Linear, BetweenRows::Linear);
     let (coarse, fine) = (line(101), line(201));
     assert!(coarse <= 4.0 * 2.0 * h(101).powi(2) / 8.0, "{coarse:e}");
     // Of second order in the period.
     assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
     // Held, inputs are late by half a period, and more so outputs, which L multiplies: first order.
     let (coarse, fine) = (
-        apart(101, SampleInterpolation::ZeroOrderHold, SampleInterpolation::ZeroOrderHold),
-        apart(201, SampleInterpolation::ZeroOrderHold, SampleInterpolation::ZeroOrderHold),
+        apart(101, SampleInterpolation::ZeroOrderHold, BetweenRows::Held),
+        apart(201, SampleInterpolation::ZeroOrderHold, BetweenRows::Held),
     );
     assert!((1.8..2.2).contains(&(coarse / fine)) && coarse > 5.0 * line(101), "{coarse:e} {fine:e}");
 }
@@ -76,11 +79,59 @@ fn held_inputs_are_replayed_as_they_were() {
         .until(4.0, 401)
         .run()
         .unwrap();
-    let log = recording(&run).between(SampleInterpolation::ZeroOrderHold, SampleInterpolation::Linear);
+    let log = recording(&run).between(SampleInterpolation::ZeroOrderHold, BetweenRows::Linear);
     let replayed = Replay::new(double_integrator(), log).observer("linear", observer(), &[1.0, -1.0]).run().unwrap();
     let apart = (&replayed.observers[0].estimate - &run.observers[0].estimate).amax();
     // Only y is interpolated: |y''| = |u| <= 1, and |exp((A - L C) t) L| has an integral below 4.
     assert!(apart <= 4.0 * 1e-4 / 8.0, "{apart:e}");
+}
+
+/// `x' = -x`, `xhat' = -xhat + 100 (w - xhat)`, a row every 0.1: ten time constants of the observer. The errors are those
+/// of scipy.linalg.expm for the stacked equation of x, xhat and w, with w = x at every row; `w' = -xhat`, and 0 for the
+/// held measurement.
+#[test]
+fn a_measurement_moves_with_the_model_between_the_rows() {
+    let plant = StaticPlant::new(Matrix1::new(-1.0), SMatrix::<f64, 1, 0>::zeros(), Matrix1::new(1.0)).unwrap();
+    let t: Vec<f64> = (0..6).map(|k| 0.1 * f64::from(k)).collect();
+    let y = DMatrix::from_fn(6, 1, |k, _| (-t[k]).exp());
+    let log = Recording::new(t, DMatrix::zeros(6, 0), y.clone()).unwrap();
+    let run = |between: BetweenRows| {
+        let log = log.clone().between(SampleInterpolation::ZeroOrderHold, between);
+        let observer = LinearObserver::of(plant.clone(), Matrix1::new(100.0)).unwrap();
+        Replay::new(plant.clone(), log).observer("o", observer, &[3.0]).run().unwrap().observers[0].clone()
+    };
+    for (between, expected) in [
+        (
+            BetweenRows::Predicted,
+            [-2.0, 0.018187826768882864, -0.00016539852128749644, 1.504119826467587e-06, -1.3678335575306733e-08, 0.0],
+        ),
+        (
+            BetweenRows::Held,
+            [
+                -2.0,
+                -0.0853441577037507,
+                -0.07715175256378692,
+                -0.06980978967690665,
+                -0.06316650984476602,
+                -0.057155421674281115,
+            ],
+        ),
+    ] {
+        let found = run(between);
+        // A sensor in a simulation does the same.
+        let observer = LinearObserver::of(plant.clone(), Matrix1::new(100.0)).unwrap();
+        let scenario = Scenario::new(plant.clone()).initial_state(&[1.0]).sensor(Sensor::new(0, 0.1));
+        let scenario = if between == BetweenRows::Held { scenario.hold_measurements() } else { scenario };
+        let simulated = scenario.observer("o", observer, &[3.0]).until(0.5, 6).run().unwrap();
+        for (k, expected) in expected.into_iter().enumerate() {
+            let error = simulated.observers[0].error[(k, 0)];
+            assert!((error - expected).abs() < 1e-8, "{between:?}, sample {k}: {error} instead of {expected}");
+        }
+        for (k, expected) in expected.into_iter().enumerate() {
+            let error = y[(k, 0)] - found.estimate[(k, 0)];
+            assert!((error - expected).abs() < 1e-8, "{between:?}, row {k}: {error} instead of {expected}");
+        }
+    }
 }
 
 fn filter(v: f64) -> Filter {

@@ -7,8 +7,10 @@ use luenberger_observers::{
 };
 use luenberger_plants::{LinearPlant, StaticPlant, double_integrator};
 use luenberger_sim::samples::Samples;
-use luenberger_sim::{Recording, Replay, SampleInterpolation, SimError};
-use nalgebra::{Const, DMatrix, Matrix1, Matrix2, Matrix2x1, RowVector2, SMatrix, Vector1, Vector2, dmatrix, matrix};
+use luenberger_sim::{BetweenRows, Recording, Replay, SampleInterpolation, SimError};
+use nalgebra::{
+    Const, DMatrix, Matrix1, Matrix2, Matrix2x1, RowVector2, SMatrix, Vector1, Vector2, Vector3, dmatrix, matrix,
+};
 
 type Filter<const P: usize> = ExtendedKalmanFilter<StaticPlant<f64, 2, 1, P>, f64, Const<2>, Const<1>, Const<P>>;
 
@@ -174,7 +176,7 @@ fn log(rows: &[(f64, Option<f64>)]) -> Recording {
 }
 
 /// Across a gap, and from a missing value on, the continuous observer is the copy of the plant: position and speed by
-/// `x1 + x2 t + u t^2/2`, after the last measurement has been held for its period.
+/// `x1 + x2 t + u t^2/2`, after the last measurement has moved with it for its period.
 #[test]
 fn a_continuous_observer_predicts_what_is_not_measured() {
     let dense = |from: u32, to: u32| (from..=to).map(|k| (0.1 * f64::from(k), Some(0.3 * f64::from(k % 4))));
@@ -184,11 +186,11 @@ fn a_continuous_observer_predicts_what_is_not_measured() {
     ] {
         let replayed = Replay::new(double_integrator(), log(&rows)).observer("l", linear(), &[1.0, 0.0]).run().unwrap();
         let found = replayed.observer("l").unwrap();
-        // Held for one and a half periods where no row comes, and until the row with the missing value.
+        // Measured for one and a half periods where no row comes, and until the row with the missing value: w' = xhat2.
         let held: f64 = if blank { 0.1 } else { 0.15 };
-        let (a, l, y) = (Matrix2::new(0.0, 1.0, 0.0, 0.0), Vector2::new(3.0, 2.0), rows[20].1.unwrap());
-        let slope = |x: Vector2<f64>| a * x + Vector2::new(0.0, 0.5) + l * (y - x[0]);
-        let mut x = Vector2::new(found.estimate[(20, 0)], found.estimate[(20, 1)]);
+        let y = rows[20].1.unwrap();
+        let slope = |x: Vector3<f64>| Vector3::new(x[1] + 3.0 * (x[2] - x[0]), 0.5 + 2.0 * (x[2] - x[0]), x[1]);
+        let mut x = Vector3::new(found.estimate[(20, 0)], found.estimate[(20, 1)], y);
         let steps = 1000;
         let h = held / f64::from(steps);
         for _ in 0..steps {
@@ -276,7 +278,7 @@ fn lines_cross_neither_gaps_nor_missing_values() {
     // y = t, a missing value at 1.0, a gap from 2 to 4.
     let rows: Vec<_> =
         (0..=20).chain(40..=60).map(|k| (0.1 * f64::from(k), (k != 10).then_some(0.1 * f64::from(k)))).collect();
-    let lines = log(&rows).between(SampleInterpolation::ZeroOrderHold, SampleInterpolation::Linear);
+    let lines = log(&rows).between(SampleInterpolation::ZeroOrderHold, BetweenRows::Linear);
     let run =
         |log: Recording| Replay::new(double_integrator(), log).observer("l", linear(), &[0.0, 1.0]).run().unwrap();
     let (held, line) = (run(log(&rows)), run(lines.clone()));
@@ -302,7 +304,7 @@ fn lines_cross_neither_gaps_nor_missing_values() {
         Replay::new(double_integrator(), log).sampled_observer("s", sampled(), &[0.0; 2]).run().unwrap()
     };
     let (held, line) =
-        (run(log(&rows)), run(log(&rows).between(SampleInterpolation::ZeroOrderHold, SampleInterpolation::Linear)));
+        (run(log(&rows)), run(log(&rows).between(SampleInterpolation::ZeroOrderHold, BetweenRows::Linear)));
     assert_eq!((held.observers[0].rows_used(), held.observers[0].interpolated), (11, 0));
     assert_eq!((line.observers[0].rows_used(), line.observers[0].interpolated), (11, 20));
 }

@@ -3,7 +3,7 @@
 use luenberger_observers::CovarianceFilter;
 use luenberger_plants::Column;
 use luenberger_sim::replay::{Consistency, NormalisedSquare};
-use luenberger_sim::{SimError, Trajectory};
+use luenberger_sim::{Estimates, SimError, Trajectory};
 use nalgebra::{DMatrix, DVector};
 
 use super::rows::Run;
@@ -29,10 +29,19 @@ pub(super) fn is_filter(member: &Member<'_>) -> bool {
     of_filter!(member, _filter => ()).is_some()
 }
 
-/// The standard deviations that a filter states for its errors, at the times of the run: `sqrt(P_ii)`.
-pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>) -> Option<DMatrix<f64>> {
-    let state = &trajectory.observer(&member.requested.name).ok()?.state;
-    of_filter!(member, filter => deviation_of(filter.as_ref(), state, member.requested.initial.len()))
+/// The standard deviations that a filter states for the errors of these estimates, at the times of the run:
+/// `sqrt(P_ii)`.
+pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>, estimates: Estimates) -> Option<DMatrix<f64>> {
+    let own = trajectory.observer(&member.requested.name).ok()?;
+    let mut state = own.state.clone();
+    if let (Some(at_samples), Estimates::Filtered) = (&own.at_samples, estimates) {
+        for (k, t) in trajectory.t.iter().enumerate() {
+            if let Some(sample) = at_samples.at(*t).filter(|_| at_samples.state.ncols() == state.ncols()) {
+                state.set_row(k, &at_samples.state.row(sample));
+            }
+        }
+    }
+    of_filter!(member, filter => deviation_of(filter.as_ref(), &state, member.requested.initial.len()))
 }
 
 /// Those of a stationary Kalman filter, in every row.
@@ -70,7 +79,7 @@ fn deviation_of<F: CovarianceFilter<f64>>(filter: &F, states: &DMatrix<f64>, n: 
 }
 
 /// NIS and NEES of a filter over all its samples in the run: of each innovation as it was computed, and of the error
-/// after the measurement.
+/// after the measurement, or before it where predictions are scored.
 pub(super) fn consistency(
     simulation: &Simulation,
     trajectory: &Trajectory,
@@ -100,21 +109,19 @@ fn consistency_of<F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVecto
         let u = DVector::from_vec(trajectory.input_at(at)?);
         let y = DVector::from_vec(trajectory.measured_at(t)?);
         let measured: Vec<bool> = (0..y.len()).map(|output| trajectory.is_measured(output, t)).collect();
+        let before = filter_state.clone();
         let degrees =
             (0..y.len()).filter(|&j| measured[j] && !filter.rejects_output(t, &filter_state, &u, &y, j)).count();
         if degrees > 0 {
-            let Some(square) = filter.measure(t, &mut filter_state, &u, &y, &measured) else { continue };
-            nis.push(NormalisedSquare { square, degrees });
+            let square = filter.measure(t, &mut filter_state, &u, &y, &measured);
+            nis.push(square.map(|square| NormalisedSquare::of_innovation(square, degrees)));
         }
-        let e = DVector::from_column_slice(&x) - filter.estimate(&filter_state);
+        let scored = if simulation.estimates == Estimates::Predicted { &before } else { &filter_state };
+        let (x, xhat) = (DVector::from_column_slice(&x), filter.estimate(scored));
         let mut p = DMatrix::zeros(n, n);
-        if !filter.covariance_into(&filter_state, p.as_mut_slice()) {
-            continue;
-        }
-        if let Some(factor) = p.cholesky() {
-            nees.push(NormalisedSquare { square: e.dot(&factor.solve(&e)), degrees: n });
-        }
+        let square = filter.covariance_into(scored, p.as_mut_slice());
+        nees.push(square.then(|| NormalisedSquare::of_error(&(x - &xhat), &p, &xhat)).flatten());
     }
-    let test = |squares: Vec<NormalisedSquare>| Consistency::of(squares).map(Into::into);
+    let test = |squares: Vec<Option<NormalisedSquare>>| Consistency::of(squares).map(Into::into);
     Ok(FilterReport { observer: name.to_owned(), nis: test(nis), nees: test(nees) })
 }

@@ -2,8 +2,8 @@
 
 use luenberger_expression::{Expression, Parameters};
 use luenberger_live::{
-    Event, Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, ObserverKind, OperatingPoint, Rows,
-    Sensor, StoredNoise, StoredObserver, StoredPlant, Table, Truth,
+    Estimates, Event, Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, ObserverKind,
+    OperatingPoint, Rows, Sensor, StoredNoise, StoredObserver, StoredPlant, Table, Truth,
 };
 use luenberger_observers::sliding_mode::Discretisation;
 use luenberger_observers::{ComparisonSystem, DeviationObserver, Prediction, SampledCubicObserver, SampledObserver};
@@ -108,6 +108,11 @@ fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<
         scale: scores::scale(study, simulation),
         band: simulation.band,
         score_period,
+        hold_measurements: simulation.hold_measurements,
+        estimates: match simulation.estimates {
+            luenberger_sim::Estimates::Filtered => Estimates::Filtered,
+            luenberger_sim::Estimates::Predicted => Estimates::Predicted,
+        },
         observers,
         ..Experiment::new(
             plant(study, &names.model, None).ok_or(no_plant)?,

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use luenberger_proof::wording::significant;
 use luenberger_sim::replay::{Replay, ReplayedObserver};
-use luenberger_sim::{SampleInterpolation, Settings, SimError};
+use luenberger_sim::{BetweenRows, Estimates, Settings, SimError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -13,6 +13,8 @@ use super::filter::stationary_deviation;
 use super::options::RunOptions;
 use super::rows::Run;
 use super::sampling;
+use super::scores::key;
+use super::stopped::why;
 use crate::results::{
     ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, SmoothedDeviation, SmoothedReport,
     StateScore,
@@ -31,12 +33,20 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>)
     } else {
         runnable.replay(replay, name, initial)
     };
-    replay.run()?.observer(name).cloned()
+    replay.run()?.observer(name).cloned().map(|replayed| shown(log, replayed))
 }
 
 /// The run of one observer.
 pub(super) fn one(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<Run, SimError> {
     replay(study, log, member, until).map(|replayed| run(log, member, replayed))
+}
+
+/// With the estimates that the log asks for in the place of the filtered ones.
+fn shown(log: &Log, replayed: ReplayedObserver) -> ReplayedObserver {
+    match log.estimates {
+        Estimates::Filtered => replayed,
+        Estimates::Predicted => replayed.with_predictions(),
+    }
 }
 
 fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<InnovationReport, SimError> {
@@ -162,6 +172,26 @@ fn locked_out(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Vec<Stri
     study.plant.outputs.iter().enumerate().filter_map(one).collect()
 }
 
+/// Outputs of which an observer predicts less than their mean does.
+fn astray(study: &Study, log: &Log, report: &InnovationReport) -> Vec<String> {
+    let outputs = log.recording.outputs();
+    let one = |of: &InnovationOf| {
+        let j = study.plant.outputs.iter().position(|output| *output == of.output)?;
+        let measured: Vec<f64> = (0..outputs.times().len()).filter_map(|k| outputs.value(k, j)).collect();
+        let count = measured.len() as f64;
+        let mean = measured.iter().sum::<f64>() / count;
+        let deviation = (measured.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count).sqrt();
+        (of.rms > deviation && deviation > 0.0).then(|| {
+            let (rms, deviation) = (significant(of.rms, 2), significant(deviation, 2));
+            format!(
+                "{}: the innovations of {} (rms {rms}) are larger than its deviation from its mean ({deviation}): the estimates are not usable. Too fast for the period of the log, a wrong model, or a filter that diverges",
+                report.observer, of.output
+            )
+        })
+    };
+    report.outputs.iter().filter_map(one).collect()
+}
+
 /// An observer with its estimates on the log, if the replay finished.
 pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
 
@@ -182,6 +212,7 @@ pub(super) fn all<'a>(
                 ..report(study, log, &replayed)?
             };
             let mut warnings = locked_out(study, log, &replayed);
+            warnings.extend(astray(study, log, &report));
             warnings.extend(report.sampling.iter().filter(|found| found.outside > 0).map(|found| found.words.clone()));
             warnings.extend(warning(study, log, &replayed, member.designed.runnable.period()));
             Ok((report, run(log, member, replayed), warnings))
@@ -199,7 +230,7 @@ pub(super) fn all<'a>(
             sampling: None,
             rows_used: 0,
             interpolated: 0,
-            failure: Some(error.to_string()),
+            failure: Some(why(study, &error)),
         };
         Some(match outcome {
             Ok((report, run, warnings)) => (report, (*member, Some(run)), warnings),
@@ -224,7 +255,7 @@ pub(super) fn all<'a>(
 }
 
 fn linear(log: &Log) -> bool {
-    log.recording.outputs().between() == SampleInterpolation::Linear
+    log.recording.outputs_between() == BetweenRows::Linear
 }
 
 fn summary(study: &Study, log: &Log, rows: Vec<InnovationReport>) -> LogReport {
@@ -241,7 +272,12 @@ fn summary(study: &Study, log: &Log, rows: Vec<InnovationReport>) -> LogReport {
         end: times.last().copied().unwrap_or(0.0),
         median_period: recording.median_period(),
         gaps: recording.gaps().into_iter().map(|(from, to)| [from, to]).collect(),
-        interpolation: if linear(log) { "linear" } else { "none" },
+        estimates: key(log.estimates),
+        interpolation: match recording.outputs_between() {
+            BetweenRows::Predicted => "predicted",
+            BetweenRows::Held => "held",
+            BetweenRows::Linear => "linear",
+        },
         columns: study.plant.outputs.iter().enumerate().filter_map(column).collect(),
         rows,
     }

@@ -1,7 +1,7 @@
 //! Scores of runs: where errors are scored, and in which units their norm is.
 
 use luenberger_proof::wording::shortest;
-use luenberger_sim::{Errors, ScoreGrid, SimError, Trajectory};
+use luenberger_sim::{Errors, Estimates, ScoreGrid, SimError, Trajectory};
 
 use crate::results::{MeritsReport, NormReport, ScoringReport, StateReport};
 use crate::study::{ObserverSpec, Simulation, Study};
@@ -15,6 +15,9 @@ pub(super) struct Scoring {
     /// Whether the scale is that of the simulation, and not the widths of a region.
     given: bool,
     band: f64,
+    estimates: Estimates,
+    /// Whether a filter is among the observers, which has two estimates at a sample.
+    filters: bool,
 }
 
 impl Scoring {
@@ -33,7 +36,14 @@ impl Scoring {
             let periods: Vec<_> = observers.map(|member| member.designed.runnable.period()).chain([fed]).collect();
             ScoreGrid::common(&periods, simulation.duration)?
         };
-        Ok(Self { grid, scale: scale(study, simulation), given: simulation.scale.is_some(), band: simulation.band })
+        Ok(Self {
+            grid,
+            scale: scale(study, simulation),
+            given: simulation.scale.is_some(),
+            band: simulation.band,
+            estimates: simulation.estimates,
+            filters: study.observers.iter().any(|observer| observer.kind.updates()),
+        })
     }
 
     /// The period at whose multiples errors are scored; none in continuous time.
@@ -53,7 +63,7 @@ impl Scoring {
         trajectory: &Trajectory,
         observer: &ObserverSpec,
     ) -> Result<MeritsReport, SimError> {
-        let errors = Errors::of(trajectory, &observer.name, self.grid)?;
+        let errors = Errors::of_estimates(trajectory, &observer.name, self.grid, self.estimates)?;
         let states = errors.states()?;
         let functions = observer
             .kind
@@ -102,6 +112,9 @@ impl Scoring {
             Some(unit) if self.grid.period().is_some() => format!("{} {unit}.", self.grid),
             _ => format!("{}.", self.grid),
         }];
+        if self.filters {
+            words.push(of_filters(self.estimates).to_owned());
+        }
         let percent = shortest(100.0 * self.band);
         match &self.scale {
             Some(scale) => {
@@ -117,7 +130,29 @@ impl Scoring {
             }
             None => words.push(NO_SCALE.to_owned()),
         }
-        ScoringReport { period: self.grid.period(), scale: self.scale.clone(), band: self.band, words }
+        ScoringReport {
+            period: self.grid.period(),
+            scale: self.scale.clone(),
+            band: self.band,
+            estimates: key(self.estimates),
+            words,
+        }
+    }
+}
+
+/// As the key `estimates` has it.
+pub(super) fn key(estimates: Estimates) -> &'static str {
+    match estimates {
+        Estimates::Filtered => "filtered",
+        Estimates::Predicted => "predicted",
+    }
+}
+
+/// Which estimates of filters have the errors.
+pub(super) fn of_filters(estimates: Estimates) -> &'static str {
+    match estimates {
+        Estimates::Filtered => "Errors of filters are those after the measurement of a sample (filtered).",
+        Estimates::Predicted => "Errors of filters are those before the measurement of a sample (predicted).",
     }
 }
 

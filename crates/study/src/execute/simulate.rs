@@ -27,9 +27,10 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     let (wanted, _) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     let rows = wanted.len();
     let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
-    let mut estimate =
-        member.and_then(|member| trajectory.observer(&member.requested.name).ok()).map(|o| of(&o.estimate));
-    let deviation = member.and_then(|member| match filter::deviation(trajectory, member) {
+    let mut estimate = member
+        .and_then(|member| trajectory.observer(&member.requested.name).ok())
+        .map(|observer| observer.estimates(&wanted, simulation.estimates));
+    let deviation = member.and_then(|member| match filter::deviation(trajectory, member, simulation.estimates) {
         Some(deviation) => Some(of(&deviation)),
         // The stationary covariance is that of a measurement at every sample.
         None if simulation.sensors.is_empty() => filter::stationary_deviation(member, rows),

@@ -40,6 +40,17 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
             let (t, step) = (short(*time), short(*step));
             format!("stopped at t = {t}: step size {step} below its limit (the right-hand side is not smooth there)")
         }
+        SimError::OutputNotFinite { observer, time, row, output, value, is_measured } => {
+            let row = row.map(|row| format!(" (row {} of the log)", row + 1)).unwrap_or_default();
+            let name = study.plant.outputs.get(*output).map_or("an output", String::as_str);
+            let t = short(*time);
+            let why = if *is_measured {
+                "which was measured there"
+            } else {
+                "which was not measured there, and which it predicts"
+            };
+            format!("stopped at t = {t}{row}: {name} is {value} at the estimate of {observer:?}, {why}")
+        }
         other => other.to_string(),
     }
 }

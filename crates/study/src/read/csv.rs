@@ -1,6 +1,6 @@
 //! CSV files named in a study: input tables and measured logs.
 
-use luenberger_sim::{SampleInterpolation, Samples};
+use luenberger_sim::{BetweenRows, Estimates, SampleInterpolation, Samples};
 
 use super::Reader;
 use super::tree::Node;
@@ -37,12 +37,16 @@ pub(super) struct Columns {
     pub(super) states: Option<Vec<Option<String>>>,
 }
 
-/// A log. Outputs are on straight lines between the rows if `linear`.
-pub(super) fn log(node: &Node, columns: &Columns, linear: bool, reader: &mut Reader) -> Option<Log> {
+/// A log, with what is between its rows, and which estimates are scored on it.
+pub(super) fn log(
+    node: &Node,
+    columns: &Columns,
+    (between, estimates): (BetweenRows, Estimates),
+    reader: &mut Reader,
+) -> Option<Log> {
     let Columns { time, inputs, outputs, states } = columns;
     read(node, reader, |table| {
         let recording = table.recording(time, inputs, outputs)?;
-        let between = if linear { SampleInterpolation::Linear } else { SampleInterpolation::ZeroOrderHold };
         let truth = states.as_ref().map(|states| {
             let states: Vec<Option<&str>> = states.iter().map(Option::as_deref).collect();
             table.samples_with_missing(time, &states)
@@ -50,6 +54,7 @@ pub(super) fn log(node: &Node, columns: &Columns, linear: bool, reader: &mut Rea
         Ok(Log {
             recording: recording.between(SampleInterpolation::ZeroOrderHold, between),
             truth: truth.transpose()?,
+            estimates,
             suspicions: table.suspicions(time, inputs, outputs)?,
         })
     })

@@ -4,7 +4,7 @@ use luenberger_expression::Scope;
 use luenberger_linalg::{dlqr, lqr, place};
 use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
-use luenberger_sim::{Integrator, ScoreGrid, Settings, SimError};
+use luenberger_sim::{BetweenRows, Estimates, Integrator, ScoreGrid, Settings, SimError};
 use nalgebra::DMatrix;
 
 use super::tree::Node;
@@ -212,6 +212,8 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         },
         band: number("band", standard.band)?,
         score_period: node.given("score_period", Node::number)?,
+        estimates: estimates(node),
+        hold_measurements: node.get("interpolation").and_then(Node::text) == Some("held"),
         scale: node.given("scale", |scale| reader.numbers(scale, "scale", plant.states.len(), "state"))?,
         noise,
         ..standard
@@ -296,8 +298,20 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
         outputs: outputs?,
         states: states.map(|states| states.into_iter().map(known).collect()),
     };
-    let linear = node.get("interpolation").and_then(Node::text) == Some("linear");
-    super::csv::log(node.get("file")?, &columns, linear, reader)
+    let between = match node.get("interpolation").and_then(Node::text) {
+        Some("linear") => BetweenRows::Linear,
+        Some("held") => BetweenRows::Held,
+        _ => BetweenRows::Predicted,
+    };
+    super::csv::log(node.get("file")?, &columns, (between, estimates(node)), reader)
+}
+
+/// Which estimates of filters are scored.
+fn estimates(node: &Node) -> Estimates {
+    match node.get("estimates").and_then(Node::text) {
+        Some("predicted") => Estimates::Predicted,
+        _ => Estimates::Filtered,
+    }
 }
 
 pub(super) fn plot(

@@ -16,8 +16,11 @@ pub struct LogReport {
     pub median_period: f64,
     /// The gaps: [last row before it, first row after it].
     pub gaps: Vec<[f64; 2]>,
-    /// `none`, or `linear` if observers see straight lines between the rows, which know the future.
+    /// What observers in continuous time see of an output between the rows: `predicted`, as the model moves it, `held`,
+    /// or `linear`, straight lines, which know the future.
     pub interpolation: &'static str,
+    /// Which estimates of filters have the errors: `filtered`, after the measurement of a row, or `predicted`, before.
+    pub estimates: &'static str,
     /// The outputs that are not measured in every row.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub columns: Vec<LogColumn>,
@@ -118,6 +121,17 @@ pub struct SmoothedDeviation {
     pub smoothed: f64,
 }
 
+impl LogReport {
+    /// Which estimates of filters have the errors.
+    pub fn estimates_in_words(&self) -> &'static str {
+        if self.estimates == "predicted" {
+            "of filters before the measurement of a row (predicted)"
+        } else {
+            "of filters after the measurement of a row (filtered)"
+        }
+    }
+}
+
 impl InnovationReport {
     /// The errors by the name of the estimates: the observer's own, and `NAME, smoothed`.
     pub fn errors_of_estimates(&self) -> impl Iterator<Item = (String, &StateScore)> {
@@ -186,15 +200,24 @@ pub struct StateScore {
 /// (NEES).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConsistencyReport {
-    /// The mean of the normalised squares.
+    /// The mean of the normalised squares; 0 without samples.
     pub mean: f64,
-    /// Its expected value.
+    /// Its expected value: the mean number of degrees of freedom per sample, which is the rank of the covariance.
     pub expected: f64,
     /// The acceptance region of the mean, two-sided, 95 %: [low, high].
     pub region: [f64; 2],
-    /// Over how many samples.
+    /// Over how many samples: those with a degree of freedom.
     pub samples: usize,
-    /// Whether the mean lies in the region.
+    /// In how many samples the covariance is singular; its pseudo-inverse takes the place of the inverse.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub singular: usize,
+    /// In how many of these the error has a component for which the filter has no variance.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub outside: usize,
+    /// How many samples have no square: the covariance is not finite, or the update had no result.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub left_out: usize,
+    /// Whether the mean lies in the region, and no error is without variance.
     pub accepted: bool,
 }
 
@@ -259,13 +282,16 @@ impl From<Consistency> for ConsistencyReport {
             expected: test.expected,
             region: [low, high],
             samples: test.samples,
+            singular: test.singular,
+            outside: test.outside,
+            left_out: test.left_out,
             accepted: test.accepted(),
         }
     }
 }
 
 impl ConsistencyReport {
-    /// `1.04, in [0.91, 1.09]`: the mean with its acceptance region.
+    /// `1.04, in [0.91, 1.09]`: the mean with its acceptance region, and in brackets what limits it.
     pub fn in_words(&self) -> String {
         use luenberger_proof::wording::significant;
         let [low, high] = self.region.map(|end| significant(end, 3));
@@ -276,7 +302,22 @@ impl ConsistencyReport {
         } else {
             "below"
         };
-        format!("{}, {word} [{low}, {high}]", significant(self.mean, 3))
+        let all = self.samples.max(self.singular) + self.left_out;
+        let counts = [
+            (self.singular, "P is singular"),
+            (self.outside, "an error has no variance"),
+            (self.left_out, "there is no result"),
+        ];
+        let limits: Vec<String> = counts
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| format!("{what} at {count} of {all} samples"))
+            .collect();
+        let limits = if limits.is_empty() { String::new() } else { format!(" ({})", limits.join(", ")) };
+        if self.samples == 0 {
+            return format!("-{limits}");
+        }
+        format!("{}, {word} [{low}, {high}]{limits}", significant(self.mean, 3))
     }
 }
 

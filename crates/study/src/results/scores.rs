@@ -61,6 +61,8 @@ pub struct ScoringReport {
     pub scale: Option<Vec<f64>>,
     /// The settling band of the norm, as a fraction of |e(0)|.
     pub band: f64,
+    /// Which estimates of filters are scored: `filtered`, after the measurement of a sample, or `predicted`, before it.
+    pub estimates: &'static str,
     /// The same as sentences.
     pub words: Vec<String>,
 }

@@ -248,6 +248,15 @@ const SIMULATION: Table = Table {
             Kind::Numbers(Range::Positive),
             "One positive number per state, in its unit, by which its error is divided in the norm |e| (default: the widths of the region of the designs, if it is finite and the same for all; otherwise no norm is computed).",
         ),
+        optional("estimates", Kind::Choice(ESTIMATES), ESTIMATES_ABOUT),
+        optional(
+            "interpolation",
+            Kind::Choice(&[
+                ("predicted", "A measurement moves with the model until the next one."),
+                ("held", "A measurement is held until the next one, late by half a period on average."),
+            ]),
+            "What observers in continuous time see between two measurements of a [[simulation.sensor]] (default predicted).",
+        ),
         optional(
             "score_period",
             Kind::Number(Range::Positive),
@@ -334,6 +343,14 @@ const NOISE: Table = Table {
     ],
 };
 
+/// Which estimates of a filter are scored.
+const ESTIMATES: &[(&str, &str)] = &[
+    ("filtered", "After the measurement of the sample (a posteriori)."),
+    ("predicted", "Before the measurement of the sample (a priori)."),
+];
+
+const ESTIMATES_ABOUT: &str = "Which estimates of a filter at its samples are scored, drawn and written (default filtered). Other observers have only one.";
+
 const LOG: Table = Table {
     name: "[log]",
     about: "A measured log. The observers run on it, and their innovations are reported. A blank cell is no measurement.",
@@ -359,11 +376,13 @@ const LOG: Table = Table {
         optional(
             "interpolation",
             Kind::Choice(&[
-                ("none", "Only rows correct an estimate."),
+                ("predicted", "A measurement moves with the model until the next one; only rows correct an estimate."),
+                ("held", "A measurement is held until the next one, late by half a period on average."),
                 ("linear", "Straight lines between rows, which know the future, but not across gaps and blank cells."),
             ]),
-            "What observers in continuous time, and at their own period, see of the outputs between the rows (default none).",
+            "What observers in continuous time see of the outputs between the rows (default predicted). Observers at their own period predict there, or see the straight lines.",
         ),
+        optional("estimates", Kind::Choice(ESTIMATES), ESTIMATES_ABOUT),
     ],
 };
 

@@ -109,6 +109,15 @@ impl ObserverKind {
         }
     }
 
+    /// Whether it is a filter in samples: an update by each sample, and a prediction.
+    pub fn updates(&self) -> bool {
+        match self {
+            Self::ExtendedKalman { .. } | Self::Unscented(_) | Self::MovingHorizon(_) => true,
+            Self::Kalman(spec) => spec.is_filter,
+            _ => false,
+        }
+    }
+
     /// Whether estimates on a log are smoothed.
     pub fn smooths(&self) -> bool {
         match self {

@@ -120,7 +120,10 @@ fn the_written_study_has_the_observers_that_were_run() {
 fn the_scores_of_a_filter_are_those_of_scipy() {
     let folder = scratch("advise-scipy");
     let run = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
-    let text = format!("{}w = [8e-7, 8e-7]\n", TANKS.replace("ensemble = 3", "ensemble = 1"));
+    let text = format!(
+        "{}w = [8e-7, 8e-7]\n",
+        TANKS.replace("ensemble = 3", "ensemble = 1").replace("hold = 0.1", "hold = 0.1\nestimates = \"predicted\"")
+    );
     advice(&text, &AdviseOptions { run, ..by("error") });
     let runs = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
     let line = runs.lines().find(|line| line.starts_with("\"extended-kalman\",0,")).unwrap();

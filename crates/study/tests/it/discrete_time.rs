@@ -151,6 +151,7 @@ expressions = ["cos(3*t)"]
 [simulation]
 x0 = [0.3, 0.1]
 duration = 2.5
+estimates = "predicted"
 [[observer]]
 name = "ekf"
 kind = "extended-kalman"

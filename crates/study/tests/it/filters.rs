@@ -23,6 +23,7 @@ expressions = ["cos(3*t)"]
 [simulation]
 x0 = [0.3, 0.1]
 duration = 2.5
+estimates = "predicted"
 [[observer]]
 kind = "ukf"
 w = [1e-3, 1e-2]
@@ -295,8 +296,8 @@ fn every_kalman_filter_has_a_band_that_holds_its_errors() {
     for (name, expected, report) in [
         ("predictor", predicted, &results.coverage[0]),
         ("filter-form", filtered, &results.coverage[1]),
-        ("extended", predicted, &results.coverage[2]),
-        ("unscented", predicted, &results.coverage[3]),
+        ("extended", filtered, &results.coverage[2]),
+        ("unscented", filtered, &results.coverage[3]),
     ] {
         let text = std::fs::read_to_string(folder.join(format!("trajectories/{name}.csv"))).unwrap();
         let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();

@@ -110,7 +110,7 @@ fn a_blank_cell_is_no_measurement() {
     assert_eq!(results.coverage, []);
     let log = results.log.unwrap();
     assert_eq!((log.samples, log.columns[0].samples, log.rows[0].rows_used, log.rows[0].interpolated), (22, 20, 22, 0));
-    assert_eq!((&log.gaps[..], log.interpolation, log.median_period), (&[[10.0, 410.0]][..], "none", 1.0));
+    assert_eq!((&log.gaps[..], log.interpolation, log.median_period), (&[[10.0, 410.0]][..], "predicted", 1.0));
     assert!(results.warnings.contains(&"in the log: Gap 10-410 (median Ts 1)".to_owned()), "{:?}", results.warnings);
 }
 

@@ -9,6 +9,7 @@ mod composed;
 mod diagnostic;
 mod discrete_time;
 mod disturbance;
+mod estimates;
 mod feedthrough;
 mod filters;
 mod folder;

@@ -17,6 +17,7 @@ time_unit = "s"
 x0 = [1, -0.5]
 duration = 2
 samples = 21
+estimates = "predicted"
 [[simulation.sensor]]
 output = "place"
 period = 0.3
@@ -138,9 +139,9 @@ period = 0.1
 fn mistakes_in_sensors() {
     let of = |old: &str, new: &str| mistake(&CARRIAGE.replacen(old, new, 1));
     let unknown = of("output = \"place\"", "output = \"plac\"");
-    assert_eq!((unknown.line, unknown.message.as_str()), (14, "there is no output named \"plac\""));
+    assert_eq!((unknown.line, unknown.message.as_str()), (15, "there is no output named \"plac\""));
     let twice = of("output = \"speed\"", "output = \"place\"");
-    assert_eq!((twice.line, twice.message.as_str()), (18, "output \"place\" has two sensors"));
+    assert_eq!((twice.line, twice.message.as_str()), (19, "output \"place\" has two sensors"));
     let off = of("period = 0.3", "period = 0.25");
     assert_eq!(off.message, "`period` is 0.25, not a multiple of `dt` = 0.1");
     let negative = of("offset = 0.2", "offset = -0.2");

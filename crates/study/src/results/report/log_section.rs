@@ -107,7 +107,9 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
     }
     if log.rows.iter().any(|row| !row.errors.is_empty()) {
         let head = ["observer", "state", "samples", "RMSE", "peak", "last"];
-        let mut grid = Grid::new(&head).caption("Errors x - xhat over the whole log, where it has the true state.");
+        let caption =
+            format!("Errors x - xhat over the whole log, where it has the true state; {}.", log.estimates_in_words());
+        let mut grid = Grid::new(&head).caption(caption);
         for (name, error) in log.rows.iter().flat_map(InnovationReport::errors_of_estimates) {
             grid = grid.row([
                 Cell::from(name.as_str()),
@@ -160,6 +162,9 @@ pub fn data(log: &LogReport, unit: Option<&str>) -> String {
     text.push_str(match log.interpolation {
         "linear" => {
             " Between the rows outputs are interpolated linearly, as asked for; not across gaps and blank cells."
+        }
+        "held" => {
+            " Only measurements correct the estimates. Observers in continuous time hold them between the rows, as asked for."
         }
         _ => " Only measurements correct the estimates; between them the observers predict.",
     });
