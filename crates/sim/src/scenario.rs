@@ -54,6 +54,7 @@ pub struct Scenario<'a> {
     pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
     pub(crate) sensors: Vec<Sensor>,
+    pub(crate) member: u64,
     pub(crate) disturbances: Disturbances,
     pub(crate) observers: Vec<Entry<'a>>,
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
@@ -96,6 +97,7 @@ impl<'a> Scenario<'a> {
             step: None,
             noise: None,
             sensors: Vec::new(),
+            member: 0,
             disturbances: Disturbances::default(),
             observers: Vec::new(),
             integrals: Vec::new(),
@@ -183,6 +185,14 @@ impl<'a> Scenario<'a> {
     #[must_use]
     pub fn sensor(mut self, sensor: Sensor) -> Self {
         self.sensors.push(sensor);
+        self
+    }
+
+    /// The number of the run in its ensemble (default 0). It belongs to the key of all that is random in the run, beside
+    /// the seeds: noises, sensors, dropouts, outliers and sample times of two members are independent.
+    #[must_use]
+    pub fn member(mut self, number: u64) -> Self {
+        self.member = number;
         self
     }
 

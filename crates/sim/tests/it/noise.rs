@@ -1,12 +1,12 @@
 //! The moments of the noise, and its seed.
 
-use luenberger_sim::Noise;
+use luenberger_sim::{Noise, Purpose};
 
 #[test]
 fn moments_are_those_of_the_distribution() {
     let count = 20_000;
     for (noise, variance) in [(Noise::uniform(&[3.0, 1.0], 0.1, 1), 3.0), (Noise::gaussian(&[2.0, 1.0], 0.1, 1), 4.0)] {
-        let samples: Vec<_> = (0..count).map(|k| noise.sample(k)).collect();
+        let samples: Vec<_> = (0..count).map(|k| noise.sample(Purpose::MeasurementNoise, k)).collect();
         let mean = |f: &dyn Fn(&[f64]) -> f64| samples.iter().map(|s| f(s)).sum::<f64>() / count as f64;
         // Five standard deviations of the means of 20000 values.
         let bound = 5.0 / (count as f64).sqrt();
@@ -19,6 +19,7 @@ fn moments_are_those_of_the_distribution() {
 #[test]
 fn the_seed_decides() {
     let [a, b] = [1, 2].map(|seed| Noise::uniform(&[1.0], 0.1, seed));
-    assert_ne!(a.sample(0), b.sample(0));
-    assert_ne!(a.sample(0), a.sample(1));
+    let sample = |noise: &Noise, k| noise.sample(Purpose::MeasurementNoise, k);
+    assert_ne!(sample(&a, 0), sample(&b, 0));
+    assert_ne!(sample(&a, 0), sample(&a, 1));
 }

@@ -5,7 +5,9 @@ use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::{LinearObserver, SampledObserver};
 use luenberger_plants::{Plant, double_integrator};
 use luenberger_sim::replay::InnovationStatistics;
-use luenberger_sim::{Noise, Recording, Replay, SampleInterpolation, Scenario, Settings, Signal, SimError, Trajectory};
+use luenberger_sim::{
+    Noise, Purpose, Recording, Replay, SampleInterpolation, Scenario, Settings, Signal, SimError, Trajectory,
+};
 use nalgebra::{Const, DMatrix, Matrix1, Matrix2, Vector1, Vector2, dmatrix};
 
 type Filter = ExtendedKalmanFilter<luenberger_plants::StaticPlant<f64, 2, 1, 1>, f64, Const<2>, Const<1>, Const<1>>;
@@ -99,7 +101,7 @@ fn noisy() -> (Trajectory, Recording) {
         .run()
         .unwrap();
     let noise = Noise::gaussian(&[0.1], 0.02, 11);
-    let y = DMatrix::from_fn(1001, 1, |k, _| run.y[(k, 0)] + noise.sample(k as u64)[0]);
+    let y = DMatrix::from_fn(1001, 1, |k, _| run.y[(k, 0)] + noise.sample(Purpose::MeasurementNoise, k as u64)[0]);
     let log = Recording::new(run.t.clone(), run.u.clone(), y).unwrap();
     (run, log)
 }
