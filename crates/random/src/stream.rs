@@ -52,6 +52,24 @@ purposes! {
     SampleTimes = 6,
     /// The first estimate of a member of an ensemble; k is 0.
     FirstEstimate = 7,
+    /// States at which a condition of a KKL observer is sampled.
+    ConditionSamples = 8,
+    /// States to which the inverse of a KKL observer is fitted.
+    InverseSamples = 9,
+    /// States at which a KKL observer is judged, none of them used before.
+    HeldOutStates = 10,
+    /// States from which the extent of a transformation is measured.
+    TransformExtent = 11,
+    /// Rows and columns with which an approximation of low rank begins.
+    CrossApproximation = 12,
+    /// Noise along which a search computes the cost of an observer.
+    SearchedCost = 13,
+    /// Noise along which the cost of an observer is judged, not that of the search.
+    JudgedCost = 14,
+    /// Directions of the first errors in a cost.
+    ErrorDirections = 15,
+    /// Cases at which a claim or a program is checked.
+    RandomCase = 16,
 }
 
 /// The stream of a seed, a member, a purpose and an index.
