@@ -1,7 +1,7 @@
 //! Seeded random numbers, the same on every machine; none is secret.
 //!
-//! [`Stream`] has random access and a key of seed, member, [`Purpose`] and index: what a simulation draws. [`Random`] is
-//! one sequence: starting points of searches and cases of tests, which no user can seed.
+//! [`Stream`] has random access and a key of seed, member, [`Purpose`] and index: it is for all that a user can seed.
+//! [`Random`] is one sequence: starting points of searches and cases of tests.
 #![deny(missing_docs)]
 
 mod stream;

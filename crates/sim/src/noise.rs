@@ -1,7 +1,7 @@
 //! Noise: seeded, held over a period.
 //!
-//! The value in the k-th period depends on the seed, the [`Purpose`] and k, not on the order of evaluation: two runs with
-//! the same seed have the same noise, whatever their integrators do, and noises of two purposes are independent.
+//! The value in the k-th period depends on the seed, the [`Purpose`] and k, not on the order of evaluation: two runs
+//! with the same seed have the same noise, whatever their integrators do, and noises of two purposes are independent.
 
 use luenberger_random::{Purpose, Stream};
 

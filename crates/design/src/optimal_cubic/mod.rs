@@ -115,8 +115,8 @@ impl EstimationProblem {
         scaled.linear(&self.gain_in_units(l)).ok_or_else(too_fast)
     }
 
-    /// J of a cubic observer along one sequence of noise: the seed chooses it. None is that of the search; that of seed 0
-    /// is the one along which the answer of a search is judged.
+    /// J of a cubic observer along one sequence of noise: the seed chooses it. None is that of the search; seed 0 has
+    /// the one along which the answer of a search is judged.
     ///
     /// # Errors
     /// As [`linear`](Self::linear); [`DesignError::Undecided`] where the error changes too fast for the integration.

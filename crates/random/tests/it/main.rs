@@ -22,8 +22,8 @@ fn assert_uncorrelated(streams: &[(String, Stream)]) {
     }
 }
 
-/// The first two words of blocks of ChaCha8 by an implementation in Python, written from the definition of the cipher and
-/// tested with the published block of `ChaCha20` for the key and the nonce 0.
+/// The first two words of blocks of `ChaCha8` by an implementation in Python, written from the definition of the cipher
+/// and tested with the published blocks of `ChaCha20` and `ChaCha8` for the key and the nonce 0.
 #[test]
 fn the_numbers_are_those_of_the_cipher() {
     let first = |stream: Stream, k| {

@@ -133,9 +133,9 @@ fn delays_quantisation_dropouts_and_outliers_are_read() {
 
 /// x+ = 0.9 x + w, y = x + v, variances 1, every seed the default one. The variance of the predicted estimate solves
 /// `P = 0.81 P/(P + 1) + 1`: `P = (0.81 + sqrt(0.81^2 + 4))/2 = 1.4839`, whose root is 1.2182. Its error is an
-/// autoregression with the coefficient `0.9/(P + 1) = 0.3623`, so that the standard error of the mean square of n of them
-/// is `P sqrt(2 (1 + 0.3623^2)/(1 - 0.3623^2)/n)`. Innovations of the right filter are white: their normalised mean
-/// square is 1, with the standard error `sqrt(2/n)`.
+/// autoregression with the coefficient `0.9/(P + 1) = 0.3623`, so that the standard error of the mean square of n of
+/// them is `P sqrt(2 (1 + 0.3623^2)/(1 - 0.3623^2)/n)`. Innovations of the right filter are white: their normalised
+/// mean square is 1, with the standard error `sqrt(2/n)`.
 #[test]
 fn process_noise_is_independent_of_the_measurement_noise() {
     let text = r#"
@@ -167,7 +167,7 @@ period = 1
         let results = executed(&text, Step::Compare);
         let n = 5001.0;
         let rmse = results.simulation.as_ref().unwrap().rows[0].merits.as_ref().unwrap().states[0].rmse;
-        let variance = (0.81 + (0.81f64.powi(2) + 4.0).sqrt()) / 2.0;
+        let variance = f64::midpoint(0.81, (0.81f64.powi(2) + 4.0).sqrt());
         let pole = 0.9 / (variance + 1.0);
         let relative = (2.0 * (1.0 + pole * pole) / (1.0 - pole * pole) / n).sqrt();
         assert!((rmse * rmse / variance - 1.0).abs() < 4.0 * relative, "{seeds:?}: {rmse}");
