@@ -188,8 +188,8 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// The number of the run in its ensemble (default 0). It belongs to the key of all that is random in the run, beside
-    /// the seeds: noises, sensors, dropouts, outliers and sample times of two members are independent.
+    /// The number of the run in its ensemble (default 0). It belongs to the key of all that is random in the run,
+    /// beside the seeds: noises, sensors, dropouts, outliers and sample times of two members are independent.
     #[must_use]
     pub fn member(mut self, number: u64) -> Self {
         self.member = number;

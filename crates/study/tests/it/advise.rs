@@ -114,9 +114,9 @@ fn the_written_study_has_the_observers_that_were_run() {
 
 /// scipy 1.17 and numpy on the noise of run 0, which is that of a ChaCha8 in Python: plant, mean and covariance of the
 /// extended Kalman filter by `solve_ivp` (DOP853, rtol 1e-12) from one sample to the next, Joseph's update; norm in
-/// units of 2 m, scored at the 301 samples before their measurement is used. rms 0.0334512211, settling time 0.8, second
-/// half 0.000489402349. The filter takes four Runge-Kutta steps for each sample, which explains the tolerance: with them
-/// numpy has 0.03345128411366, 0.8 and 0.00048940389917.
+/// units of 2 m, scored at the 301 samples before their measurement is used. rms 0.0334512211, settling time 0.8,
+/// second half 0.000489402349. The filter takes four Runge-Kutta steps for each sample, which explains the tolerance:
+/// with them numpy has 0.03345128411366, 0.8 and 0.00048940389917.
 #[test]
 fn the_scores_of_a_filter_are_those_of_scipy() {
     let folder = scratch("advise-scipy");
