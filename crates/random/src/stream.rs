@@ -1,19 +1,4 @@
-//! Random numbers with random access: one stream for each seed, member, purpose and index.
-//!
-//! A stream is the keystream of `ChaCha8` (Bernstein, `ChaCha`, a variant of Salsa20, 2008) under a key of 256 bits:
-//! four words of 64 bits, little-endian, that are
-//!
-//! | word | meaning |
-//! |---|---|
-//! | 0 | the seed |
-//! | 1 | the number of the member in its ensemble, 0 for a run by itself |
-//! | 2 | the index of the instance: the output of a sensor, for example |
-//! | 3 | the [`Purpose`] |
-//!
-//! The draws of number k, those of a period, a measurement or a case, are the blocks of the nonce k. No two tuples
-//! (seed, member, purpose, index, k) have the same key and nonce, because nothing is added or mixed: two purposes share
-//! no stream, whatever the seeds are, and neither do two members of ensembles with neighbouring seeds. The draws of k
-//! depend on this tuple alone, not on what was drawn before, and are the same on every machine.
+//! Random numbers with random access, of which each purpose has its own.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -73,6 +58,21 @@ purposes! {
 }
 
 /// The stream of a seed, a member, a purpose and an index.
+///
+/// It is the keystream of `ChaCha8` (Bernstein, `ChaCha`, a variant of Salsa20, 2008) under a key of 256 bits, which is
+/// four words of 64 bits, little-endian:
+///
+/// | word | meaning |
+/// |---|---|
+/// | 0 | the seed |
+/// | 1 | the number of the member in its ensemble, 0 for a run by itself |
+/// | 2 | the index of the instance: the output of a sensor, for example |
+/// | 3 | the [`Purpose`] |
+///
+/// The draws of number k, those of a period, a measurement or a case, are the blocks of the nonce k. No two tuples
+/// (seed, member, purpose, index, k) have the same key and nonce, because nothing is added or mixed: two purposes share
+/// no stream, whatever the seeds are, and neither do two members of ensembles with neighbouring seeds. The draws of k
+/// depend on this tuple alone, not on what was drawn before, and are the same on every machine.
 ///
 /// ```
 /// use luenberger_random::{Purpose, Stream};
