@@ -75,7 +75,7 @@ fn runs_of_an_ensemble_take_what_they_return() {
     let plant = StateSpace::new(dmatrix![0.0, 1.0; -1.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
     let observer = LinearObserver::of(plant.clone(), dmatrix![5.0; 9.0]).unwrap();
     let count = |runs: usize, end: f64| {
-        let member = |k: usize| Member { x0: vec![1.0, k as f64], estimate: vec![0.0; 2], seed: 0 };
+        let member = |k: usize| Member { x0: vec![1.0, k as f64], estimate: vec![0.0; 2], number: 0 };
         let members: Vec<Member> = (0..runs).map(member).collect();
         let ensemble = Ensemble::new(&plant, &observer).until(end, 11);
         allocations(|| ensemble.run(&members).into_iter().all(|run| run.is_ok()))

@@ -3,7 +3,7 @@
 //!
 //! Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018; for n = 1 the golden ratio's.
 
-use luenberger_random::Random;
+use luenberger_random::Stream;
 
 /// The points, one after the other, without end.
 pub(crate) struct GoldenSequence {
@@ -12,13 +12,13 @@ pub(crate) struct GoldenSequence {
 }
 
 impl GoldenSequence {
-    /// In `dimensions` coordinates; the seed determines the first point.
-    pub(crate) fn new(dimensions: usize, seed: u64) -> Self {
+    /// In `dimensions` coordinates; the stream determines the first point.
+    pub(crate) fn new(dimensions: usize, stream: Stream) -> Self {
         // g^(n+1) = g + 1 by fixed-point iteration, which contracts at least by half.
         let golden = (0..64).fold(2.0f64, |g, _| (1.0 + g).powf(1.0 / (dimensions as f64 + 1.0)));
-        let mut random = Random(seed);
+        let mut draws = stream.draws(0);
         Self {
-            now: (0..dimensions).map(|_| (random.bits() >> 11) as f64 / (1u64 << 53) as f64).collect(),
+            now: (0..dimensions).map(|_| draws.uniform()).collect(),
             step: (0..dimensions).map(|i| golden.powf(-(i as f64 + 1.0))).collect(),
         }
     }

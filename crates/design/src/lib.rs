@@ -122,7 +122,7 @@ pub mod internals {
     pub use crate::numerical_kkl::interpolation::{check_grid, interpolate};
     pub use crate::numerical_kkl::low_rank::approximate;
     pub use crate::numerical_kkl::regression::{Budget, Samples, fit};
-    pub use crate::optimal_cubic::cost::{Generator, directions};
+    pub use crate::optimal_cubic::cost::directions;
     pub use crate::symbolic_polynomial::polynomial::{constant, evaluate, number};
     pub use crate::symbolic_polynomial::{Arena, ELSEWHERE, collect, fail};
 }

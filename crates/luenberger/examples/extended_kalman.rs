@@ -30,7 +30,8 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!(late < 0.03);
 
     // What the sensor said, once more through three filters: which of them believes in the right noise?
-    let y = DMatrix::from_fn(run.t.len(), 1, |k, _| run.y[(k, 0)] + noise.sample(k as u64)[0]);
+    let y =
+        DMatrix::from_fn(run.t.len(), 1, |k, _| run.y[(k, 0)] + noise.sample(Purpose::MeasurementNoise, k as u64)[0]);
     let recording = Recording::new(run.t.clone(), DMatrix::zeros(run.t.len(), 0), y)?;
     for v in [0.000025, 0.0025, 0.25] {
         let replay = Replay::new(plant, recording.clone()).filter("filter", filter(v)?, &[0.0, 2.0]);

@@ -1,14 +1,18 @@
-//! The unscented Kalman filter: right to second order, without a Jacobian; and what its smoother makes of a log.
+//! The unscented Kalman filter: right to second order; and what its smoother makes of a log.
 
 use luenberger::observers::SigmaPoints;
 use luenberger::prelude::*;
 use nalgebra::{Matrix1, SVector, Vector1};
 
+/// A constant x, measured as x^2.
+struct Square;
+
+luenberger::plants::plant!(Square, (1, 0, 1), |plant, t, x, u| [x[0]], [x[0] * x[0]]);
+
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A constant x, measured as x^2 with variance 0.01, with the initial estimate 1 of variance 0.25.
-    let square = from_fn::<f64, 1, 0, 1, _, _>(|_t, x, _u| *x, |_t, x, _u| Vector1::new(x[0] * x[0]));
-    let noises = NoiseModel { w: Matrix1::new(1e-6), v: Matrix1::new(0.01), p0: Matrix1::new(0.25) };
-    let filter = UnscentedKalmanFilter::discrete(&square, noises, SigmaPoints::default(), 1.0)?;
+    // The variance of a measurement is 0.01, the initial estimate 1 with variance 0.25.
+    let noises = NoiseModel { w: Matrix1::new(1e-6_f64), v: Matrix1::new(0.01), p0: Matrix1::new(0.25) };
+    let filter = UnscentedKalmanFilter::discrete(Square, noises, SigmaPoints::default(), 1.0)?;
     let u = SVector::zeros();
     let mut estimate = filter.initial(0.0, &Vector1::new(1.0), &u, &Vector1::zeros());
     let innovation = filter.update(0.0, &mut estimate, &u, &Vector1::new(1.44)).ok_or("a factor")?;
@@ -23,7 +27,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The true x is 1.2. Ten measurements, and what the whole log says of the first row.
     let y = DMatrix::from_fn(10, 1, |k, _| 1.44 + if k % 2 == 0 { 0.1 } else { -0.1 });
     let recording = Recording::new((0..10).map(f64::from).collect(), DMatrix::zeros(10, 0), y)?;
-    let replayed = Replay::new(square, recording).smoothed_filter("filter", filter, &[1.0]).run()?;
+    let replayed = Replay::new(Square, recording).smoothed_filter("filter", filter, &[1.0]).run()?;
     let found = replayed.observer("filter")?;
     let smoothed = found.smoothed.as_ref().ok_or("a smoothed filter")?;
     for k in [0, 4, 9] {

@@ -76,7 +76,7 @@ pub mod prelude {
     };
     pub use luenberger_proof::{ProofError, Verdict};
     pub use luenberger_sim::{
-        Comparison, Integrand, Noise, Recording, Replay, Scenario, Signal, SimError, Trajectory, metrics,
+        Comparison, Integrand, Noise, Purpose, Recording, Replay, Scenario, Signal, SimError, Trajectory, metrics,
     };
     pub use nalgebra::{self, DMatrix, DVector, dmatrix, dvector};
 }

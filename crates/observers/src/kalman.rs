@@ -30,7 +30,7 @@ use core::marker::PhantomData;
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
+use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
 use crate::covariance_filter::{CovarianceFilter, update_columns};
 use crate::dense::{times, times_transpose};

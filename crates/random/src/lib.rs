@@ -1,10 +1,14 @@
-//! Seeded random numbers, the same on every machine.
+//! Seeded random numbers, the same on every machine; none is secret.
 //!
-//! They are starting points of searches, samples of costs and cases of tests; none is secret. Noise of simulations
-//! takes its bits from a generator with random access and its normal distribution from [`box_muller`].
+//! [`Stream`] has random access and a key of seed, member, [`Purpose`] and index: it is for all that a user can seed.
+//! [`Random`] is one sequence: starting points of searches and cases of tests.
 #![deny(missing_docs)]
 
+mod stream;
+
 use nalgebra::{ComplexField, DMatrix};
+
+pub use stream::{Draws, Purpose, Stream};
 
 /// `SplitMix64` (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014), from a seed.
 ///

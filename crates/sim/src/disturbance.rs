@@ -13,6 +13,8 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use luenberger_random::{Purpose, Stream};
+
 use crate::dense::Dense;
 use crate::error::{SimError, check, check_finite, check_positive};
 use crate::noise::Noise;
@@ -82,17 +84,6 @@ pub struct Disturbances {
 }
 
 impl Disturbances {
-    /// The same disturbances with `by` added to each seed.
-    #[must_use]
-    pub fn reseeded(&self, by: u64) -> Self {
-        let mut other = self.clone();
-        other.process_noise = self.process_noise.as_ref().map(|noise| noise.reseeded(by));
-        if let Some(channel) = &mut other.channel {
-            channel.seed = channel.seed.wrapping_add(by);
-        }
-        other
-    }
-
     pub(crate) fn check(&self, states: usize, inputs: usize, outputs: usize) -> Result<(), SimError> {
         if let Some(noise) = &self.process_noise {
             noise.check(states)?;
@@ -185,18 +176,20 @@ impl Disturbances {
 }
 
 impl MeasurementLoss {
-    /// For each output whether the value of period `k` arrives, and its outlier.
-    pub(crate) fn draw(&self, k: u64) -> Vec<(bool, f64)> {
-        let outputs = self.outlier_size.len();
-        // Uniform on [0, 1].
-        let drawn = Noise::uniform(&vec![0.5; 3 * outputs], self.period, self.seed).sample(k);
-        let unit = |i: usize| drawn[i] + 0.5;
-        let one = |j: usize| {
-            let arrives = unit(3 * j) >= self.dropout;
-            let size = if unit(3 * j + 1) < self.outlier { self.outlier_size[j] } else { 0.0 };
-            (arrives, if unit(3 * j + 2) < 0.5 { -size } else { size })
-        };
-        (0..outputs).map(one).collect()
+    /// Whether value `k` of an output arrives, in the run of this member.
+    pub(crate) fn arrives(&self, member: u64, output: usize, k: u64) -> bool {
+        let stream = Stream::new(self.seed, Purpose::Dropout, output as u64).member(member);
+        self.dropout == 0.0 || stream.draws(k).uniform() >= self.dropout
+    }
+
+    /// The outlier of value `k` of an output, 0 for none, in the run of this member.
+    pub(crate) fn outlier(&self, member: u64, output: usize, k: u64) -> f64 {
+        if self.outlier == 0.0 {
+            return 0.0;
+        }
+        let mut draws = Stream::new(self.seed, Purpose::Outlier, output as u64).member(member).draws(k);
+        let size = if draws.uniform() < self.outlier { self.outlier_size[output] } else { 0.0 };
+        if draws.uniform() < 0.5 { -size } else { size }
     }
 }
 

@@ -95,6 +95,7 @@ pub use events::{Crossing, Extremum, Trace};
 pub use gramian::{EmpiricalGramian, GramianSettings, empirical_gramian};
 pub use integral::Integrand;
 pub use integrate::{Integrator, Settings, solve};
+pub use luenberger_random::Purpose;
 pub use nalgebra;
 pub use noise::Noise;
 pub use replay::{BetweenRows, Recording, Replay, Replayed, ReplayedObserver};

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use luenberger_plants::Dimensions;
+use luenberger_random::Purpose;
 use nalgebra::DMatrix;
 
 use crate::change::Change;
@@ -37,6 +38,8 @@ pub(crate) struct Model<'a> {
     /// The period of a plant in discrete time.
     pub(crate) step: Option<f64>,
     pub(crate) noise: Option<Noise>,
+    /// The number of the run in its ensemble.
+    pub(crate) member: u64,
     pub(crate) sampling: Sampling,
     pub(crate) disturbances: Disturbances,
     pub(crate) names: Vec<String>,
@@ -192,7 +195,8 @@ impl<'a> Model<'a> {
         unique(&scenario.integrals.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
         let disturbances = scenario.disturbances;
         disturbances.check(size.states, size.inputs, size.outputs)?;
-        let sampling = Sampling::new(scenario.start, size.outputs, scenario.sensors, disturbances.channel.clone())?;
+        let channel = disturbances.channel.clone();
+        let sampling = Sampling::new(scenario.start, size.outputs, scenario.sensors, channel, scenario.member)?;
         let observer_plant = scenario.model.unwrap_or_else(|| Arc::clone(&scenario.plant));
         observer_plant.check()?;
         if observer_plant.dimensions() != size {
@@ -232,6 +236,7 @@ impl<'a> Model<'a> {
             hold: scenario.hold,
             step: scenario.step,
             noise: scenario.noise,
+            member: scenario.member,
             sampling,
             disturbances,
             names,
@@ -241,6 +246,20 @@ impl<'a> Model<'a> {
             settings: Settings { max_step, ..scenario.settings },
             no_input: vec![0.0; size.inputs],
         })
+    }
+
+    /// The noise of the outputs in period k.
+    pub(crate) fn measurement_noise(&self, k: u64) -> Option<impl Iterator<Item = f64>> {
+        self.noise.as_ref().map(|noise| self.values(noise, Purpose::MeasurementNoise, k))
+    }
+
+    /// The noise of the derivatives, or of the next state, in period k.
+    pub(crate) fn process_noise(&self, k: u64) -> Option<impl Iterator<Item = f64>> {
+        self.disturbances.process_noise.as_ref().map(|noise| self.values(noise, Purpose::ProcessNoise, k))
+    }
+
+    fn values<'n>(&self, noise: &'n Noise, purpose: Purpose, k: u64) -> impl Iterator<Item = f64> + use<'n> {
+        noise.values(noise.stream(purpose, 0).member(self.member), k)
     }
 
     /// The plant as it is now.

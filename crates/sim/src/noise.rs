@@ -1,11 +1,9 @@
-//! Measurement noise: seeded, held over a period, seen by the observers only.
+//! Noise: seeded, held over a period.
 //!
-//! The value in the k-th period depends only on the seed and on k, not on the order of evaluation: two runs with the
-//! same seed have the same noise, whatever their integrators do.
+//! The value in the k-th period depends on the seed, the [`Purpose`] and k, not on the order of evaluation: two runs
+//! with the same seed have the same noise, whatever their integrators do, and noises of two purposes are independent.
 
-use luenberger_random::box_muller;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use luenberger_random::{Purpose, Stream};
 
 use crate::error::{SimError, check_finite, check_positive};
 
@@ -16,7 +14,7 @@ enum Distribution {
     Gaussian,
 }
 
-/// Noise added to the outputs that the observers see; piecewise constant in time.
+/// Noise of outputs that the observers see, or of the derivative of a plant; piecewise constant in time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
     distribution: Distribution,
@@ -26,21 +24,23 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Uniform on `[-amplitude, amplitude]`, one amplitude per output, 0 for none, a new value every `period`.
+    /// Uniform on `[-amplitude, amplitude]`, one amplitude per entry, 0 for none, a new value every `period`.
     ///
     /// A run refuses a negative amplitude ([`SimError::NegativeNoise`]).
     ///
     /// ```
-    /// use luenberger_sim::Noise;
+    /// use luenberger_sim::{Noise, Purpose};
     /// let noise = Noise::uniform(&[0.02, 2e-4], 1e-4, 7);
-    /// assert_eq!(noise.sample(12), noise.sample(12));
-    /// assert!(noise.sample(12)[0].abs() <= 0.02);
+    /// let measured = |k| noise.sample(Purpose::MeasurementNoise, k);
+    /// assert_eq!(measured(12), measured(12));
+    /// assert!(measured(12)[0].abs() <= 0.02);
+    /// assert_ne!(measured(12), noise.sample(Purpose::ProcessNoise, 12));
     /// ```
     pub fn uniform(amplitude: &[f64], period: f64, seed: u64) -> Self {
         Self { distribution: Distribution::Uniform, amplitude: amplitude.to_vec(), period, seed }
     }
 
-    /// Gaussian with mean 0, one standard deviation per output, 0 for none, a new value every `period`.
+    /// Gaussian with mean 0, one standard deviation per entry, 0 for none, a new value every `period`.
     ///
     /// A run refuses a negative deviation ([`SimError::NegativeNoise`]).
     pub fn gaussian(deviation: &[f64], period: f64, seed: u64) -> Self {
@@ -76,34 +76,30 @@ impl Noise {
         self.seed
     }
 
-    /// The same noise with `by` added to its seed.
-    #[must_use]
-    pub fn reseeded(&self, by: u64) -> Self {
-        Self { seed: self.seed.wrapping_add(by), ..self.clone() }
+    /// Its stream for a purpose; the index is that of the instance.
+    pub(crate) fn stream(&self, purpose: Purpose, index: u64) -> Stream {
+        Stream::new(self.seed, purpose, index)
     }
 
-    /// The values in the k-th period, counted from the start of the simulation.
-    pub fn sample(&self, k: u64) -> Vec<f64> {
-        self.values(k).collect()
+    /// The values in the k-th period, counted from the start of the simulation, of a run that is part of no ensemble.
+    pub fn sample(&self, purpose: Purpose, k: u64) -> Vec<f64> {
+        self.values(self.stream(purpose, 0), k).collect()
     }
 
-    /// [`sample`](Self::sample), one value after the other.
-    pub(crate) fn values(&self, k: u64) -> impl Iterator<Item = f64> {
-        let mut generator = ChaCha8Rng::seed_from_u64(self.seed);
-        generator.set_stream(k);
-        // 53 random bits in (0, 1): never 0, so that its logarithm exists.
-        let mut unit = move || ((generator.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
+    /// The values in the k-th period, from a stream.
+    pub(crate) fn values(&self, stream: Stream, k: u64) -> impl Iterator<Item = f64> {
+        let mut draws = stream.draws(k);
         let value = move |amplitude: &f64| match self.distribution {
-            Distribution::Uniform => amplitude * (2.0 * unit() - 1.0),
-            Distribution::Gaussian => amplitude * box_muller(unit(), unit())[0],
+            Distribution::Uniform => amplitude * draws.unit(),
+            Distribution::Gaussian => amplitude * draws.normal(),
         };
         self.amplitude.iter().map(value)
     }
 
-    /// Checks amplitudes (one per output, finite, not negative) and period.
-    pub(crate) fn check(&self, outputs: usize) -> Result<(), SimError> {
-        if self.amplitude.len() != outputs {
-            let (expected, found) = (outputs, self.amplitude.len());
+    /// Checks amplitudes (so many, finite, not negative) and period.
+    pub(crate) fn check(&self, entries: usize) -> Result<(), SimError> {
+        if self.amplitude.len() != entries {
+            let (expected, found) = (entries, self.amplitude.len());
             return Err(SimError::Length { what: "the noise".to_owned(), expected, found });
         }
         check_finite("the amplitudes of the noise", &self.amplitude)?;

@@ -68,11 +68,11 @@ fn rounding(t: f64) -> f64 {
 
 /// What is known of an output from its value k on: it is read now, or does not arrive.
 fn read(model: &Model<'_>, held: &mut HeldValues, output: usize, k: u64) {
-    let (arrives, outlier) = model.sampling.draw(k, output);
+    let arrives = model.sampling.arrives(k, output);
     held.readings[output] = if arrives { Reading::Now } else { Reading::Nothing };
-    held.outliers[output] = outlier;
+    held.outliers[output] = model.sampling.outlier(k, output);
     if let Some(Some(sensor)) = model.sampling.sensors.get(output) {
-        held.noise[output] = sensor.noise(k);
+        held.noise[output] = sensor.noise(model.member, k);
     }
 }
 
@@ -142,10 +142,10 @@ impl<'m, 'a> Runner<'m, 'a> {
         let mut now = model.instant();
         let mut held = HeldValues {
             plant: None,
-            noise: model.noise.as_ref().map_or_else(|| vec![0.0; model.size.outputs], |noise| noise.sample(0)),
+            noise: model.measurement_noise(0).map_or_else(|| vec![0.0; model.size.outputs], Iterator::collect),
             input_is_held: model.input.is_constant(),
             sampled: vec![Vec::new(); model.observers.len()],
-            disturbance: process.map(|noise| noise.sample(0)).unwrap_or_default(),
+            disturbance: model.process_noise(0).map(Iterator::collect).unwrap_or_default(),
             readings: Vec::new(),
             known: vec![Vec::new(); model.observers.len()],
             outliers: Vec::new(),
@@ -241,7 +241,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             varying_clocks: model
                 .observers
                 .iter()
-                .map(|fitted| Some(SampleClock::new(fitted.observer.sample_times()?, t)))
+                .map(|fitted| Some(SampleClock::new(fitted.observer.sample_times()?, model.member, t)))
                 .collect(),
             samples: vec![Vec::new(); model.observers.len()],
             updates: vec![Updates::default(); model.observers.len()],
@@ -373,16 +373,16 @@ impl<'m, 'a> Runner<'m, 'a> {
         self.held.history.within.set(f64::INFINITY);
         if let Some(clock) = &mut self.process_clock
             && clock.happens(t)
-            && let Some(noise) = &model.disturbances.process_noise
+            && let Some(values) = model.process_noise(clock.count)
         {
             self.held.disturbance.clear();
-            self.held.disturbance.extend(noise.values(clock.count));
+            self.held.disturbance.extend(values);
         }
         if let Some(clock) = &mut self.noise_clock
             && clock.happens(t)
-            && let Some(noise) = &self.model.noise
+            && let Some(values) = model.measurement_noise(clock.count)
         {
-            for ((j, noise), sensor) in noise.values(clock.count).enumerate().zip(&self.sensor_clocks) {
+            for ((j, noise), sensor) in values.enumerate().zip(&self.sensor_clocks) {
                 if sensor.is_none() {
                     self.held.noise[j] = noise;
                 }

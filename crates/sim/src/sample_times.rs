@@ -1,10 +1,10 @@
 //! Samples at varying periods, of which some are missed.
 //!
 //! Each period is uniform between two bounds, the first from the start of the run. A sample is missed with probability
-//! one half, unless as many as are allowed in a row were missed before it. The instants depend on the seed alone.
+//! one half, unless as many as are allowed in a row were missed before it. The instants depend on the seed alone,
+//! and in an ensemble on the member.
 
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use luenberger_random::{Draws, Purpose, Stream};
 
 use crate::error::{SimError, check_positive};
 
@@ -44,7 +44,7 @@ impl SampleTimes {
 /// The samples of a run, one after the other.
 pub(crate) struct SampleClock {
     times: SampleTimes,
-    generator: ChaCha8Rng,
+    draws: Draws,
     /// When the next sample is due.
     pub(crate) next: f64,
     /// How many were missed since the last one that arrived.
@@ -54,28 +54,21 @@ pub(crate) struct SampleClock {
 }
 
 impl SampleClock {
-    pub(crate) fn new(times: SampleTimes, start: f64) -> Self {
-        let mut generator = ChaCha8Rng::seed_from_u64(times.seed);
-        // The streams of the noise have the numbers of its periods.
-        generator.set_stream(u64::MAX);
-        let mut clock = Self { times, generator, next: start, missed: 0, last: start };
+    pub(crate) fn new(times: SampleTimes, member: u64, start: f64) -> Self {
+        let draws = Stream::new(times.seed, Purpose::SampleTimes, 0).member(member).draws(0);
+        let mut clock = Self { times, draws, next: start, missed: 0, last: start };
         clock.advance();
         clock
     }
 
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.generator.next_u64() >> 11) as f64 * 2f64.powi(-53)
-    }
-
     fn advance(&mut self) {
         let SampleTimes { shortest, longest, .. } = self.times;
-        self.next += shortest + (longest - shortest) * self.unit();
+        self.next += shortest + (longest - shortest) * self.draws.uniform();
     }
 
     /// Whether the sample that is due arrives; the next one is due then.
     pub(crate) fn arrives(&mut self) -> bool {
-        let is_lost = self.unit() < 0.5 && self.missed < self.times.misses;
+        let is_lost = self.draws.uniform() < 0.5 && self.missed < self.times.misses;
         self.missed = if is_lost { self.missed + 1 } else { 0 };
         self.advance();
         !is_lost

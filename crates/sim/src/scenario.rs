@@ -55,6 +55,7 @@ pub struct Scenario<'a> {
     pub(crate) noise: Option<Noise>,
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) measurements_are_held: bool,
+    pub(crate) member: u64,
     pub(crate) disturbances: Disturbances,
     pub(crate) observers: Vec<Entry<'a>>,
     pub(crate) integrals: Vec<(String, Integrand<'a>)>,
@@ -98,6 +99,7 @@ impl<'a> Scenario<'a> {
             noise: None,
             sensors: Vec::new(),
             measurements_are_held: false,
+            member: 0,
             disturbances: Disturbances::default(),
             observers: Vec::new(),
             integrals: Vec::new(),
@@ -193,6 +195,14 @@ impl<'a> Scenario<'a> {
     #[must_use]
     pub fn hold_measurements(self) -> Self {
         Self { measurements_are_held: true, ..self }
+    }
+
+    /// The number of the run in its ensemble (default 0). It belongs to the key of all that is random in the run,
+    /// beside the seeds: noises, sensors, dropouts, outliers and sample times of two members are independent.
+    #[must_use]
+    pub fn member(mut self, number: u64) -> Self {
+        self.member = number;
+        self
     }
 
     /// The model of the plant from whose h an output that is not measured is predicted (default: the simulated

@@ -14,6 +14,8 @@
 //! used. An observer of some states only predicts no output, and holds the last one; so does every one in continuous time
 //! with [`Scenario::hold_measurements`](crate::Scenario::hold_measurements).
 
+use luenberger_random::Purpose;
+
 use crate::disturbance::MeasurementLoss;
 use crate::error::{SimError, check_positive};
 use crate::noise::Noise;
@@ -46,7 +48,7 @@ pub struct Sensor {
     output: usize,
     period: f64,
     offset: f64,
-    /// Its own entry is used.
+    /// One entry.
     noise: Option<Noise>,
 }
 
@@ -65,19 +67,15 @@ impl Sensor {
     /// Gaussian noise of this standard deviation. Sensors of different outputs with one seed have different noise.
     #[must_use]
     pub fn gaussian(self, deviation: f64, seed: u64) -> Self {
-        let noise = Noise::gaussian(&self.alone(deviation), self.period, seed);
+        let noise = Noise::gaussian(&[deviation], self.period, seed);
         Self { noise: Some(noise), ..self }
     }
 
     /// Noise that is uniform on `[-amplitude, amplitude]`.
     #[must_use]
     pub fn uniform(self, amplitude: f64, seed: u64) -> Self {
-        let noise = Noise::uniform(&self.alone(amplitude), self.period, seed);
+        let noise = Noise::uniform(&[amplitude], self.period, seed);
         Self { noise: Some(noise), ..self }
-    }
-
-    fn alone(&self, amplitude: f64) -> Vec<f64> {
-        (0..=self.output).map(|output| if output == self.output { amplitude } else { 0.0 }).collect()
     }
 
     /// The output that it measures, from 0.
@@ -95,9 +93,13 @@ impl Sensor {
         self.offset
     }
 
-    /// The noise of measurement k.
-    pub(crate) fn noise(&self, k: u64) -> f64 {
-        self.noise.as_ref().map_or(0.0, |noise| noise.sample(k)[self.output])
+    /// The noise of measurement k in the run of this member.
+    pub(crate) fn noise(&self, member: u64, k: u64) -> f64 {
+        let value = |noise: &Noise| {
+            let stream = noise.stream(Purpose::SensorNoise, self.output as u64).member(member);
+            noise.values(stream, k).next()
+        };
+        self.noise.as_ref().and_then(value).unwrap_or(0.0)
     }
 
     /// How many of the measurements up to `end` lie on multiples of `period`, and how many there are; times are those
@@ -122,6 +124,8 @@ pub(crate) struct Sampling {
     /// The sensor of each output, where it has one of its own.
     pub(crate) sensors: Vec<Option<Sensor>>,
     pub(crate) channel: Option<MeasurementLoss>,
+    /// The number of the run in its ensemble.
+    pub(crate) member: u64,
 }
 
 impl Sampling {
@@ -131,6 +135,7 @@ impl Sampling {
         outputs: usize,
         sensors: Vec<Sensor>,
         channel: Option<MeasurementLoss>,
+        member: u64,
     ) -> Result<Self, SimError> {
         let mut of: Vec<Option<Sensor>> = vec![None; outputs];
         for sensor in sensors {
@@ -139,7 +144,7 @@ impl Sampling {
                 check_positive("the offset of a sensor", sensor.offset)?;
             }
             if let Some(noise) = &sensor.noise {
-                noise.check(sensor.output + 1)?;
+                noise.check(1)?;
             }
             let output = sensor.output;
             let count = outputs;
@@ -148,7 +153,7 @@ impl Sampling {
                 return Err(SimError::SensorTwice { output });
             }
         }
-        Ok(Self { start, sensors: of, channel })
+        Ok(Self { start, sensors: of, channel, member })
     }
 
     /// The shortest period of a sensor; infinite without one.
@@ -161,9 +166,14 @@ impl Sampling {
         self.channel.is_none() && self.sensors.iter().all(Option::is_none)
     }
 
-    /// Whether value `k` of an output arrives, and its outlier.
-    pub(crate) fn draw(&self, k: u64, output: usize) -> (bool, f64) {
-        self.channel.as_ref().map_or((true, 0.0), |channel| channel.draw(k)[output])
+    /// Whether value `k` of an output arrives.
+    pub(crate) fn arrives(&self, k: u64, output: usize) -> bool {
+        self.channel.as_ref().is_none_or(|channel| channel.arrives(self.member, output, k))
+    }
+
+    /// The outlier of value `k` of an output, 0 for none.
+    pub(crate) fn outlier(&self, k: u64, output: usize) -> f64 {
+        self.channel.as_ref().map_or(0.0, |channel| channel.outlier(self.member, output, k))
     }
 
     /// Whether an output is measured at t, and the measurement arrives.
@@ -173,9 +183,9 @@ impl Sampling {
             (Some(Some(sensor)), _) => {
                 let phase = (since - sensor.offset) / sensor.period;
                 let k = phase.round();
-                k >= 0.0 && (phase - k).abs() <= SAME && self.draw(k as u64, output).0
+                k >= 0.0 && (phase - k).abs() <= SAME && self.arrives(k as u64, output)
             }
-            (Some(None), Some(channel)) => self.draw((since / channel.period + SAME).floor() as u64, output).0,
+            (Some(None), Some(channel)) => self.arrives((since / channel.period + SAME).floor() as u64, output),
             (known, _) => known.is_some(),
         }
     }

@@ -190,10 +190,10 @@ pub struct SensorSpec {
 }
 
 impl SensorSpec {
-    /// The sensor with the amplitude scaled by `factor` and `seed` added to its seed.
-    pub fn sensor(&self, factor: f64, seed: u64) -> luenberger_sim::Sensor {
+    /// The sensor with the amplitude scaled by `factor`.
+    pub fn sensor(&self, factor: f64) -> luenberger_sim::Sensor {
         let sensor = luenberger_sim::Sensor::new(self.output, self.period).offset(self.offset);
-        let (amplitude, seed) = (factor * self.amplitude, self.seed.wrapping_add(seed));
+        let (amplitude, seed) = (factor * self.amplitude, self.seed);
         if self.gaussian { sensor.gaussian(amplitude, seed) } else { sensor.uniform(amplitude, seed) }
     }
 }
@@ -230,13 +230,13 @@ pub struct NoiseSpec {
 }
 
 impl NoiseSpec {
-    /// The noise with amplitudes scaled by `factor` and another seed.
-    pub fn noise(&self, factor: f64, seed: u64) -> luenberger_sim::Noise {
+    /// The noise with amplitudes scaled by `factor`.
+    pub fn noise(&self, factor: f64) -> luenberger_sim::Noise {
         let amplitude: Vec<f64> = self.amplitude.iter().map(|amplitude| factor * amplitude).collect();
         if self.gaussian {
-            luenberger_sim::Noise::gaussian(&amplitude, self.period, seed)
+            luenberger_sim::Noise::gaussian(&amplitude, self.period, self.seed)
         } else {
-            luenberger_sim::Noise::uniform(&amplitude, self.period, seed)
+            luenberger_sim::Noise::uniform(&amplitude, self.period, self.seed)
         }
     }
 }

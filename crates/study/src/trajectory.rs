@@ -8,7 +8,7 @@ use luenberger_sim::{Change, Scenario, Settings, SimError, Trajectory, row_times
 
 use crate::designed::Designed;
 use crate::signal::Input;
-use crate::study::{ObserverSpec, SamplingSpec, Simulation, Study};
+use crate::study::{ObserverSpec, Simulation, Study};
 
 /// An observer that has been designed.
 #[derive(Clone, Copy)]
@@ -27,12 +27,12 @@ pub(crate) fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'
 pub(crate) struct Variation {
     /// Factor of the noise amplitude.
     pub(crate) noise: f64,
-    /// Number added to the seed.
-    pub(crate) seed: u64,
+    /// The number of the run in its ensemble.
+    pub(crate) member: u64,
 }
 
 impl Variation {
-    pub(crate) const NONE: Self = Self { noise: 1.0, seed: 0 };
+    pub(crate) const NONE: Self = Self { noise: 1.0, member: 0 };
 }
 
 /// The observer in the feedback loop.
@@ -84,13 +84,14 @@ pub(crate) fn run_at(
         .initial_state(&simulation.x0)
         .times(times)
         .settings(simulation.settings)
+        .member(variation.member)
         .input(study.input.signal_at(study.operating_point.as_ref()))
         .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
     if let Some(period) = simulation.hold {
         scenario = scenario.hold_input(period);
     }
     if let Some(truth) = truth {
-        scenario = scenario.disturbances(truth.disturbances.reseeded(variation.seed));
+        scenario = scenario.disturbances(truth.disturbances.clone());
         // One after the end of the run is not reached.
         for event in truth.events.iter().filter(|event| event.at <= simulation.duration) {
             let mut change = Change::at(event.at);
@@ -107,24 +108,29 @@ pub(crate) fn run_at(
         scenario = scenario.discrete_time(dt);
     }
     if let Some(noise) = &simulation.noise {
-        scenario = scenario.noise(noise.noise(variation.noise, noise.seed.wrapping_add(variation.seed)));
+        scenario = scenario.noise(noise.noise(variation.noise));
     }
     for sensor in &simulation.sensors {
-        scenario = scenario.sensor(sensor.sensor(variation.noise, variation.seed));
+        scenario = scenario.sensor(sensor.sensor(variation.noise));
     }
     if simulation.hold_measurements {
         scenario = scenario.hold_measurements();
     }
-    let sampling = SamplingSpec { seed: simulation.sampling.seed.wrapping_add(variation.seed), ..simulation.sampling };
     let name = member.map(|member| member.requested.name.as_str());
     if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)
         && let Some(fed) = members.iter().find(|fed| fed.requested.name == observer)
     {
-        scenario = fed.designed.runnable.join_sampled(scenario, &fed.requested.name, &fed.requested.initial, &sampling);
+        scenario = fed.designed.runnable.join_sampled(
+            scenario,
+            &fed.requested.name,
+            &fed.requested.initial,
+            &simulation.sampling,
+        );
     }
     if let Some(member) = member {
         let name = &member.requested.name;
-        scenario = member.designed.runnable.join_sampled(scenario, name, &member.requested.initial, &sampling);
+        scenario =
+            member.designed.runnable.join_sampled(scenario, name, &member.requested.initial, &simulation.sampling);
     }
     scenario.run()
 }

@@ -69,9 +69,9 @@ fn cart_pole() {
     let results = run("cart-pole");
     assert_eq!(verdict(&results, "one gain"), "proved");
     let states = ["position", "velocity", "phi", "omega"];
-    let expected = [-0.000_122_633_584_427, -0.020_390_199_806_72, 3.233_443_381_5e-5, -0.036_091_087_232_89];
+    let expected = [0.001_700_727_222_440, -0.018_806_297_439_91, 0.002_866_987_322_67, -0.033_389_966_837_42];
     near("EKF", &last_estimate("cart-pole", "EKF-at-100-Hz", &states), &expected, 1e-6);
-    let expected = [0.000_274_513_763_160_9, 0.004_290_868_449_374, 0.005_022_136_481_592, 0.007_933_128_453_321];
+    let expected = [0.000_275_869_054_410_8, 0.005_003_738_150_100, 0.005_021_378_636_136, 0.007_515_387_252_761];
     near("RMSE", &rmse(&results, "EKF at 100 Hz"), &expected, 1e-9);
 }
 
@@ -92,8 +92,8 @@ fn stirred_tank_reactor() {
     let results = run("cstr");
     assert_eq!(verdict(&results, "one gain"), "proved");
     near("plant", &results["simulation"]["x_end"], &[318.449_480_461_173, 0.915_777_042_981_43], 1e-9);
-    near("EKF", &last_estimate("cstr", "EKF", &["T", "cA"]), &[318.392_873_472_8, 0.915_411_353_27], 1e-7);
-    near("RMSE", &rmse(&results, "EKF"), &[0.274_692_270_579_95, 0.026_669_543_877_507], 1e-9);
+    near("EKF", &last_estimate("cstr", "EKF", &["T", "cA"]), &[318.474_765_739_4, 0.915_933_641_79], 1e-7);
+    near("RMSE", &rmse(&results, "EKF"), &[0.266_426_477_248_794, 0.026_691_332_285_548], 1e-9);
 }
 
 #[test]
@@ -102,9 +102,9 @@ fn lorenz() {
     assert_eq!(verdict(&results, "one gain"), "proved");
     // Errors grow by exp(0.9 t): a difference of 1e-9 in the tolerances of the integrators is 1e-5 here.
     near("plant", &results["simulation"]["x_end"], &[8.176_101_747, 12.182_215_561, 19.891_261_669], 1e-7);
-    let expected = [8.191_016_819, 12.198_728_198, 19.871_146_182];
+    let expected = [8.135_492_688, 12.136_111_286, 19.929_425_310];
     near("EKF", &last_estimate("lorenz", "EKF", &["x", "y", "z"]), &expected, 1e-7);
-    near("RMSE", &rmse(&results, "EKF"), &[0.263_285_715_756, 0.454_465_310_342, 1.839_275_784_904], 1e-9);
+    near("RMSE", &rmse(&results, "EKF"), &[0.263_387_618_429, 0.457_852_731_922, 1.747_576_456_439], 1e-9);
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn induction_motor() {
     let expected = [98.430_014_662_687, -0.896_225_355_686, -1.764_520_689_98, -1.633_414_220_76, -5.712_506_118_80];
     near("plant", &results["simulation"]["x_end"], &expected, 1e-9);
     let states = ["omega", "psi_a", "psi_b", "i_a", "i_b"];
-    let expected = [98.446_824_6, -0.897_179_253, -1.764_810_646, -1.666_118_48, -5.701_028_14];
+    let expected = [98.440_339_0, -0.893_579_810, -1.765_887_858, -1.650_289_09, -5.735_484_43];
     near("EKF", &last_estimate("induction-motor", "EKF", &states), &expected, 1e-6);
 }
 
@@ -136,7 +136,7 @@ fn bicycle() {
     near("plant", &results["simulation"]["x_end"], &expected, 1e-9);
     let states = ["X", "Y", "psi", "vx", "vy", "r"];
     let expected =
-        [200.858_763_897, 38.717_203_989, 0.232_586_127_4, 20.455_393_597, -0.018_553_344_8, 0.179_649_959_74];
+        [200.834_438_713, 38.680_076_182, 0.230_898_443_4, 20.461_334_080, -0.020_993_617_6, 0.176_969_702_70];
     near("EKF", &last_estimate("bicycle", "EKF-at-100-Hz", &states), &expected, 1e-7);
 }
 
@@ -148,14 +148,14 @@ fn cuk_converter() {
     near("plant", &results["simulation"]["x_end"], &expected, 1e-9);
     let states = ["i1", "v2", "i3", "v4", "load"];
     let expected =
-        [0.483_572_473_752_67, 20.548_081_538_757, -0.583_184_841_510_18, -8.853_612_787_996_8, 64.679_702_335_61];
+        [0.485_051_953_194_39, 20.558_068_755_911, -0.583_795_398_950_07, -8.884_130_756_373_2, 64.573_525_474_50];
     near("EKF", &last_estimate("cuk", "EKF", &states), &expected, 1e-8);
     let expected = [
-        0.020_507_264_504_805,
-        0.118_312_317_413_945,
-        0.014_921_307_781_57,
-        0.492_371_056_247_139,
-        1.990_148_398_711_064,
+        0.020_566_683_392_404,
+        0.118_744_795_976_312,
+        0.014_858_529_490_433,
+        0.487_024_181_164_612,
+        1.909_466_305_443_049,
     ];
     near("RMSE", &rmse(&results, "EKF"), &expected, 1e-9);
 }
@@ -166,9 +166,9 @@ fn falling_body() {
     let results = run("re-entry");
     near("plant", &results["simulation"]["x_end"], &[26.732_308_387, 0.104_462_224_084, 1.0], 1e-8);
     let states = ["altitude", "velocity", "ballistic"];
-    let expected = [26.709_600_674_22, 0.105_025_517_803, 0.994_699_017_337];
+    let expected = [26.712_355_273_84, 0.104_724_086_006, 0.997_320_877_837];
     near("EKF", &last_estimate("re-entry", "EKF", &states), &expected, 1e-8);
-    near("RMSE", &rmse(&results, "EKF"), &[0.346_005_699_461, 0.225_069_936_189, 0.360_714_485_317], 1e-8);
+    near("RMSE", &rmse(&results, "EKF"), &[0.166_318_233_391, 0.114_481_062_468, 0.351_497_870_002], 1e-8);
     let nees = &results["filters"][0]["nees"];
     assert_eq!(nees["accepted"], Value::from(false), "{nees}");
     let rows = results["sweep"]["rows"].as_array().unwrap();

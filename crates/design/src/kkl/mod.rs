@@ -54,6 +54,7 @@ use luenberger_observers::kkl::{KklMap, KklObserver, KklSize};
 use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::wording::at_most;
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
+use luenberger_random::{Purpose, Stream};
 use luenberger_wording::setters;
 use nalgebra::DefaultAllocator;
 
@@ -334,7 +335,8 @@ fn samples(axes: &[Interval], settings: &KklSettings) -> Vec<Vec<Interval>> {
         let share = |k| cornered.iter().position(|c| *c == k).map_or(0.5, |bit| (corner >> bit & 1) as f64);
         points.push(axes.iter().enumerate().map(|(k, axis)| at(axis, share(k))).collect());
     }
-    for shares in GoldenSequence::new(varying.len(), settings.seed).take(settings.samples) {
+    let stream = Stream::new(settings.seed, Purpose::ConditionSamples, 0);
+    for shares in GoldenSequence::new(varying.len(), stream).take(settings.samples) {
         let share = |k| varying.iter().position(|v| *v == k).map_or(0.5, |at| shares[at]);
         points.push(axes.iter().enumerate().map(|(k, axis)| at(axis, share(k))).collect());
     }

@@ -15,6 +15,7 @@ use luenberger_observers::numerical_kkl::{
     HeldInputInverse, HeldInputObserver, HeldInputTables, HeldInputTrees, Node, Search, TensorSpline,
 };
 use luenberger_plants::Differentiable;
+use luenberger_random::Purpose;
 use nalgebra::{Const, SVector};
 
 use super::interpolation::check_grid;
@@ -113,8 +114,8 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize, const ZM: u
         let tables = tables(&transform, &axes, settings, progress)?;
         let smallest_ratio = smallest_ratio(&transform, &tables, &axes, settings.injectivity_points, progress)?;
 
-        // Held out: the far end of another sequence than the samples'.
-        let probes: Vec<(SVector<f64, N>, SVector<f64, M>)> = GoldenSequence::new(N + M, settings.seed ^ 0x5bd1_e995)
+        let held_out = settings.stream(Purpose::HeldOutStates);
+        let probes: Vec<(SVector<f64, N>, SVector<f64, M>)> = GoldenSequence::new(N + M, held_out)
             .take(settings.held_out)
             .map(|share| (domain.point(|i| share[i]), of_family(family, &share[N..])))
             .collect();
@@ -177,7 +178,7 @@ pub fn without_tables<const N: usize, const M: usize, const Z: usize, const ZM: 
     let (&lower, &upper) = tables.splines()[0].bounds();
     let (least, most) = tables.family();
     let (mut arguments, mut images) = (Vec::new(), Vec::new());
-    for share in GoldenSequence::new(N + M, settings.seed).take(settings.samples) {
+    for share in GoldenSequence::new(N + M, settings.stream(Purpose::InverseSamples)).take(settings.samples) {
         let x = SVector::<f64, N>::from_fn(|i, _| (1.0 - share[i]) * lower[i] + share[i] * upper[i]);
         let u = SVector::<f64, M>::from_fn(|i, _| (1.0 - share[N + i]) * least[i] + share[N + i] * most[i]);
         arguments.push(std::array::from_fn::<f64, NM, _>(|i| if i < N { x[i] } else { u[i - N] }));
@@ -300,7 +301,7 @@ fn with_tree<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     progress: &mut Listener<'_>,
 ) -> Result<Inverse<N, M, Z, ZM>, NumericalKklError> {
     let (mut states, mut arguments) = (Vec::new(), Vec::new());
-    for share in GoldenSequence::new(N + M, settings.seed).take(settings.samples) {
+    for share in GoldenSequence::new(N + M, settings.stream(Purpose::InverseSamples)).take(settings.samples) {
         let x = domain.point(|i| share[i]);
         let u = of_family(family, &share[N..]);
         let w = tables.at(&u).with_gradient(&x).0;

@@ -22,6 +22,7 @@ use std::collections::HashMap;
 use luenberger_observers::numerical_kkl::TensorTrain;
 use luenberger_observers::numerical_kkl::tensor_train::MOST_RANK;
 use luenberger_plants::Differentiable;
+use luenberger_random::Purpose;
 use nalgebra::{Const, DMatrix, SVector};
 
 use super::interpolation::{along_axis, check_axes};
@@ -71,7 +72,7 @@ where
     let domain = transform.domain();
     let total = WHITENING * N;
     let mut values = Vec::with_capacity(total);
-    for share in GoldenSequence::new(N, settings.seed ^ 0x2545_f491).take(total) {
+    for share in GoldenSequence::new(N, settings.stream(Purpose::TransformExtent)).take(total) {
         values.push(transform.at(&domain.point(|i| share[i]))?);
         Progress { stage: "extent of T", done: values.len(), total }.tell(progress)?;
     }
@@ -195,7 +196,7 @@ where
     F: FnMut(&[usize; N]) -> Result<SVector<f64, Z>, NumericalKklError>,
 {
     let points = sampled.points;
-    let mut random = Random { sequence: GoldenSequence::new(N, settings.seed ^ 0x1234_5678) };
+    let mut random = Random { sequence: GoldenSequence::new(N, settings.stream(Purpose::CrossApproximation)) };
     let judged: Vec<[usize; N]> = (0..JUDGED).map(|_| random.index(&points, |_| true)).collect();
     let first: Vec<Row<N>> = (0..Z).map(|component| Row { component, index: [0; N] }).collect();
     // Rows and columns of the matrix before each axis.

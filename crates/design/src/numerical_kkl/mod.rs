@@ -48,6 +48,7 @@ use luenberger_observers::numerical_kkl::{
     BoxMap, Coordinates, InterpolatedInverse, Node, NumericalKklObserver, PolynomialInverse, Search, TensorSpline,
 };
 use luenberger_plants::Differentiable;
+use luenberger_random::{Purpose, Stream};
 use luenberger_wording::setters;
 use nalgebra::{Const, DMatrix, SMatrix, SVector};
 
@@ -125,6 +126,10 @@ impl<const N: usize> Settings<N> {
         tolerance: f64, points: [usize; N], rank: usize, rank_tolerance: f64, degree: usize, leaves: usize,
         samples: usize, ridge: f64, max_evaluations: usize, fallback: usize, injectivity_points: usize, held_out: usize,
         seed: u64,
+    }
+
+    pub(in crate::numerical_kkl) fn stream(&self, purpose: Purpose) -> Stream {
+        Stream::new(self.seed, purpose, 0)
     }
 }
 
@@ -264,8 +269,7 @@ where
         W::check(settings)?;
         let transform = Transform::new(plant, target, domain, input, settings.tolerance)?;
         let Tabulated { coordinates, table: spline, trajectories } = W::compute(&transform, settings, progress)?;
-        // Held out: the far end of another sequence than the samples'.
-        let probes: Vec<SVector<f64, N>> = GoldenSequence::new(N, settings.seed ^ 0x5bd1_e995)
+        let probes: Vec<SVector<f64, N>> = GoldenSequence::new(N, settings.stream(Purpose::HeldOutStates))
             .take(settings.held_out)
             .map(|share| domain.point(|i| share[i]))
             .collect();
@@ -519,7 +523,7 @@ fn embed<const N: usize, const Z: usize>(
     progress: &mut Listener<'_>,
 ) -> Result<Embedded<N, Z>, NumericalKklError> {
     let (mut states, mut images) = (Vec::new(), Vec::new());
-    for share in GoldenSequence::new(N, settings.seed).take(settings.samples) {
+    for share in GoldenSequence::new(N, settings.stream(Purpose::InverseSamples)).take(settings.samples) {
         let x = domain.point(|i| share[i]);
         states.push(<[f64; N]>::from(x));
         images.push(<[f64; Z]>::from(spline.with_gradient(&x).0));

@@ -6,7 +6,7 @@
 use luenberger_linalg::{
     LinalgError, LyapunovEquation, ZeroOrderHold, kalman_gain, stein, symmetric_part, zero_order_hold,
 };
-use luenberger_random::Random;
+use luenberger_random::{Draws, Purpose, Stream};
 use nalgebra::{Complex, DMatrix, DVector, DVectorView, SymmetricEigen};
 
 use super::flow::{Column, ErrorFlow, Gains};
@@ -55,18 +55,19 @@ pub(super) struct Noise {
 impl Noise {
     /// As many periods as the slowest mode of this rate needs for its mean squares, between 1000 and 4000, times
     /// `factor`.
-    pub(super) fn new(problem: &Scaled, slowest: f64, factor: f64, seed: u64) -> Self {
+    pub(super) fn new(problem: &Scaled, slowest: f64, factor: f64, mut draws: Draws) -> Self {
         let (n, p) = (problem.a.nrows(), problem.c.nrows());
         let periods = (factor * 400.0 / (slowest * problem.period)).clamp(1000.0 * factor, 4000.0 * factor) as usize;
         let settling = ((7.0 / (slowest * problem.period)) as usize).min(periods / 4);
         let root = square_root(&problem.process) / problem.period.sqrt();
-        let mut generator = Generator::new(seed);
         let width = n + p;
         let mut values = Vec::with_capacity((periods + settling) * width);
         for _ in 0..periods + settling {
-            let w: Vec<f64> = (0..n).map(|_| generator.normal()).collect();
+            let w: Vec<f64> = (0..n).map(|_| draws.normal()).collect();
             values.extend((0..n).map(|i| (0..n).map(|j| root[(i, j)] * w[j]).sum::<f64>()));
-            values.extend((0..p).map(|_| if problem.uniform { generator.uniform() } else { generator.normal() }));
+            // Of variance 1.
+            let value = |_| if problem.uniform { 3f64.sqrt() * draws.unit() } else { draws.normal() };
+            values.extend((0..p).map(value));
         }
         Self { values, width, settling }
     }
@@ -206,14 +207,11 @@ pub fn directions(n: usize) -> Vec<Vec<f64>> {
         return (0..8).map(|k| vec![libm_cos(angle(k)), libm_sin(angle(k))]).collect();
     }
     // Columns of orthogonal matrices, the first of which is the identity.
-    let mut generator = Generator::new(0x5eed);
+    let mut draws = Stream::new(0, Purpose::ErrorDirections, 0).draws(0);
     let mut found = Vec::new();
     for basis in 0..(16usize.div_ceil(n)).max(3) {
-        let q = if basis == 0 {
-            DMatrix::identity(n, n)
-        } else {
-            DMatrix::from_fn(n, n, |_, _| generator.normal()).qr().q()
-        };
+        let q =
+            if basis == 0 { DMatrix::identity(n, n) } else { DMatrix::from_fn(n, n, |_, _| draws.normal()).qr().q() };
         found.extend(q.column_iter().map(|column| column.iter().copied().collect()));
     }
     found
@@ -232,32 +230,4 @@ pub(super) fn square_root(m: &DMatrix<f64>) -> DMatrix<f64> {
     let eigen = SymmetricEigen::new(symmetric_part(m));
     let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
     &eigen.eigenvectors * DMatrix::from_diagonal(&roots) * eigen.eigenvectors.transpose()
-}
-
-/// Numbers of variance 1.
-pub struct Generator {
-    random: Random,
-    kept: Option<f64>,
-}
-
-impl Generator {
-    /// The same numbers for the same seed.
-    pub fn new(seed: u64) -> Self {
-        Self { random: Random(seed), kept: None }
-    }
-
-    /// Uniform of variance 1.
-    pub fn uniform(&mut self) -> f64 {
-        3.0_f64.sqrt() * (2.0 * self.random.uniform() - 1.0)
-    }
-
-    /// Standard normal.
-    pub fn normal(&mut self) -> f64 {
-        if let Some(kept) = self.kept.take() {
-            return kept;
-        }
-        let [first, second] = self.random.normal_pair();
-        self.kept = Some(second);
-        first
-    }
 }

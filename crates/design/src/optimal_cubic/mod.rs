@@ -29,6 +29,7 @@ use std::time::Instant;
 use luenberger_linalg::{RealMatrixView, spectral_abscissa};
 use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;
+use luenberger_random::{Draws, Purpose, Stream};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 pub use self::cost::Cost;
@@ -62,14 +63,17 @@ pub struct EstimationProblem {
     pub weight: DMatrix<f64>,
 }
 
-/// The seed of the noise of the search, and of the noise of the answer.
-const SEEDS: [u64; 2] = [1, 2];
 /// Evaluations of J for each coordinate and each start.
 const EVALUATIONS: usize = 100;
 /// The answer is judged along a sequence that is longer by this factor.
 const LONGER: f64 = 5.0;
 /// Savings below this fraction are not counted.
 const LEAST_SAVING: f64 = 1e-3;
+
+/// The draws along which an answer is judged.
+fn judged_along(seed: u64) -> Draws {
+    Stream::new(seed, Purpose::JudgedCost, 0).draws(0)
+}
 
 impl EstimationProblem {
     /// Measurement noise only, Gaussian, with T the identity in units of the first errors: `e'Te = sum (e_i/d_i)^2`.
@@ -111,7 +115,8 @@ impl EstimationProblem {
         scaled.linear(&self.gain_in_units(l)).ok_or_else(too_fast)
     }
 
-    /// J of a cubic observer along one sequence of noise: the seed chooses it.
+    /// J of a cubic observer along one sequence of noise: the seed chooses it. None is that of the search; seed 0 has
+    /// the one along which the answer of a search is judged.
     ///
     /// # Errors
     /// As [`linear`](Self::linear); [`DesignError::Undecided`] where the error changes too fast for the integration.
@@ -119,7 +124,7 @@ impl EstimationProblem {
         let plant = observer.plant();
         let scaled = self.scaled(&plant)?;
         let slowest = -check::hurwitz("A - L C", (&plant.a, &observer.l, &plant.c))?;
-        let noise = Noise::new(&scaled, slowest, LONGER, seed);
+        let noise = Noise::new(&scaled, slowest, LONGER, judged_along(seed));
         let gains = self.gains_in_units((&observer.l, &observer.n, &observer.theta));
         scaled.cubic(&gains, &directions(plant.a.nrows()), &noise, f64::INFINITY).ok_or_else(too_fast)
     }
@@ -255,7 +260,7 @@ impl OptimalCubicDesign {
         let linear_cost = problem.linear(plant, &linear_gain)?;
 
         let slowest = -spectral_abscissa(&(&plant.a - &linear_gain * &plant.c))?;
-        let noise = Noise::new(&scaled, slowest, 1.0, SEEDS[0]);
+        let noise = Noise::new(&scaled, slowest, 1.0, Stream::new(0, Purpose::SearchedCost, 0).draws(0));
         let first_errors = directions(n);
         let of_cubic = |z: &[f64], most: f64| {
             if is_late() {
@@ -281,7 +286,7 @@ impl OptimalCubicDesign {
         let judged = match cubic.transpose()? {
             Some((linear, cubic)) => {
                 let gains = problem.gains_in_units((cubic.l(), &cubic.observer.n, &cubic.observer.theta));
-                let fresh = Noise::new(&scaled, slowest, LONGER, SEEDS[1]);
+                let fresh = Noise::new(&scaled, slowest, LONGER, judged_along(0));
                 scaled.cubic(&gains, &first_errors, &fresh, f64::INFINITY).map(|cost| (linear, cubic, cost))
             }
             None => None,

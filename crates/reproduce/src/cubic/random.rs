@@ -1,9 +1,8 @@
 //! Random plants for the theorems, seeded for reproducibility.
 
 use luenberger_plants::StateSpace;
+use luenberger_random::{Draws, Purpose, Stream};
 use nalgebra::{DMatrix, DVector};
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::claim::CheckError;
 
@@ -11,24 +10,19 @@ use crate::claim::CheckError;
 pub(super) const SEED: u64 = 2019;
 
 /// A source of random matrices.
-pub(super) struct Random(ChaCha8Rng);
+pub(super) struct Random(Draws);
 
 impl Random {
     pub(super) fn new() -> Self {
-        Self(ChaCha8Rng::seed_from_u64(SEED))
-    }
-
-    /// Uniform on [-1, 1), from the upper 53 bits.
-    fn entry(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
+        Self(Stream::new(SEED, Purpose::RandomCase, 0).draws(0))
     }
 
     pub(super) fn matrix(&mut self, rows: usize, columns: usize) -> DMatrix<f64> {
-        DMatrix::from_fn(rows, columns, |_, _| self.entry())
+        DMatrix::from_fn(rows, columns, |_, _| self.0.unit())
     }
 
     pub(super) fn vector(&mut self, n: usize) -> DVector<f64> {
-        DVector::from_fn(n, |_, _| self.entry())
+        DVector::from_fn(n, |_, _| self.0.unit())
     }
 
     /// A plant with n states, one input and p outputs; observable with probability one.

@@ -9,9 +9,8 @@ use luenberger_observers::{Beta, EstimateAndError, MeanValueObserver, Observer};
 use luenberger_plants::counterexamples::{self, Bistable, Dimple};
 use luenberger_plants::{Chaotic, Differentiable, LinearPlant, Plant, StaticPlant, double_integrator, flexible_joint};
 use luenberger_proof::{Interval, Matrix};
+use luenberger_random::{Draws, Purpose, Stream};
 use nalgebra::{Const, Matrix1, SVector, Vector1};
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::runs::{
     Experiment, Given, OBSERVER, Run, System, Theorem, along, beta_solves, internal, last, norms, not_given, real, run,
@@ -307,23 +306,22 @@ fn equation_7(context: &Context) -> Result<Outcome, CheckError> {
         .given(hypotheses))
 }
 
-/// Uniform on [-1, 1), from the upper 53 bits.
-fn entry(random: &mut ChaCha8Rng) -> f64 {
-    (random.next_u64() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
+fn cases() -> Draws {
+    Stream::new(SEED, Purpose::RandomCase, 0).draws(0)
 }
 
 /// `e'e'` (the second a derivative) along (3b) at random segments, with η = 1 and 2, and the size of its terms.
 fn slopes<S, const N: usize, const M: usize, const P: usize>(
     plant: &S,
-    random: &mut ChaCha8Rng,
+    random: &mut Draws,
 ) -> Result<Vec<[f64; 3]>, CheckError>
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone + Send + Sync,
 {
     (0..200)
         .map(|_| {
-            let xhat = SVector::<f64, N>::from_fn(|_, _| 3.0 * entry(random));
-            let e = SVector::<f64, N>::from_fn(|_, _| 3.0 * entry(random));
+            let xhat = SVector::<f64, N>::from_fn(|_, _| 3.0 * random.unit());
+            let e = SVector::<f64, N>::from_fn(|_, _| 3.0 * random.unit());
             let (u, y) = (SVector::<f64, M>::zeros(), SVector::<f64, P>::zeros());
             let mut found = [0.0; 3];
             for (slot, eta) in [1.0, 2.0].into_iter().enumerate() {
@@ -339,7 +337,7 @@ where
 }
 
 fn every_slope() -> Result<Vec<[f64; 3]>, CheckError> {
-    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut random = cases();
     Ok([
         slopes(&Chaotic, &mut random)?,
         slopes(&flexible_joint::corrected(), &mut random)?,
@@ -360,7 +358,7 @@ fn eta_half(_: &Context) -> Result<Outcome, CheckError> {
     let needed = |[one, two, _]: &[f64; 3]| (2.0 * one - two) / (one - two);
     let sampled = every_slope()?.iter().map(needed).fold(f64::NEG_INFINITY, f64::max);
     let scalar = LinearPlant { a: Matrix1::new(1.0), b: Matrix1::new(1.0), c: Matrix1::new(1.0), d: None };
-    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut random = cases();
     let attained = slopes(&scalar, &mut random)?.iter().map(needed).fold(f64::NEG_INFINITY, f64::max);
     // The first bound to the rounding of a quotient of differences, the second attained.
     let holds = sampled <= 0.5 + 1e-9 && (attained - 0.5).abs() <= 1e-9;

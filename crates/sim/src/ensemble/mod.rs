@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use luenberger_observers::{LaneObserver, Observer};
 use luenberger_plants::{LanePlant, Plant};
+use luenberger_random::{Purpose, Stream};
 use nalgebra::DMatrix;
 
 use self::lanes::{Attempted, Dop853Lanes, Field, LANES, Lanes};
@@ -35,8 +36,8 @@ pub struct Member {
     pub x0: Vec<f64>,
     /// The estimate at the start.
     pub estimate: Vec<f64>,
-    /// Number added to the seed of the noise.
-    pub seed: u64,
+    /// Its number: members of different numbers have independent noise, whatever the seed of the noise is.
+    pub number: u64,
 }
 
 /// A run of an ensemble: one row per requested time.
@@ -67,7 +68,7 @@ impl EnsembleRun {
 /// let (l, n) = (Vector2::new(7.0, 10.0), Vector2::new(-168.0, -196.0) / 17.0);
 /// let observer = CubicObserver::of(plant.clone(), l, n, Matrix1::new(10.0))?;
 /// let members: Vec<Member> = (0..20)
-///     .map(|k| Member { x0: vec![3.0 - 0.3 * f64::from(k), 1.0], estimate: vec![0.0, 0.0], seed: 0 })
+///     .map(|k| Member { x0: vec![3.0 - 0.3 * f64::from(k), 1.0], estimate: vec![0.0, 0.0], number: 0 })
 ///     .collect();
 /// let runs = Ensemble::new(&plant, &observer).input(|t, u| u.fill(t.sin())).until(8.0, 5).run(&members);
 /// for run in runs {
@@ -157,7 +158,7 @@ where
             scenario = scenario.input(Signal::function(|t, u| input(t, u)));
         }
         if let Some(noise) = &self.noise {
-            scenario = scenario.noise(noise.reseeded(member.seed));
+            scenario = scenario.noise(noise.clone()).member(member.number);
         }
         let mut run = scenario.run()?;
         let estimate = run.observers.remove(0).estimate;
@@ -188,7 +189,8 @@ where
 /// A lane with a run.
 struct Lane<'a> {
     member: usize,
-    noise: Option<Noise>,
+    /// With the stream of the member.
+    noise: Option<(&'a Noise, Stream)>,
     /// The start of the run.
     start: f64,
     /// How often the noise has changed since then.
@@ -349,7 +351,9 @@ where
         }
         let mut next = Lane {
             member: number,
-            noise: noise.as_ref().map(|noise| noise.reseeded(member.seed)),
+            noise: noise
+                .as_ref()
+                .map(|noise| (noise, noise.stream(Purpose::MeasurementNoise, 0).member(member.number))),
             start: *start,
             count: 0,
             until: *start,
@@ -455,13 +459,13 @@ impl Lane<'_> {
     fn interval(&mut self, lane: usize, lanes: &mut [Lanes], end: f64) {
         let start = self.until;
         self.until = end;
-        if let Some(noise) = &self.noise {
+        if let Some((noise, stream)) = self.noise {
             let next = |count: u64| self.start + (count + 1) as f64 * noise.period();
             if start > self.start {
                 self.count += u64::from(next(self.count) <= start + 1e-9 * noise.period());
             }
             self.until = next(self.count).min(end);
-            for (of_lanes, value) in lanes.iter_mut().zip(noise.sample(self.count)) {
+            for (of_lanes, value) in lanes.iter_mut().zip(noise.values(stream, self.count)) {
                 of_lanes[lane] = value;
             }
         }

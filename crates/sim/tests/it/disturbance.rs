@@ -3,7 +3,9 @@
 use approx::assert_abs_diff_eq;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator};
-use luenberger_sim::{Change, Disturbances, Fault, MeasurementLoss, Noise, Scenario, Signal, SimError, Trajectory};
+use luenberger_sim::{
+    Change, Disturbances, Fault, MeasurementLoss, Noise, Purpose, Scenario, Signal, SimError, Trajectory,
+};
 use nalgebra::{DMatrix, Vector2, dmatrix};
 
 /// x' = u, y = x.
@@ -80,9 +82,10 @@ fn a_delayed_output_is_read_later() {
 fn process_noise_is_integrated() {
     let noise = Noise::gaussian(&[0.7], 0.1, 3);
     let run = run(Disturbances { process_noise: Some(noise.clone()), ..Disturbances::default() }, Signal::zero(), 2.0);
-    let sum: f64 = (0..20).map(|k| 0.1 * noise.sample(k)[0]).sum();
+    let sum: f64 = (0..20).map(|k| 0.1 * noise.sample(Purpose::ProcessNoise, k)[0]).sum();
     assert_abs_diff_eq!(run.x[(100, 0)], sum, epsilon = 1e-10);
-    let half: f64 = (0..7).map(|k| 0.1 * noise.sample(k)[0]).sum::<f64>() + 0.04 * noise.sample(7)[0];
+    let half: f64 = (0..7).map(|k| 0.1 * noise.sample(Purpose::ProcessNoise, k)[0]).sum::<f64>()
+        + 0.04 * noise.sample(Purpose::ProcessNoise, 7)[0];
     assert_abs_diff_eq!(run.x[(37, 0)], half, epsilon = 1e-10);
 }
 

@@ -9,7 +9,7 @@ use nalgebra::{Matrix1, Vector2, dmatrix};
 fn members(count: usize, size: f64) -> Vec<Member> {
     let entry = |k: usize, i: usize| size * ((7 * k + 3 * i) as f64).sin();
     (0..count)
-        .map(|k| Member { x0: vec![entry(k, 0), entry(k, 1)], estimate: vec![entry(k, 2), 0.0], seed: k as u64 })
+        .map(|k| Member { x0: vec![entry(k, 0), entry(k, 1)], estimate: vec![entry(k, 2), 0.0], number: k as u64 })
         .collect()
 }
 
@@ -29,7 +29,7 @@ where
     let runs = ensemble.run(members);
     for (member, run) in members.iter().zip(&runs) {
         if let Some(noise) = noise {
-            base = base.noise(noise.reseeded(member.seed));
+            base = base.noise(noise.clone()).member(member.number);
         }
         let scenario = base.clone().initial_state(&member.x0).observer("observer", observer, &member.estimate).run();
         match (run, scenario) {

@@ -6,7 +6,7 @@ use luenberger_observers::{LinearObserver, SampledObserver};
 use luenberger_plants::{Plant, StaticPlant, double_integrator};
 use luenberger_sim::replay::InnovationStatistics;
 use luenberger_sim::{
-    BetweenRows, Noise, Recording, Replay, SampleInterpolation, Scenario, Sensor, Settings, Signal, SimError,
+    BetweenRows, Noise, Purpose, Recording, Replay, SampleInterpolation, Scenario, Sensor, Settings, Signal, SimError,
     Trajectory,
 };
 use nalgebra::{Const, DMatrix, Matrix1, Matrix2, SMatrix, Vector1, Vector2, dmatrix};
@@ -150,7 +150,7 @@ fn noisy() -> (Trajectory, Recording) {
         .run()
         .unwrap();
     let noise = Noise::gaussian(&[0.1], 0.02, 11);
-    let y = DMatrix::from_fn(1001, 1, |k, _| run.y[(k, 0)] + noise.sample(k as u64)[0]);
+    let y = DMatrix::from_fn(1001, 1, |k, _| run.y[(k, 0)] + noise.sample(Purpose::MeasurementNoise, k as u64)[0]);
     let log = Recording::new(run.t.clone(), run.u.clone(), y).unwrap();
     (run, log)
 }

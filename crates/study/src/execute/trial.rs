@@ -82,7 +82,7 @@ impl<'a> Trial<'a> {
         let requested = ObserverSpec { initial, ..requested.clone() };
         let member = Member { requested: &requested, designed };
         let fed: Vec<Member<'_>> = self.fed.into_iter().collect();
-        let variation = Variation { noise: 1.0, seed: number };
+        let variation = Variation { noise: 1.0, member: number };
         let outcome = trajectory::run(self.study, self.simulation, &fed, Some(&member), variation, until).and_then(
             |trajectory| {
                 let merits = self.scoring.merits(self.study, &trajectory, &requested)?;

@@ -57,7 +57,7 @@ fn unused(study: &Study, simulation: &Simulation) -> Vec<String> {
         .filter_map(|requested| Some((requested, requested.kind.fixed_period().or(study.plant.dt)?)))
     {
         for sensor in &simulation.sensors {
-            let (used, all) = sensor.sensor(1.0, 0).on_samples(period, simulation.duration);
+            let (used, all) = sensor.sensor(1.0).on_samples(period, simulation.duration);
             if used < all {
                 warnings.push(format!(
                     "{}: Only {used} of {all} measurements of {} (every {}{unit}) lie on the observer's samples (every {period}{unit}); the others are not used",

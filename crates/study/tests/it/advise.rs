@@ -112,10 +112,11 @@ fn the_written_study_has_the_observers_that_were_run() {
     }
 }
 
-/// scipy 1.17 and numpy on the noise of run 0: plant, mean and covariance of the extended Kalman filter by `solve_ivp`
-/// (DOP853, rtol 1e-10) from one sample to the next, Joseph's update; norm in units of 2 m, scored at the 301 samples
-/// before their measurement is used. rms 0.0326610791, settling time 0.6, second half 0.000355234208. The filter takes
-/// four Runge-Kutta steps for each sample, which explains the tolerance.
+/// scipy 1.17 and numpy on the noise of run 0, which is that of a ChaCha8 in Python: plant, mean and covariance of the
+/// extended Kalman filter by `solve_ivp` (DOP853, rtol 1e-12) from one sample to the next, Joseph's update; norm in
+/// units of 2 m, scored at the 301 samples before their measurement is used. rms 0.0334512211, settling time 0.8,
+/// second half 0.000489402349. The filter takes four Runge-Kutta steps for each sample, which explains the tolerance:
+/// with them numpy has 0.03345128411366, 0.8 and 0.00048940389917.
 #[test]
 fn the_scores_of_a_filter_are_those_of_scipy() {
     let folder = scratch("advise-scipy");
@@ -128,8 +129,8 @@ fn the_scores_of_a_filter_are_those_of_scipy() {
     let runs = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
     let line = runs.lines().find(|line| line.starts_with("\"extended-kalman\",0,")).unwrap();
     let scores: Vec<f64> = line.split(',').skip(2).take(4).map(|cell| cell.parse().unwrap()).collect();
-    for (score, expected) in scores.iter().zip([0.032_661_079_1, 0.6, 1.0, 0.000_355_234_208]) {
-        assert!((score - expected).abs() <= 1e-6 * expected, "{score}, expected {expected}");
+    for (score, expected) in scores.iter().zip([0.033_451_221_1, 0.8, 1.0, 0.000_489_402_349]) {
+        assert!((score - expected).abs() <= 5e-6 * expected, "{score}, expected {expected}");
     }
 }
 

@@ -130,3 +130,81 @@ fn delays_quantisation_dropouts_and_outliers_are_read() {
         "{said}"
     );
 }
+
+/// x+ = 0.9 x + w, y = x + v, variances 1, every seed the default one. The variance of the predicted estimate solves
+/// `P = 0.81 P/(P + 1) + 1`: `P = (0.81 + sqrt(0.81^2 + 4))/2 = 1.4839`, whose root is 1.2182. Its error is an
+/// autoregression with the coefficient `0.9/(P + 1) = 0.3623`, so that the standard error of the mean square of n of
+/// them is `P sqrt(2 (1 + 0.3623^2)/(1 - 0.3623^2)/n)`. Innovations of the right filter are white: their normalised
+/// mean square is 1, with the standard error `sqrt(2/n)`.
+#[test]
+fn process_noise_is_independent_of_the_measurement_noise() {
+    let text = r#"
+[plant]
+states = ["x"]
+outputs = ["y"]
+f = ["0.9*x"]
+h = ["x"]
+dt = 1
+[simulation]
+x0 = [0]
+duration = 5000
+samples = 5001
+noise = { amplitude = [1], period = 1MEASURED }
+[truth]
+process_noise = { amplitude = [1], period = 1PROCESS }
+[[observer]]
+name = "EKF"
+kind = "extended-kalman"
+w = 1
+v = 1
+p0 = 1
+period = 1
+"#;
+    for seeds in [[None; 2], [Some(4); 2], [Some(3), Some(4)]] {
+        let [measured, process] =
+            seeds.map(|seed| seed.map_or_else(String::new, |seed: u32| format!(", seed = {seed}")));
+        let text = text.replace("MEASURED", &measured).replace("PROCESS", &process);
+        let results = executed(&text, Step::Compare);
+        let n = 5001.0;
+        let rmse = results.simulation.as_ref().unwrap().rows[0].merits.as_ref().unwrap().states[0].rmse;
+        let variance = f64::midpoint(0.81, (0.81f64.powi(2) + 4.0).sqrt());
+        let pole = 0.9 / (variance + 1.0);
+        let relative = (2.0 * (1.0 + pole * pole) / (1.0 - pole * pole) / n).sqrt();
+        assert!((rmse * rmse / variance - 1.0).abs() < 4.0 * relative, "{seeds:?}: {rmse}");
+        let nis = results.filters[0].nis.as_ref().unwrap().mean;
+        assert!((nis - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{seeds:?}: {nis}");
+    }
+}
+
+/// y = v of variance 1, of which three in ten do not arrive: those that do have the variance 1 all the same. The filter
+/// takes x for nearly constant, so that its innovations are the noise.
+#[test]
+fn dropouts_are_independent_of_the_measurement_noise() {
+    let text = r#"
+[plant]
+states = ["x"]
+outputs = ["y"]
+f = ["0"]
+h = ["x"]
+[simulation]
+x0 = [0]
+duration = 1000
+samples = 10001
+noise = { amplitude = [1], period = 0.1 }
+[truth]
+dropout = 0.3
+[[observer]]
+name = "EKF"
+kind = "extended-kalman"
+w = 1e-6
+v = 1
+p0 = 1
+period = 0.1
+"#;
+    let results = executed(text, Step::Compare);
+    let nis = results.filters[0].nis.as_ref().unwrap();
+    let arrived = nis.samples as f64;
+    // Seven in ten of 10001, within four standard deviations.
+    assert!((arrived - 0.7 * 10_001.0).abs() < 4.0 * (0.21f64 * 10_001.0).sqrt(), "{arrived}");
+    assert!((nis.mean - 1.0).abs() < 4.0 * (2.0 / arrived).sqrt(), "{}", nis.mean);
+}

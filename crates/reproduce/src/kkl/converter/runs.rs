@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::kkl::cuk::{self, Tuning};
 use luenberger_observers::Observer;
 use luenberger_plants::{Column, CukConverter, Plant};
-use luenberger_sim::{Integrator, Noise, Scenario, Settings, Signal, Trajectory};
+use luenberger_sim::{Integrator, Noise, Purpose, Scenario, Settings, Signal, Trajectory};
 use nalgebra::{Vector1, Vector2, Vector4};
 
 use super::printed;
@@ -112,8 +112,8 @@ pub(super) fn estimate_at_rest(observer: &(impl CukObserver + Sync), noise: Opti
     let plant = CukConverter::default();
     let x = plant.equilibrium(START);
     let u = Vector1::new(plant.control(&x, set_point(0.0), LAMBDA));
-    let seen =
-        plant.output(0.0, &x, &u) + noise.map_or_else(Vector2::zeros, |n| Vector2::from_column_slice(&n.sample(0)));
+    let seen = plant.output(0.0, &x, &u)
+        + noise.map_or_else(Vector2::zeros, |n| Vector2::from_column_slice(&n.sample(Purpose::MeasurementNoise, 0)));
     observer.estimate(0.0, &rest(observer), &u, &seen)
 }
 

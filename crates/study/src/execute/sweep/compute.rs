@@ -219,7 +219,7 @@ impl<'a> Work<'a> {
         let requested = ObserverSpec { initial, ..requested.clone() };
         let member = Member { requested: &requested, designed };
         let factor = if self.sweep.parameter == Swept::Noise { *value } else { 1.0 };
-        let variation = Variation { noise: factor, seed: number };
+        let variation = Variation { noise: factor, member: number };
         let outcome = trajectory::run(study, simulation, others, Some(&member), variation, options.until).and_then(
             |trajectory| {
                 let merits = self.scoring.merits(study, &trajectory, &requested)?;

@@ -1,6 +1,6 @@
 //! The rows of a sweep: each of its observers at each of its values, and the designs for a row.
 
-use luenberger_sim::Noise;
+use luenberger_random::{Purpose, Stream};
 
 use super::super::options::RunOptions;
 use crate::design::{Designed, NoDesign, design_until};
@@ -71,7 +71,8 @@ pub(in crate::execute) fn initial(
     let norm = |entries: &mut dyn Iterator<Item = f64>| entries.map(|x| x * x).sum::<f64>().sqrt();
     let size = norm(&mut errors.iter().enumerate().filter(|(_, e)| **e != 0.0).map(|(i, e)| e / unit(i)));
     // Gaussian entries, so that the direction is uniformly distributed.
-    let direction = Noise::gaussian(&vec![1.0; errors.len()], 1.0, seed).sample(number);
+    let mut draws = Stream::new(seed, Purpose::FirstEstimate, 0).member(number).draws(0);
+    let direction: Vec<f64> = errors.iter().map(|_| draws.normal()).collect();
     let length = norm(&mut direction.iter().copied());
     let entry = |(i, x): (usize, &f64)| x - unit(i) * size * direction[i] / length;
     simulation.x0.iter().enumerate().map(entry).collect()

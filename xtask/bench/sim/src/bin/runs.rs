@@ -15,7 +15,9 @@ use luenberger_observers::{
     Observer,
 };
 use luenberger_plants::double_integrator;
-use luenberger_sim::{Ensemble, Errors, Integrand, Member, Noise, Scenario, ScoreGrid, Settings, Signal, SimError};
+use luenberger_sim::{
+    Ensemble, Errors, Integrand, Member, Noise, Purpose, Scenario, ScoreGrid, Settings, Signal, SimError,
+};
 use nalgebra::{Const, DMatrix, DVector, Matrix1, Vector2};
 use serde_json::json;
 use std::error::Error;
@@ -113,7 +115,7 @@ fn ensemble(
             3.0 * 2f64.sqrt() * (0.785_398_163_397_448_3 + angle).cos(),
             3.0 * 2f64.sqrt() * (0.785_398_163_397_448_3 + angle).sin(),
         ];
-        Member { x0, estimate: vec![0.0, 0.0], seed: u64::from(k) }
+        Member { x0, estimate: vec![0.0, 0.0], number: u64::from(k) }
     };
     let members: Vec<Member> = (0..runs).map(member).collect();
     let settings = Settings { rtol: 1e-9, atol: 1e-12, ..Settings::default() };
@@ -137,7 +139,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (runs, rounds): (u32, u32) = (runs.parse()?, rounds.parse()?);
     if who == "noise" {
         let noise = Noise::uniform(&NOISE, 0.01, 1);
-        println!("{}", json!((0..=400).map(|k| noise.sample(k)).collect::<Vec<_>>()));
+        println!("{}", json!((0..=400).map(|k| noise.sample(Purpose::MeasurementNoise, k)).collect::<Vec<_>>()));
         return Ok(());
     }
     let plant = cart_pole()?;
