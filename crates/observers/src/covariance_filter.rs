@@ -57,3 +57,19 @@ pub(crate) fn update_columns<T: RealField + Copy, F: CovarianceFilter<T>>(
     }
     put_slice(next.as_slice(), state)
 }
+
+/// [`SampledObserver::predict_into`] of a filter, by what moves its state.
+pub(crate) fn predict_columns<T: RealField + Copy, F: CovarianceFilter<T>>(
+    filter: &F,
+    state: &mut [T],
+    u: &[T],
+    predict: impl FnOnce(&mut F::State, &F::Input),
+) -> bool {
+    let size = filter.dimensions();
+    if (state.len(), u.len()) != (size.state, size.inputs) {
+        return false;
+    }
+    let (Some(mut next), Some(u)) = (F::State::try_from_slice(state), Column::try_from_slice(u)) else { return false };
+    predict(&mut next, &u);
+    put_slice(next.as_slice(), state)
+}

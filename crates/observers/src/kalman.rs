@@ -32,7 +32,7 @@ use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
-use crate::covariance_filter::{CovarianceFilter, update_columns};
+use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{correct, covariance, moved};
@@ -257,14 +257,18 @@ where
     }
 
     /// The step of a plant whose sizes are known at run time only; false if the sizes have none.
-    fn step_on_slices(&self, state: &mut [T], sample: Sample<'_, T>) -> bool {
+    fn step_on_slices(&self, state: &mut [T], sample: Sample<'_, T>, parts: [bool; 2]) -> bool {
+        if N::try_to_usize().is_some() || sample.u.len() != self.plant.dimensions().inputs {
+            return false;
+        }
         let Self { plant, noises, h, prediction, gate, .. } = self;
         let motion = |t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
         let measurement = |t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
         let (w, v) = (noises.w.as_slice(), noises.v.as_slice());
         let is_linear = plant.is_linear_between_samples();
         let (motion, measurement, prediction) = (&motion, &measurement, *prediction);
-        StepOnSlices { motion, measurement, is_linear, w, v, gate: *gate, h: *h, prediction }.step(state, sample)
+        let step = StepOnSlices { motion, measurement, is_linear, w, v, gate: *gate, h: *h, prediction, parts };
+        step.step(state, sample)
     }
 
     /// From (xhat, P) at time t over a duration.
@@ -414,13 +418,20 @@ where
     }
 
     fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
-        let dynamic = N::try_to_usize().is_none() && u.len() == self.plant.dimensions().inputs;
-        dynamic && self.step_on_slices(state, Sample { t, u, y, measured })
+        self.step_on_slices(state, Sample { t, u, y, measured }, [true, true])
             || step_columns(self, t, state, (u, y), measured)
     }
 
     fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
-        update_columns(self, t, state, (u, y), measured)
+        self.step_on_slices(state, Sample { t, u, y, measured }, [true, false])
+            || update_columns(self, t, state, (u, y), measured)
+    }
+
+    fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool {
+        // Without an update y is not read.
+        let sample = Sample { t, u, y: &[], measured: &[] };
+        self.step_on_slices(state, sample, [false, true])
+            || predict_columns(self, state, u, |state, u| self.finish(t, state, u))
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {

@@ -33,6 +33,8 @@ pub(crate) struct StepOnSlices<'f, T> {
     pub(crate) gate: Option<T>,
     pub(crate) h: T,
     pub(crate) prediction: Prediction,
+    /// The parts of the step that are taken: the update, and the prediction.
+    pub(crate) parts: [bool; 2],
 }
 
 impl<T: RealField + Copy> StepOnSlices<'_, T> {
@@ -40,7 +42,7 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
     /// step of their own, and nothing is done.
     pub(crate) fn step(&self, estimate: &mut [T], sample: Sample<'_, T>) -> bool {
         let (n, p) = (self.w.len().isqrt(), self.v.len().isqrt());
-        if estimate.len() != n * (n + 1) || sample.y.len() != p {
+        if estimate.len() != n * (n + 1) || self.parts[0] && sample.y.len() != p {
             return false;
         }
         match n {
@@ -63,7 +65,8 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
         let mut xhat = SVector::<T, K>::from_column_slice(head);
         let mut p = SMatrix::<T, K, K>::from_column_slice(tail);
         let Sample { t, u, measured, .. } = sample;
-        if measured.is_empty() || measured.contains(&true) {
+        let [updates, predicts] = self.parts;
+        if updates && (measured.is_empty() || measured.contains(&true)) {
             match sample.y.len() {
                 1 => self.update_of_size::<K, 1>(&mut xhat, &mut p, sample),
                 2 => self.update_of_size::<K, 2>(&mut xhat, &mut p, sample),
@@ -74,9 +77,11 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
                 _ => return false,
             }
         }
-        match self.predict_of_size(t, &xhat, &p, u) {
-            Some((next, after)) => (xhat, p) = (next, after),
-            None => xhat = SVector::repeat(convert(f64::NAN)),
+        if predicts {
+            match self.predict_of_size(t, &xhat, &p, u) {
+                Some((next, after)) => (xhat, p) = (next, after),
+                None => xhat = SVector::repeat(convert(f64::NAN)),
+            }
         }
         head.copy_from_slice(xhat.as_slice());
         tail.copy_from_slice(p.as_slice());

@@ -15,11 +15,11 @@
 //!   scaling and doubling (`exponential`).
 //! - Any other takes steps of Dormand and Prince, order 5(4), from `(x, I, 0)` on; a step is halved until its error is
 //!   below [`SHARE`] of the standard deviation and of the step's own movement, state by state, and that of `P+` below
-//!   the same share of `sigma_i sigma_j`.
+//!   [`COVARIANCE_SHARE`] of `sigma_i sigma_j`.
 //! - Where the fastest mode would need hundreds of such steps, they are linearly implicit in its place: by the
 //!   exponential of the Jacobian (local linearisation, A-stable, order 2), compared with two of half the length, to
-//!   [`STIFF_SHARE`]. The covariance of a fast mode then has a relative error of the ratio of slow to fast rates, which
-//!   is below 1/2000, in addition.
+//!   [`STIFF_SHARES`]. The covariance of a fast mode then has a relative error of the ratio of slow to fast rates, which
+//!   is below 1/500, in addition.
 //!
 //! All decisions compare numbers of the same unit: they do not depend on the units of states and time.
 //!
@@ -49,11 +49,14 @@ use crate::triangular::add;
 /// The share of the standard deviation that a step with error control may be wrong by.
 pub const SHARE: f64 = 1e-9;
 
-/// The same for the steps of stiff plants.
-pub const STIFF_SHARE: f64 = 1e-5;
+/// The share of the product of two standard deviations that a covariance may be wrong by.
+pub const COVARIANCE_SHARE: f64 = 1e-6;
+
+/// The same two for the steps of stiff plants.
+pub const STIFF_SHARES: [f64; 2] = [1e-5, 1e-4];
 
 /// A plant counts as stiff where the norm of its Jacobian, in balanced coordinates, times the duration is above this.
-const STIFF: f64 = 2000.0;
+const STIFF: f64 = 500.0;
 
 /// Most steps of a prediction with error control.
 pub const MOST_STEPS: usize = 5000;
@@ -329,7 +332,7 @@ where
         let (mut done, mut part) = (T::zero(), T::one());
         let two = T::one() + T::one();
         let is_stiff = is_stiff(&at.1, duration);
-        let share = if is_stiff { STIFF_SHARE } else { SHARE };
+        let shares = if is_stiff { STIFF_SHARES } else { [SHARE, COVARIANCE_SHARE] };
         for _ in 0..MOST_STEPS {
             if done >= T::one() {
                 return Some(way);
@@ -340,7 +343,7 @@ where
             } else {
                 self.dormand_prince(now, tau, &way.next, &at)
             };
-            let excess = self.excess(&step, &error, (&way.next, &at, tau), &covariance, share);
+            let excess = self.excess(&step, &error, (&way.next, &at, tau), &covariance, shares);
             if !(excess <= T::one()) {
                 if part <= convert(1e-12) {
                     return None;
@@ -351,7 +354,9 @@ where
             done += part;
             // Powers of two add exactly. A longer step starts at a multiple of its length.
             let longer = part * two;
-            if excess < convert(1.0 / 64.0) && (done / longer).fract() == T::zero() && done + longer <= T::one() {
+            // The error of a step is of the order of its length to the power 6, or 2.
+            let small = if is_stiff { convert(1.0 / 8.0) } else { convert::<f64, T>(1.0 / 64.0) };
+            if excess < small && (done / longer).fract() == T::zero() && done + longer <= T::one() {
                 part = longer;
             }
             if self.with_covariance {
@@ -373,11 +378,11 @@ where
         error: &Transition<T, N>,
         (x, (f, jacobian), tau): (&OVector<T, N>, &(OVector<T, N>, OMatrix<T, N, N>), T),
         p: &OMatrix<T, N, N>,
-        share: f64,
+        shares: [f64; 2],
     ) -> T {
         let n = x.nrows();
         let epsilon = T::default_epsilon();
-        let share = convert::<f64, T>(share).max(epsilon * convert(64.0));
+        let [share, of_covariance] = shares.map(|share| convert::<f64, T>(share).max(epsilon * convert(64.0)));
         let after = if self.with_covariance { step.spread(p) } else { p.clone() };
         // d Phi P Phi' + (d Phi P Phi')' + d Q.
         let mut spread = times_transpose(&times(&error.phi, p), &step.phi);
@@ -396,7 +401,7 @@ where
             for j in 0..=i {
                 let scale = deviation * after[(j, j)].max(T::zero()).sqrt();
                 if scale > T::zero() {
-                    excess = excess.max(ratio(spread[(i, j)].abs(), share * scale));
+                    excess = excess.max(ratio(spread[(i, j)].abs(), of_covariance * scale));
                 }
             }
         }

@@ -72,17 +72,19 @@ impl Updates {
         u: &[f64],
         y: &[f64],
     ) {
-        let mut estimate = vec![0.0; observer.dimensions().estimate];
+        let (n, start) = (observer.dimensions().estimate, self.predicted.len());
         self.t.push(t);
-        observer.estimate(t, before, u, y, &mut estimate);
-        self.predicted.extend_from_slice(&estimate);
+        self.predicted.resize(start + n, 0.0);
+        self.filtered.resize(start + n, 0.0);
+        observer.estimate(t, before, u, y, &mut self.predicted[start..]);
+        let filtered = &mut self.filtered[start..];
         if observer.is_filter() {
-            observer.correct(before, u, y, &mut estimate);
+            filtered.copy_from_slice(&self.predicted[start..]);
+            observer.correct(before, u, y, filtered);
         } else {
-            observer.estimate(t, after, u, y, &mut estimate);
+            observer.estimate(t, after, u, y, filtered);
             self.state.extend_from_slice(after);
         }
-        self.filtered.extend_from_slice(&estimate);
     }
 
     /// The estimates of so many components; none without a sample.

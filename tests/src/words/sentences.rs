@@ -573,6 +573,22 @@ pub const HEADERS: &[Form] = &[
         "What this code computes, {} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {}.",
         Claim::Nothing,
     ),
+    form(
+        "Between samples the plant is linear: the prediction is its exact discretisation, with the input held over the period.",
+        Claim::Nothing,
+    ),
+    form(
+        "A prediction takes {} of the Runge-Kutta method; along {} of a run without noise its error was measured: at most {} standard deviations.",
+        Claim::Nothing,
+    ),
+    form(
+        "A step takes {} of the Runge-Kutta method; along {} of a run without noise its error was measured: at most {} of the largest change of an estimate in a period.",
+        Claim::Nothing,
+    ),
+    form(
+        "A step takes {} of the Runge-Kutta method; along {} of a run without noise its error was measured, and is not finite.",
+        Claim::Nothing,
+    ),
     form("The exported estimate is z.", Claim::Nothing),
     form(
         "Between two samples the disturbance is not seen: it adds an error of the order of the period times the disturbance.",

@@ -41,7 +41,7 @@ use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
-use crate::covariance_filter::{CovarianceFilter, update_columns};
+use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
 use crate::dense::{are_finite, times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance};
@@ -624,6 +624,10 @@ where
 
     fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
         update_columns(self, t, state, (u, y), measured)
+    }
+
+    fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool {
+        predict_columns(self, state, u, |state, u| self.finish(t, state, u))
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {

@@ -1,9 +1,10 @@
 //! Why a run ended early, with the names of the study.
 
+use luenberger_observers::transition::MOST_STEPS;
 use luenberger_proof::wording::significant;
 use luenberger_sim::SimError;
 
-use crate::study::Study;
+use crate::study::{ObserverKind, Study};
 
 /// The error as a sentence, in which entries of the state have the names of the states.
 pub(super) fn why(study: &Study, error: &SimError) -> String {
@@ -27,7 +28,18 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
             name = name(*index)
         ),
         SimError::ObserverNotFinite { observer, time, value, .. } => {
-            format!("stopped at t = {}: the estimate of {observer:?} becomes {value} with this sample", short(*time))
+            let kind = study.observer(observer).map(|requested| &requested.kind);
+            let why = match kind
+                .filter(|kind| kind.updates() && study.plant.dt.is_none())
+                .and_then(ObserverKind::period)
+            {
+                Some(period) => format!(
+                    ": its prediction over the period {period} has no result, because f or its Jacobian is not finite on the way, the solution escapes, or {MOST_STEPS} steps are not enough for it"
+                ),
+                None => String::new(),
+            };
+            let t = short(*time);
+            format!("stopped at t = {t}: the estimate of {observer:?} becomes {value} with this sample{why}")
         }
         SimError::BlowUp { time, norm } => {
             format!("stopped at t = {}: the solution diverges (norm {})", short(*time), short(*norm))
