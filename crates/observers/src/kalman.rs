@@ -302,7 +302,8 @@ where
     /// fixed number of Runge-Kutta steps is taken for each period or part of one.
     ///
     /// False, with `estimate` unchanged, if there is no result: f or its Jacobian is not finite, as for an input that
-    /// is NaN; an overflow; more than [`MOST_STEPS`](crate::transition::MOST_STEPS); columns of other lengths than the plant's.
+    /// is NaN; an overflow; more than [`MOST_STEPS`](crate::transition::MOST_STEPS); columns of other lengths than the
+    /// plant's.
     ///
     /// ```
     /// use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, SampledObserver};

@@ -22,7 +22,8 @@ pub(crate) struct Sample<'s, T> {
 /// f or h and its Jacobian at time, state and input, on slices; false if their lengths do not fit.
 pub(crate) type WithJacobian<'f, T> = dyn Fn(T, &[T], &[T], &mut [T], &mut [T]) -> bool + 'f;
 
-/// The filter that steps: f and h of the plant, noises W and V by columns, gate, period, and how it predicts. Without the type of the plant: the sizes are many already.
+/// The filter that steps: f and h of the plant, noises W and V by columns, gate, period, and how it predicts. Without
+/// the type of the plant: the sizes are many already.
 pub(crate) struct StepOnSlices<'f, T> {
     pub(crate) motion: &'f WithJacobian<'f, T>,
     pub(crate) measurement: &'f WithJacobian<'f, T>,

@@ -293,8 +293,8 @@ impl<'a> Model<'a> {
     }
 
     /// The outputs as observer `k` takes them, of which the entries in `absent` are not measured: it takes what it
-    /// predicts, or the last value if it predicts none. In the place of what is held it takes what is `moving`, if it is
-    /// not empty.
+    /// predicts, or the last value if it predicts none. In the place of what is held it takes what is `moving`, if it
+    /// is not empty.
     pub(crate) fn outputs_of(
         &self,
         k: usize,

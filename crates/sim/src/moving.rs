@@ -1,7 +1,7 @@
 //! A measurement that moves with the model until the next one.
 //!
-//! w with `w' = dh/dt + Dh(xhat) f(xhat, u)` and `w(t_k) = y_k`: where `xhat = x` it is the output, and held at `y_k` it
-//! would be late by half a period on average. It is the error of the period squared that is left. Holding the
+//! w with `w' = dh/dt + Dh(xhat) f(xhat, u)` and `w(t_k) = y_k`: where `xhat = x` it is the output, and held at `y_k`
+//! it would be late by half a period on average. It is the error of the period squared that is left. Holding the
 //! innovation, `y_k + h(xhat(t)) - h(xhat(t_k))`, is as accurate for slow observers, but is unstable for one whose gain
 //! times the period exceeds about 2, and holds y itself where the estimate contains y.
 //!
@@ -13,8 +13,8 @@ use crate::erased::AnyPlant;
 
 /// The rates w' of the outputs for which `moves`, at the estimate x; 0 of the others, which need not be defined there.
 ///
-/// It is the central difference of h along f over the share `EPSILON^(1/3)` of the period, where truncation and rounding
-/// are alike: an error of w of about `EPSILON^(2/3) |h|`, 4e-11 of it.
+/// It is the central difference of h along f over the share `EPSILON^(1/3)` of the period, where truncation and
+/// rounding are alike: an error of w of about `EPSILON^(2/3) |h|`, 4e-11 of it.
 pub(crate) fn output_rate(
     plant: &dyn AnyPlant,
     (t, x, u): (f64, &[f64], &[f64]),

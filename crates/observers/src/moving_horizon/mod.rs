@@ -100,8 +100,8 @@ where
     /// The estimator of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples: for a
     /// target. [`error_controlled`](Self::error_controlled) takes as many as are right.
     ///
-    /// A step costs `iterations` times `window` times that of an extended Kalman filter that takes `4 n^3` flops for each output; with active bounds 30 times `window` more of these, with `4 n^3`
-    /// for each bound.
+    /// A step costs `iterations` times `window` times that of an extended Kalman filter that takes `4 n^3` flops for
+    /// each output; with active bounds 30 times `window` more of these, with `4 n^3` for each bound.
     ///
     /// ```
     /// use luenberger_observers::moving_horizon::{Horizon, StaticMovingHorizonEstimator, state_length};
@@ -279,8 +279,8 @@ where
         OMatrix::from_fn_generic(order, order, |i, j| stored[i + j * self.layout.n])
     }
 
-    /// `F(x)`, its Jacobian A and the covariance Q of the noise, over a duration from t on; errors are compared with the
-    /// covariance `p` at x.
+    /// `F(x)`, its Jacobian A and the covariance Q of the noise, over a duration from t on; errors are compared with
+    /// the covariance `p` at x.
     fn linearised(
         &self,
         (t, duration): (T, T),

@@ -1,9 +1,9 @@
 //! The state of a moving-horizon estimator as one column of numbers.
 //!
 //! `xhat, P (by columns), count, prior mean, prior covariance (by columns)`, and then for each stage of the window, the
-//! oldest first, `x, u, y, measured (1 or 0 for each output), t, duration`. Where predictions without a measurement between
-//! them are joined, then whether the way to the next stage is a joined one, the state from which it starts, where it
-//! leads, and its A and Q by columns.
+//! oldest first, `x, u, y, measured (1 or 0 for each output), t, duration`. Where predictions without a measurement
+//! between them are joined, then whether the way to the next stage is a joined one, the state from which it starts,
+//! where it leads, and its A and Q by columns.
 
 use nalgebra::{RealField, convert};
 

@@ -16,8 +16,8 @@
 //! ```
 //!
 //! with the half differences D, half sums E and the centre e0. Between two samples the points are those of (xhat, S) in
-//! discrete time, and their images, with `W^(1/2)`, are rotated into the next S. In continuous time each point moves along
-//! the plant, and the noise is that of the extended Kalman filter, `Q = int Phi W Phi' ds` along the centre
+//! discrete time, and their images, with `W^(1/2)`, are rotated into the next S. In continuous time each point moves
+//! along the plant, and the noise is that of the extended Kalman filter, `Q = int Phi W Phi' ds` along the centre
 //! ([`Prediction`]): of the plant's derivatives the Jacobian along the centre is needed, and no other.
 //!
 //! For a linear plant this is the Kalman filter to rounding. For a nonlinear one it is right to second
@@ -180,7 +180,8 @@ where
     }
 
     /// The filter of `plant`, sampled with period `h`, whose prediction controls its error: that of the Kalman filter
-    /// for a plant that is linear between samples, and right for stiff ones. How long a step takes depends on the plant.
+    /// for a plant that is linear between samples, and right for stiff ones. How long a step takes depends on the
+    /// plant.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -113,8 +113,8 @@ impl NormalisedSquare {
 /// Whether the innovations of a filter, or its errors, have the covariance that it computes: the test of NIS or NEES.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Consistency {
-    /// The mean of the normalised squares, `nu' S^-1 nu` for NIS and `e' P^+ e` for NEES; 0 without samples. Above the region, the filter
-    /// is overconfident; below, conservative.
+    /// The mean of the normalised squares, `nu' S^-1 nu` for NIS and `e' P^+ e` for NEES; 0 without samples. Above the
+    /// region, the filter is overconfident; below, conservative.
     pub mean: f64,
     /// Its expected value for a consistent filter: the mean number of degrees of freedom per sample.
     pub expected: f64,

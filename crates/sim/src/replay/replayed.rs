@@ -26,7 +26,8 @@ pub struct ReplayedObserver {
     /// The estimates: of a filter, and of an observer that is corrected at the rows, what is known after the
     /// measurements of that time, of a sampled-data observer of a fixed period what is known before them.
     pub estimate: DMatrix<f64>,
-    /// The estimates before the measurements of that time, where those of `estimate` are after them; otherwise the same.
+    /// The estimates before the measurements of that time, where those of `estimate` are after them; otherwise the
+    /// same.
     pub predicted: DMatrix<f64>,
     /// The innovation of the measurements of that time: of a filter that of its update, otherwise `y - h(xhat)` before
     /// them; none for an observer of some states only. An entry is none where that output was not measured.
@@ -159,9 +160,9 @@ impl ReplayedObserver {
         Some(Self { estimate: smoothed.estimate.clone(), consistency, ..self.clone() })
     }
 
-    /// Whether the errors of a filter have, from the time `from` on, the covariance that it computes (NEES); none
-    /// for other observers, and without a true state. Of a singular covariance it is the pseudo-inverse, with the rank
-    /// as degrees of freedom ([`NormalisedSquare::of_error`]). Where only some true states are known, it is that of these.
+    /// Whether the errors of a filter have, from the time `from` on, the covariance that it computes (NEES); none for
+    /// other observers, and without a true state. Of a singular covariance it is the pseudo-inverse, with the rank as
+    /// degrees of freedom ([`NormalisedSquare::of_error`]). Where only some true states are known, it is that of these.
     ///
     /// # Errors
     /// [`SimError::Outside`] when nothing is left, and those of [`errors`](Self::errors).

@@ -86,9 +86,9 @@ fn held_inputs_are_replayed_as_they_were() {
     assert!(apart <= 4.0 * 1e-4 / 8.0, "{apart:e}");
 }
 
-/// `x' = -x`, `xhat' = -xhat + 100 (w - xhat)`, a row every 0.1: ten time constants of the observer. The errors are those
-/// of scipy.linalg.expm for the stacked equation of x, xhat and w, with w = x at every row; `w' = -xhat`, and 0 for the
-/// held measurement.
+/// `x' = -x`, `xhat' = -xhat + 100 (w - xhat)`, a row every 0.1: ten time constants of the observer. The errors are
+/// those of scipy.linalg.expm for the stacked equation of x, xhat and w, with w = x at every row; `w' = -xhat`, and 0
+/// for the held measurement.
 #[test]
 fn a_measurement_moves_with_the_model_between_the_rows() {
     let plant = StaticPlant::new(Matrix1::new(-1.0), SMatrix::<f64, 1, 0>::zeros(), Matrix1::new(1.0)).unwrap();

@@ -251,8 +251,8 @@ fn larger(x: f64, y: f64) -> f64 {
     if y <= x { x } else { y }
 }
 
-/// The plant with its inputs held over a period, as one in discrete time, and the covariance of its noise, if its motion
-/// is affine: `x+ = Phi x + ...` is exact.
+/// The plant with its inputs held over a period, as one in discrete time, and the covariance of its noise, if its
+/// motion is affine: `x+ = Phi x + ...` is exact.
 pub(super) fn discretised(
     plant: &ExpressionPlant,
     w: &DMatrix<f64>,

@@ -132,8 +132,8 @@ fn delays_quantisation_dropouts_and_outliers_are_read() {
 }
 
 /// x+ = 0.9 x + w, y = x + v, variances 1, every seed the default one. The variance of the predicted estimate solves
-/// `P = 0.81 P/(P + 1) + 1`: `P = (0.81 + sqrt(0.81^2 + 4))/2 = 1.4839`, whose root is 1.2182. Its error is an
-/// autoregression with the coefficient `0.9/(P + 1) = 0.3623`, so that the standard error of the mean square of n of
+/// `P = 0.81 P/(P + 1) + 1`: `P = (0.81 + sqrt(0.81^2 + 4))/2 = 1.4839`, whose root is 1.2182; that of the filtered
+/// one is `P/(P + 1) = 0.5974`, with the root 0.7729. Either error is an autoregression with the coefficient `0.9/(P + 1) = 0.3623`, so that the standard error of the mean square of n of
 /// them is `P sqrt(2 (1 + 0.3623^2)/(1 - 0.3623^2)/n)`. Innovations of the right filter are white: their normalised
 /// mean square is 1, with the standard error `sqrt(2/n)`.
 #[test]
@@ -160,17 +160,24 @@ v = 1
 p0 = 1
 period = 1
 "#;
-    for seeds in [[None; 2], [Some(4); 2], [Some(3), Some(4)]] {
+    let predicted = f64::midpoint(0.81, (0.81f64.powi(2) + 4.0).sqrt());
+    let filtered = predicted / (predicted + 1.0);
+    for (seeds, estimates, variance) in [
+        ([None; 2], "filtered", filtered),
+        ([None; 2], "predicted", predicted),
+        ([Some(4); 2], "filtered", filtered),
+        ([Some(3), Some(4)], "predicted", predicted),
+    ] {
         let [measured, process] =
             seeds.map(|seed| seed.map_or_else(String::new, |seed: u32| format!(", seed = {seed}")));
         let text = text.replace("MEASURED", &measured).replace("PROCESS", &process);
+        let text = text.replace("duration = 5000", &format!("duration = 5000\nestimates = \"{estimates}\""));
         let results = executed(&text, Step::Compare);
         let n = 5001.0;
         let rmse = results.simulation.as_ref().unwrap().rows[0].merits.as_ref().unwrap().states[0].rmse;
-        let variance = f64::midpoint(0.81, (0.81f64.powi(2) + 4.0).sqrt());
-        let pole = 0.9 / (variance + 1.0);
+        let pole = 0.9 / (predicted + 1.0);
         let relative = (2.0 * (1.0 + pole * pole) / (1.0 - pole * pole) / n).sqrt();
-        assert!((rmse * rmse / variance - 1.0).abs() < 4.0 * relative, "{seeds:?}: {rmse}");
+        assert!((rmse * rmse / variance - 1.0).abs() < 4.0 * relative, "{seeds:?}, {estimates}: {rmse}");
         let nis = results.filters[0].nis.as_ref().unwrap().mean;
         assert!((nis - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{seeds:?}: {nis}");
     }

@@ -159,8 +159,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Runge-Kutta: the third stage from the first",
                 WrongOperand,
-                "let k3 = slope(t + middle, &(&*x + &k2 * middle));",
-                "let k3 = slope(t + middle, &(&*x + &k1 * middle));",
+                "let (k3, w3) = slope(t + middle, &(&*x + &k2 * middle), &(&*w + &w2 * middle));",
+                "let (k3, w3) = slope(t + middle, &(&*x + &k1 * middle), &(&*w + &w2 * middle));",
             ),
             mutant("Runge-Kutta: the fourth stage half a step", Constant, "&w3 * tau", "&w3 * middle"),
             mutant("Runge-Kutta: the weights of the middle stages", Constant, "(w2 + w3) * two", "(w2 + w3)"),
@@ -188,8 +188,6 @@ pub(super) const SOURCES: &[Source] = &[
                 "!(are_finite(xhat.as_slice()) && are_finite(p.as_slice())) {\n        return None",
                 "!are_finite(p.as_slice()) {\n        return None",
             ),
-            mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + w", "fp.transpose() + fp"),
-            mutant("Kalman: P' = 2 F P + W", Transpose, "fp.transpose() + fp", "&fp + &fp"),
         ],
     },
     Source {
@@ -203,12 +201,47 @@ pub(super) const SOURCES: &[Source] = &[
                 "let is_within = innovation * innovation <= gate * gate * variance;\n        !is_within",
                 "innovation * innovation > gate * gate * variance",
             ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/transition.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant("prediction: Phi P Phi' without Q", Dropped, "&self.phi) + &self.noise;", "&self.phi);"),
             mutant(
-                "Kalman: h not divided by the sub-steps",
+                "prediction: Q without its middle",
                 Dropped,
-                "let tau = duration / convert::<f64, T>(substeps as f64);\n            for k in 0..substeps {\n                let now = t + tau * convert::<f64, T>(k as f64);\n                runge_kutta::step(now, tau, (&mut xhat, &mut p)",
-                "let tau = duration;\n            for k in 0..substeps {\n                let now = t + tau * convert::<f64, T>(k as f64);\n                runge_kutta::step(now, tau, (&mut xhat, &mut p)",
+                "((whole + middle * four) + self.w)",
+                "(whole + self.w)",
             ),
+            mutant(
+                "prediction: H by the first half",
+                WrongOperand,
+                "let a = (f3 + f4) * quarter;",
+                "let a = (&f1 + f3) * quarter;",
+            ),
+            mutant(
+                "prediction: steps not divided",
+                Dropped,
+                "let tau = duration / convert::<f64, T>(count as f64);\n        let mut way = Transition::none(x);\n        for k in 0..count {\n            let ClassicalStep { next, phi, halfway } =\n                self.classical_step(t + tau * convert::<f64, T>(k as f64), tau, &way.next);\n            if !self",
+                "let tau = duration;\n        let mut way = Transition::none(x);\n        for k in 0..count {\n            let ClassicalStep { next, phi, halfway } =\n                self.classical_step(t + tau * convert::<f64, T>(k as f64), tau, &way.next);\n            if !self",
+            ),
+            mutant("prediction: every step accepted", Dropped, "if !(excess <= T::one()) {", "if false {"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/exponential.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant(
+                "exponential: growth without its double",
+                Dropped,
+                "growth + growth + times(growth, growth)",
+                "growth + times(growth, growth)",
+            ),
+            mutant("exponential: noise once", Dropped, "noise: noise + noise + &carried", "noise: noise + &carried"),
+            mutant("exponential: F W alone", Dropped, "(product.transpose() + product) / k", "product / k"),
+            mutant("exponential: units left out", Dropped, "noise[(i, j)] * scale[i] * scale[j]", "noise[(i, j)]"),
         ],
     },
     Source {
