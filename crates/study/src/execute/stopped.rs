@@ -33,8 +33,8 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
                 .filter(|kind| kind.updates() && study.plant.dt.is_none())
                 .and_then(ObserverKind::period)
             {
-                Some(period) => format!(
-                    ": its prediction over the period {period} has no result, because f or its Jacobian is not finite on the way, the solution escapes, or {MOST_STEPS} steps are not enough for it"
+                Some(_) => format!(
+                    ": on the way to the next one f or its Jacobian is not finite, or more than {MOST_STEPS} steps are needed"
                 ),
                 None => String::new(),
             };
