@@ -111,6 +111,7 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
         }
     }
 
+    #[cfg(not(all(target_arch = "wasm32", feature = "alloc")))]
     fn predict_of_size<const K: usize>(
         &self,
         t: T,
@@ -129,6 +130,36 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
         let motion = Motion { field, is_linear: self.is_linear, w: &w, with_covariance: true };
         let found = motion.over(self.prediction, (t, self.h, self.h), xhat, p)?;
         let after = found.spread(p);
+        are_finite(after.as_slice()).then_some((found.next, after))
+    }
+    /// The same bits by matrices whose size is known at run time, of which a module for web pages has one copy.
+    #[cfg(all(target_arch = "wasm32", feature = "alloc"))]
+    fn predict_of_size<const K: usize>(
+        &self,
+        t: T,
+        xhat: &SVector<T, K>,
+        p: &SMatrix<T, K, K>,
+        u: &[T],
+    ) -> Option<(SVector<T, K>, SMatrix<T, K, K>)> {
+        let (next, after) = self.predict(t, xhat.as_slice(), p.as_slice(), u)?;
+        Some((SVector::from_column_slice(next.as_slice()), SMatrix::from_column_slice(after.as_slice())))
+    }
+
+    #[cfg(all(target_arch = "wasm32", feature = "alloc"))]
+    fn predict(&self, t: T, xhat: &[T], p: &[T], u: &[T]) -> Option<(nalgebra::DVector<T>, nalgebra::DMatrix<T>)> {
+        use nalgebra::{DMatrix, DVector};
+        let n = xhat.len();
+        let (w, p) = (DMatrix::from_column_slice(n, n, self.w), DMatrix::from_column_slice(n, n, p));
+        let field = |t: T, xhat: &DVector<T>| {
+            let (mut f, mut df) = (DVector::<T>::zeros(n), DMatrix::<T>::zeros(n, n));
+            if !(self.motion)(t, xhat.as_slice(), u, f.as_mut_slice(), df.as_mut_slice()) {
+                f.fill(convert(f64::NAN));
+            }
+            (f, df)
+        };
+        let motion = Motion { field, is_linear: self.is_linear, w: &w, with_covariance: true };
+        let found = motion.over(self.prediction, (t, self.h, self.h), &DVector::from_column_slice(xhat), &p)?;
+        let after = found.spread(&p);
         are_finite(after.as_slice()).then_some((found.next, after))
     }
 }

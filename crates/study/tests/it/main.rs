@@ -46,6 +46,7 @@ mod sliding_mode;
 mod solver;
 mod soundness;
 mod statistics;
+mod stiff_filters;
 mod studies;
 mod sweep;
 mod table;
