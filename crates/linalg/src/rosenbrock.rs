@@ -61,6 +61,11 @@ impl Rosenbrock {
         self.units.time
     }
 
+    /// Power of two by which the transfer function of one input and one output exceeds that of the scaled plant.
+    pub(crate) fn gain_power(&self) -> i32 {
+        self.units.output[0] - self.units.state[self.a.nrows()]
+    }
+
     /// `D M` (D the state units): rows in units of the states, back in the given units.
     pub(crate) fn states_back(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], self.units.state[i]))

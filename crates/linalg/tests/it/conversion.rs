@@ -132,6 +132,49 @@ fn matched_as_python_control() {
     near(&model.c, &dmatrix![-0.0077395085764449464, 0.010447243818224225, 0.0]);
 }
 
+/// The double integrator in other coordinates: `H = c A b / s^2` exactly, and the gain `c A b h^2`. Eigenvalues that are
+/// computed as 1e-8, or as 0, must not matter.
+#[test]
+fn matched_double_integrators_in_any_coordinates() {
+    for (a, gain) in [
+        (dmatrix![6.0, -4.0; 9.0, -6.0], -0.04),
+        (dmatrix![5.0, -25.0; 1.0, -5.0], -0.25),
+        (dmatrix![0.1, -0.1; 0.1, -0.1], -0.001),
+        (dmatrix![1024.0, -1_073_741_824.0; 0.000_976_562_5, -1024.0], -10_737_418.24),
+    ] {
+        let system = Realization::new(&a, &dmatrix![0.0; 1.0], &dmatrix![1.0, 0.0], &dmatrix![0.0]).unwrap();
+        let found = c2d_matched(&system, 0.1).unwrap();
+        assert!((found.gain - gain).abs() <= 1e-14 * f64::abs(gain), "{a}{found:?}");
+        assert!(found.poles.iter().all(|pole| *pole == Complex::from(1.0)) && found.zeros.is_empty(), "{a}{found:?}");
+    }
+}
+
+/// A pole of -1e-3 beside one of -1e10 is no integrator: both at h = 100, mpmath with 40 digits. The gain of
+/// `1e10/(s + 1e10) + 1e-3/(s + 1e-3)` at zero is 2.
+#[test]
+fn matched_keeps_a_slow_pole_beside_a_fast_one() {
+    let system =
+        Realization::new(&dmatrix![-1e10, 0.0; 0.0, -1e-3], &dmatrix![1e10; 1e-3], &dmatrix![1.0, 1.0], &dmatrix![0.0])
+            .unwrap();
+    let found = c2d_matched(&system, 100.0).unwrap();
+    let mut poles: Vec<f64> = found.poles.iter().map(|pole| pole.re).collect();
+    poles.sort_by(f64::total_cmp);
+    assert!((poles[1] - 0.904_837_418_035_959_6).abs() < 1e-14 && poles[0] == 0.0, "{poles:?}");
+    let at_one = |list: &[Complex<f64>]| list.iter().map(|z| 1.0 - z).product::<Complex<f64>>();
+    let gain = at_one(&found.zeros) / at_one(&found.poles) * found.gain;
+    assert!((gain.re - 2.0).abs() < 1e-10, "{found:?}");
+}
+
+/// `s^2/(s^2 + 2 s + 2)`: a double zero at 0, with `(z - 1)/h` for s; mpmath with 40 digits.
+#[test]
+fn matched_keeps_the_order_of_a_high_pass() {
+    let (a, b) = (dmatrix![-2.0, -2.0; 1.0, 0.0], dmatrix![1.0; 0.0]);
+    let system = Realization::new(&a, &b, &dmatrix![-2.0, -2.0], &dmatrix![1.0]).unwrap();
+    let found = c2d_matched(&system, 0.1).unwrap();
+    assert!((found.gain - 0.904_837_669_379_691_8).abs() < 1e-14, "{found:?}");
+    assert!(found.zeros.iter().all(|zero| *zero == Complex::from(1.0)), "{found:?}");
+}
+
 /// The double integrator with a zero, `(s + 2)/s^2`: the gain of `s^2 H` at 0 is kept, with `(z - 1)/h` for s. A
 /// feedthrough gives as many zeros as poles.
 #[test]
