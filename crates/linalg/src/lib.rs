@@ -85,6 +85,7 @@ mod error_estimate;
 mod exactly_singular;
 pub mod factored;
 mod forward_error;
+mod frequency_response;
 pub mod functional_observer;
 pub mod generalized;
 mod kernel;
