@@ -369,3 +369,32 @@ fn bad_input_is_named() {
         assert!(matches!(found, Err(LinalgError::NotFinite { what: "C", .. })));
     }
 }
+
+/// A slow mode that no output sees decays: it has no part in the gain, and its covariance is `w / (2 |lambda|)`. Also in
+/// other coordinates, where its covariance with the fast mode of `A = diag(-s, -1)` is `w12 / (s + 1 + l)`, l the gain.
+#[test]
+fn hidden_slow_modes_decay() {
+    let one = dmatrix![1.0];
+    let root = 2f64.sqrt() - 1.0;
+    for slow in [1e-3, 1e-6, 1e-8, 1e-10] {
+        let a = dmatrix![-slow, 0.0; 0.0, -1.0];
+        let c = dmatrix![0.0, 1.0];
+        let found = kalman_gain(&a, &c, &DMatrix::identity(2, 2), &one).unwrap();
+        assert!((found.p[(0, 0)] * 2.0 * slow - 1.0).abs() <= 1e-14, "{found}");
+        assert!((found.p[(1, 1)] - root).abs() <= 1e-15 && found.l[(0, 0)] == 0.0, "{found}");
+        // Seen, but without noise: the filter leaves it alone.
+        let found = kalman_gain(&a, &dmatrix![1.0, 1.0], &dmatrix![0.0, 0.0; 0.0, 1.0], &one).unwrap();
+        assert!((found.p - dmatrix![0.0, 0.0; 0.0, root]).amax() <= 1e-14, "{slow}");
+        // x = T z.
+        let (t, inverse) = (dmatrix![2.0, 1.0; 1.0, 1.0], dmatrix![1.0, -1.0; -1.0, 2.0]);
+        let (turned, w) = (&t * &a * &inverse, &t * t.transpose());
+        let found = kalman_gain(&turned, &(&c * &inverse), &w, &one).unwrap();
+        let p = &inverse * found.p * inverse.transpose();
+        // The data are rounded: the slow eigenvalue is known to 1e-16.
+        let known = 1e-14 + 1e-15 / slow;
+        assert!((p[(0, 0)] * 2.0 * slow - 1.0).abs() <= known, "{slow}: {p}");
+        let discrete = dmatrix![1.0 - slow, 0.0; 0.0, 0.5];
+        let found = discrete_kalman_gain(&discrete, &c, &DMatrix::identity(2, 2), &one).unwrap();
+        assert!((found.p[(0, 0)] * slow * (2.0 - slow) - 1.0).abs() <= 1e-15 / slow, "{found}");
+    }
+}
