@@ -6,7 +6,7 @@
 //! matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
 
 use crate::separation::norm;
-use crate::units::shift;
+use crate::units::{Units, shift};
 use nalgebra::DMatrix;
 
 /// Powers of two for each state.
@@ -70,6 +70,11 @@ impl Balance {
         let balance = Self::of(&sizes(a), None);
         let balanced = balance.similar(a);
         (balanced.amax() <= target).then_some((balance, balanced))
+    }
+
+    /// The units that fit the most entries ([`Units`]): they also find those of a triangular chain.
+    pub(crate) fn fitted(a: &DMatrix<f64>) -> Self {
+        Self(Units::of(a, &DMatrix::zeros(0, a.nrows())).state)
     }
 
     /// Whether all states keep their units.

@@ -78,8 +78,10 @@ mod balance;
 mod compensated;
 pub mod conversion;
 pub mod decomposition;
+pub mod definite;
 pub mod discretize;
 pub mod distance;
+mod equilibration;
 pub mod error;
 mod error_estimate;
 mod exactly_singular;
@@ -118,6 +120,7 @@ pub use conversion::{
     discrete_process_noise, logm, measurement_intensity, sampled_measurement_covariance,
 };
 pub use decomposition::{KalmanDecomposition, KalmanPart, kalman_decomposition};
+pub use definite::{positive_definite, positive_semidefinite};
 pub use discretize::{ZeroOrderHold, ZeroOrderHoldObserver, expm, zero_order_hold, zero_order_hold_observer};
 pub use distance::{UnobservabilityDistance, distance_to_unobservability};
 pub use error::LinalgError;

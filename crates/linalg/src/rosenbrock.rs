@@ -66,6 +66,11 @@ impl Rosenbrock {
         self.units.output[0] - self.units.state[self.a.nrows()]
     }
 
+    /// Powers of two of the units of the states.
+    pub(crate) fn states(&self) -> Vec<i32> {
+        self.units.state[..self.a.nrows()].to_vec()
+    }
+
     /// `2^-time D^-1 A D` of the given A.
     pub(crate) fn dynamics_of(&self, a: &DMatrix<f64>, time: i32) -> DMatrix<f64> {
         let d = &self.units.state;

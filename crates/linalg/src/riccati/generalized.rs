@@ -10,9 +10,12 @@
 use super::scaled::{Data, Weight};
 use super::{Riccati, continuous, discrete};
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
+use crate::definite::{in_units, positive_definite};
+use crate::equilibration::Equilibrated;
 use crate::forward_error::{of_exact, relative};
 use crate::schur_operator::{Kind, SchurEquation};
 use crate::separation::norm;
+use crate::units::shift;
 use crate::{LinalgError, Result};
 use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 
@@ -23,7 +26,7 @@ use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 /// symmetric positive definite. The gain of `u = -K x` is `K = R^-1 (B'X E + S')`; the poles are the eigenvalues of the
 /// pencil `(A - B K, E)`. If `[Q, S; S', R] >= 0`, it minimises the integral of `x'Q x + 2 x'S u + u'R u` along
 /// `E x' = A x + B u`; the cost from x is `x'E'X E x`. The residual is relative to the terms, the condition relative to
-/// A, B, Q, R, S and E, all in the units of the user. About 500 n^3 flops.
+/// A, B, Q, R, S and E, all in units of the equations and states in which the rows and columns of E have entries of about one. About 500 n^3 flops.
 ///
 /// # Errors
 /// Those of [`care`](super::care), with the eigenvalues of `(A, E)` (of `(A - B R^-1 S', E)` for the unweighted ones);
@@ -90,7 +93,7 @@ pub fn generalized_dare<'a>(
     Generalized::new(true, [owned(a), owned(b), owned(q), owned(r), owned(s), owned(e)])?.solve()
 }
 
-/// The equation as given, `q` and `r` exactly symmetric.
+/// The equation in balanced units of E, `q` and `r` exactly symmetric.
 struct Generalized {
     discrete: bool,
     a: DMatrix<f64>,
@@ -101,6 +104,9 @@ struct Generalized {
     e: DMatrix<f64>,
     /// `E^-1`.
     inverse: DMatrix<f64>,
+    /// Powers of two of R and C: E is R times the given E times C, and so on.
+    rows: Vec<i32>,
+    columns: Vec<i32>,
 }
 
 /// Symmetric X, its gain, and the defect of the equation.
@@ -129,12 +135,18 @@ impl Generalized {
         shaped("S", &s, n, m)?;
         shaped("E", &e, n, n)?;
         let (q, r) = (symmetric("Q", &q)?, symmetric("R", &r)?);
+        // Equations and states in units in which the rows and columns of E have entries of about one.
+        let Equilibrated { matrix: e, rows, columns } = Equilibrated::new(&e);
+        let a = DMatrix::from_fn(n, n, |i, j| shift(a[(i, j)], rows[i] + columns[j]));
+        let b = DMatrix::from_fn(n, m, |i, j| shift(b[(i, j)], rows[i]));
+        let s = DMatrix::from_fn(n, m, |i, j| shift(s[(i, j)], columns[i]));
+        let q = in_units(&q, &columns);
         let inverse = e.clone().lu().try_inverse().filter(|m| m.iter().all(|x| x.is_finite()));
         let condition = inverse.as_ref().map_or(f64::INFINITY, |inverse| norm(inverse) * norm(&e));
         let Some(inverse) = inverse.filter(|_| n == 0 || condition * n as f64 * f64::EPSILON < 1.0) else {
             return Err(LinalgError::Singular { what: "E", condition });
         };
-        Ok(Self { discrete, a, b, q, r, s, e, inverse })
+        Ok(Self { discrete, a, b, q, r, s, e, inverse, rows, columns })
     }
 
     fn solve(&self) -> Result<Riccati> {
@@ -175,10 +187,7 @@ impl Generalized {
         let size = norm(q);
         let c = if size > 0.0 { size } else { 1.0 };
         let r = symmetric_part(&(&self.r + self.b.tr_mul(&self.b) * c));
-        let least = crate::lambda_min(&r).ok()?;
-        if least <= 4.0 * n.max(r.nrows()) as f64 * f64::EPSILON * r.norm() {
-            return None;
-        }
+        positive_definite("R", &r).ok()?;
         let q = symmetric_part(&(q + f.tr_mul(f) * c)) - DMatrix::identity(n, n) * c;
         let s = s + f.tr_mul(&self.b) * c;
         Some(self.without_cross_term(f, &q, &r, &s).map(|y| y + DMatrix::identity(n, n) * c))
@@ -246,7 +255,20 @@ impl Generalized {
             return Err(LinalgError::NotConverged { method, iterations: NEWTON_STEPS, remaining: residual, allowed });
         }
         let (condition, forward_error) = self.evidence(&at, &mut equation).unwrap_or((f64::INFINITY, f64::INFINITY));
-        Ok(Riccati { x: at.x, k: at.k, poles, residual, condition, forward_error })
+        let x = in_units(&at.x, &self.rows);
+        let k = DMatrix::from_fn(at.k.nrows(), at.k.ncols(), |i, j| shift(at.k[(i, j)], -self.columns[j]));
+        if !x.iter().chain(k.iter()).all(|x| x.is_finite()) {
+            return Err(LinalgError::Overflow { what: "the solution x or the gain k" });
+        }
+        let same = self.rows.iter().all(|&e| e == self.rows[0]);
+        let forward_error = if same || forward_error == 0.0 || norm(&x) == 0.0 {
+            forward_error
+        } else {
+            // `||R E R|| <= ||E|| tr(R^2)`.
+            let trace: f64 = self.rows.iter().map(|&e| shift(1.0, 2 * e)).sum();
+            of_exact(forward_error * norm(&at.x) * trace / norm(&x))
+        };
+        Ok(Riccati { x, k, poles, residual, condition, forward_error })
     }
 
     /// `(condition, forward error)`, by the solutions of the closed-loop equation, as in `riccati/condition.rs`. With

@@ -5,8 +5,8 @@
 //! mode counts as one on the boundary within the accuracy of its own eigenvalue: a slow mode decays.
 
 use super::scaled::Scaled;
-use crate::sequential::singular_values;
 use crate::placement::sensitivity::conditions;
+use crate::sequential::singular_values;
 use crate::{LinalgError, Result, schur};
 use faer::MatRef;
 use nalgebra::{Complex, DMatrix};

@@ -311,3 +311,53 @@ proptest! {
         prop_assert!(error < 1e-8, "{error:e}");
     }
 }
+
+/// Relative to each entry.
+#[track_caller]
+fn entries_near(found: &DMatrix<f64>, expected: &DMatrix<f64>) {
+    for (x, y) in found.iter().zip(expected.iter()) {
+        assert!((x - y).abs() <= ROUNDING * y.abs(), "{found}{expected}");
+    }
+}
+
+/// A rotation in units nine decades apart: `(I - A h/2)^-1 (I + A h/2) = [.2 .4; -.4 .2]` there.
+#[test]
+fn tustin_in_other_units() {
+    let system =
+        Realization::new(&dmatrix![-1.0, 1e9; -1e-9, -1.0], &dmatrix![1e9; 1.0], &dmatrix![1e-9, 0.0], &dmatrix![0.0])
+            .unwrap();
+    let found = c2d(&system, 1.0, Discretization::Tustin).unwrap();
+    entries_near(&found.a, &dmatrix![0.2, 4e8; -4e-10, 0.2]);
+    let back = d2c(&found, 1.0, Discretization::Tustin).unwrap();
+    entries_near(&back.a, &system.a);
+}
+
+/// The logarithm of `[.5 1e6; -1e-8 .5]` is `[l w 1e7; -w 1e-7, l]` with `l = ln |z|, w = arg z` of `z = .5 + .1i`: mpmath
+/// with 50 digits.
+#[test]
+fn to_continuous_time_in_other_units() {
+    let a = dmatrix![0.5, 1e6; -1e-8, 0.5];
+    let z = Complex::new(0.5, 0.1).ln();
+    let expected = dmatrix![z.re, z.im * 1e7; -z.im * 1e-7, z.re];
+    entries_near(&logm(&a).unwrap(), &expected);
+    let system = Realization::new(&a, &dmatrix![1e7; 1.0], &DMatrix::identity(2, 2), &DMatrix::zeros(2, 1)).unwrap();
+    entries_near(&d2c(&system, 1.0, Discretization::ZeroOrderHold).unwrap().a, &expected);
+}
+
+/// A stiff plant in its modes: each has its own exponential, and `Bd = (e^{lambda h} - 1)/lambda`.
+#[test]
+fn a_slow_mode_beside_a_fast_one_keeps_its_digits() {
+    for fast in [-1e3, -1e10, -1e15] {
+        for h in [1.0, 0.25] {
+            let a = dmatrix![fast, 0.0; 0.0, -1.0];
+            let held = luenberger_linalg::zero_order_hold(&a, &dmatrix![1.0; 1.0], h).unwrap();
+            assert!((held.ad[(1, 1)] - f64::exp(-h)).abs() <= 4.0 * f64::EPSILON, "{fast}: {held:?}");
+            assert!((held.bd[1] + f64::exp_m1(-h)).abs() <= 100.0 * f64::EPSILON, "{fast}: {held:?}");
+            assert!((held.bd[0] * fast + 1.0).abs() <= 100.0 * f64::EPSILON + f64::exp(fast * h), "{fast}: {held:?}");
+            // Coupled, and in another order of the states: `x12 = (e^{-h} - e^{fast h}) / (-1 - fast)`.
+            let coupled = expm(&(dmatrix![-1.0, 0.0; 1.0, fast] * h)).unwrap();
+            let expected = (f64::exp(-h) - f64::exp(fast * h)) / (-1.0 - fast);
+            assert!((coupled[(1, 0)] / expected - 1.0).abs() <= 100.0 * f64::EPSILON, "{fast}: {coupled}");
+        }
+    }
+}
