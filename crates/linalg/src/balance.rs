@@ -6,7 +6,7 @@
 //! matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
 
 use crate::separation::norm;
-use crate::units::{Units, shift};
+use crate::units::{Units, shift, spread};
 use nalgebra::DMatrix;
 
 /// Powers of two for each state.
@@ -22,6 +22,12 @@ const LARGEST: f64 = 400.0;
 pub fn sizes(m: &DMatrix<f64>) -> DMatrix<f64> {
     m.map(|e| e.abs().log2())
 }
+
+/// Ratio of entries below which units are not looked for. Of random entries, one of 65536 is smaller than that.
+const APART: f64 = 65536.0;
+
+/// The largest ratio of units, as a power of two, that is left as it is.
+pub(crate) const NEARBY: i32 = 10;
 
 impl Balance {
     /// Balances `a`, with `q` and `g` if they are there; all three are [`sizes`].
@@ -59,17 +65,23 @@ impl Balance {
         Self(e.into_iter().map(|e| (e - centre) as i32).collect())
     }
 
-    /// The balance of `a`, and `a` in it, if it makes the largest entry a thousand times smaller. (Where it does not,
-    /// it might do harm: entries that are rounding are as good as others to it. Watkins, ETNA 23, 2006.)
+    /// The fitted units of `a`, and `a` in them, if they differ by more than a factor of a thousand. (Below that three
+    /// digits are lost at most, and it might do harm: entries that are rounding are as good as others to it. Watkins,
+    /// ETNA 23, 2006.) Where no two entries are further apart than [`APART`], this takes one pass over them.
     pub fn worthwhile(a: &DMatrix<f64>) -> Option<(Self, DMatrix<f64>)> {
-        let target = a.amax() / 1024.0;
-        // No units change the diagonal.
-        if target == 0.0 || (0..a.nrows()).any(|k| a[(k, k)].abs() > target) {
+        let (least, most) = a.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), entry| {
+            let size = entry.abs();
+            (if size > 0.0 && size < least { size } else { least }, if size > most { size } else { most })
+        });
+        if most <= APART * least {
             return None;
         }
-        let balance = Self::of(&sizes(a), None);
+        let balance = Self::fitted(a);
+        if spread(&balance.0) <= NEARBY {
+            return None;
+        }
         let balanced = balance.similar(a);
-        (balanced.amax() <= target).then_some((balance, balanced))
+        Some((balance, balanced))
     }
 
     /// The units that fit the most entries ([`Units`]): they also find those of a triangular chain.
@@ -105,9 +117,41 @@ impl Balance {
         if size == 0.0 || self.is_trivial() { 1.0 } else { norm(&self.form(back)) * trace / size }
     }
 
+    /// `D^-1 C D_B` for a right-hand side between two balanced spaces; in place.
+    pub(crate) fn between(left: Option<&Self>, right: Option<&Self>, m: &mut DMatrix<f64>, sign: i32) {
+        if left.is_none() && right.is_none() {
+            return;
+        }
+        let power = |balance: Option<&Self>, k: usize| balance.map_or(0, |balance| balance.0[k]);
+        for j in 0..m.ncols() {
+            for i in 0..m.nrows() {
+                m[(i, j)] = shift(m[(i, j)], sign * (power(right, j) - power(left, i)));
+            }
+        }
+    }
+
+    /// By how much a relative error of `x`, between two balanced spaces, may grow on its way back, where it is `back`:
+    /// `|D E D_B^-1| <= |E| max(D) max(D_B^-1)`.
+    pub(crate) fn growth_between(left: Option<&Self>, right: Option<&Self>, back: &DMatrix<f64>) -> f64 {
+        if left.is_none() && right.is_none() || back.is_empty() {
+            return 1.0;
+        }
+        let (mut x, size) = (back.clone(), norm(back));
+        Self::between(left, right, &mut x, 1);
+        let largest = |balance: Option<&Self>, sign: i32| {
+            balance.and_then(|balance| balance.0.iter().map(|&e| sign * e).max()).map_or(1.0, |e| shift(1.0, e))
+        };
+        if size == 0.0 { 1.0 } else { (norm(&x) * largest(left, 1) * largest(right, -1) / size).max(1.0) }
+    }
+
     /// `D^-1 B`.
     pub(crate) fn driven(&self, b: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| shift(b[(i, j)], -self.0[i]))
+    }
+
+    /// `C D`.
+    pub(crate) fn seen(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], self.0[j]))
     }
 
     /// `K D^-1`, back from the balanced states.

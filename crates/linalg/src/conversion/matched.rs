@@ -57,7 +57,7 @@ pub fn c2d_matched(system: &Realization, h: f64) -> Result<ZerosPolesGain> {
             found: d.shape(),
         });
     }
-    let (mut poles, zeros) = (eigenvalues(a)?, invariant_zeros(a, b, c, d)?);
+    let (mut poles, zeros) = (eigenvalues(&system.balanced()?.0.a)?, invariant_zeros(a, b, c, d)?);
     if zeros.normal_rank == 0 {
         return Err(LinalgError::Empty { what: "the transfer function" });
     }

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 
 use super::period;
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
-use crate::balance::{Balance, sizes};
+use crate::balance::Balance;
 use crate::discretize::expm;
 use crate::{LinalgError, Result};
 
@@ -96,7 +96,7 @@ pub fn discrete_process_noise<'a>(
     shaped("W", &w, n, n)?;
     symmetric("W", &w)?;
     let h = period(h)?;
-    let balance = Balance::of(&sizes(&a), Some((&DMatrix::from_element(n, n, f64::NEG_INFINITY), &sizes(&w))));
+    let balance = Balance::fitted(&a);
     let q = balance.form(&accumulated(&balance.similar(&a), &balance.form_back(&w), h)?);
     if q.iter().all(|x| x.is_finite()) { Ok(q) } else { Err(LinalgError::Overflow { what: "Qd" }) }
 }
