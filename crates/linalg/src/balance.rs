@@ -3,7 +3,9 @@
 //! With `x = D z`, `D = diag(2^e_i)`, a plant `A` becomes `D^-1 A D`, a weight `Q` becomes `D Q D`, and a
 //! `G = B R^-1 B'` becomes `D^-1 G D^-1`. The exponents make the largest entry of each row of `[A, G]` equal to that of
 //! the column of `[A; Q]`, which is Osborne's balancing (J. ACM 7, 1960) in the maximum norm, for the Hamiltonian
-//! matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
+//! matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact. A
+//! state that nothing drives (a hidden one, in the filter's equation), or that drives nothing, takes the unit in which its
+//! weight is as large as the largest of the others.
 
 use crate::separation::norm;
 use crate::units::{Units, shift, spread};
@@ -46,6 +48,12 @@ impl Balance {
                 if let Some((q, g)) = forms {
                     column = column.max(e[i] + largest::<true>(q.column(i).as_slice(), &e));
                     row = row.max(largest::<false>(g.column(i).as_slice(), &e) - e[i]);
+                    // A state that nothing drives, or that drives nothing, has its weight beside those of the others.
+                    if row == f64::NEG_INFINITY {
+                        row = others(q, &e, i, 1.0);
+                    } else if column == f64::NEG_INFINITY {
+                        column = others(g, &e, i, -1.0);
+                    }
                 }
                 let step = (0.5 * (row - column)).trunc();
                 if step.is_finite() && step != 0.0 {
@@ -158,6 +166,12 @@ impl Balance {
     pub(crate) fn gain_back(&self, k: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| shift(k[(i, j)], -self.0[j]))
     }
+}
+
+/// The largest diagonal entry of a form, `q_jj + 2 e_j` or `g_jj - 2 e_j`, apart from that of the state i.
+fn others(form: &DMatrix<f64>, e: &[f64], i: usize, sign: f64) -> f64 {
+    let entries = (0..e.len()).filter(|&j| j != i).map(|j| form[(j, j)] + sign * 2.0 * e[j]);
+    entries.fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// The largest `x[j] + e[j]` or, unless `PLUS`, `x[j] - e[j]`: four at a time, because this is all of the work.

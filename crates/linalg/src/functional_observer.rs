@@ -201,6 +201,11 @@ fn functional(
     both.rows_mut(0, p).copy_from(c);
     both.rows_mut(p, q).copy_from(k);
     let mut units = Units::of(a, &both);
+    let fastest = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    if a.amax() == 0.0 && fastest > 0.0 {
+        // Then only the poles tell the unit of time.
+        units.time = fastest.log2().round() as i32;
+    }
     let both = units.outputs(&both);
     let asked = units.output.split_off(p);
     let (ks, plant) =

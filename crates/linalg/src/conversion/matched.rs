@@ -135,7 +135,7 @@ fn gain(system: &Realization, zeros: &[Complex<f64>], poles: &[Complex<f64>], h:
     let (n, time) = (system.a.nrows(), scaled.time());
     let complex = |z: &Complex<f64>, power: i32| Complex::new(shift(z.re, power), shift(z.im, power));
     let roots = || zeros.iter().chain(poles).map(|z| complex(z, -time));
-    let size = roots().map(|z| z.norm()).fold(scaled.a.norm(), f64::max);
+    let size = roots().map(Complex::norm).fold(scaled.a.norm(), f64::max);
     let point = if size > 0.0 { 2.0 * size } else { 1.0 };
     let pencil = DMatrix::identity(n, n) * point - &scaled.a;
     let singular = || LinalgError::Singular { what: "s I - A", condition: f64::INFINITY };

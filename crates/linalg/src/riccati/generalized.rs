@@ -11,7 +11,7 @@ use super::scaled::{Data, Weight};
 use super::{Riccati, continuous, discrete};
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
 use crate::balance::NEARBY;
-use crate::definite::{in_units, positive_definite};
+use crate::definite::{in_units, positive_definite, unit_diagonal};
 use crate::equilibration::Equilibrated;
 use crate::forward_error::{of_exact, relative};
 use crate::schur_operator::{Kind, SchurEquation};
@@ -160,10 +160,13 @@ impl Generalized {
         dynamics.view_mut((0, 0), (n, n)).copy_from(&(&self.a * &self.inverse));
         dynamics.view_mut((0, n), (n, m)).copy_from(&self.b);
         let units = Units::of(&dynamics, &DMatrix::zeros(0, n + m)).state;
-        if spread(&units) <= NEARBY {
+        if spread(&units) <= NEARBY && spread(&unit_diagonal(&self.r)) <= NEARBY {
             return self;
         }
-        let (states, inputs) = (&units[..n], units[n..].to_vec());
+        let states = &units[..n];
+        // An input in units of its weight, if it has one, else of its effect.
+        let weights = unit_diagonal(&self.r);
+        let inputs: Vec<i32> = (0..m).map(|j| if self.r[(j, j)] > 0.0 { weights[j] } else { units[n + j] }).collect();
         // The columns of D^-1 E back to entries of about one.
         let row_scaled = |m: &DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], -states[i]));
         let e = row_scaled(&self.e);
@@ -294,11 +297,12 @@ impl Generalized {
             return Err(LinalgError::NotConverged { method, iterations: NEWTON_STEPS, remaining: residual, allowed });
         }
         let (condition, forward_error) = self.evidence(&at, &mut equation).unwrap_or((f64::INFINITY, f64::INFINITY));
+        let size = norm(&(&self.a * &self.inverse));
+        let size = if self.discrete { size.max(1.0) } else { size };
         // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one.
         if forward_error.is_infinite()
             && let Some(&eigenvalue) = nearest
-            && distance(&eigenvalue)
-                <= f64::EPSILON.sqrt() * at.x.nrows() as f64 * norm(&(&self.a * &self.inverse)).max(1.0)
+            && distance(&eigenvalue) <= f64::EPSILON.sqrt() * at.x.nrows() as f64 * size
         {
             return Err(LinalgError::NotStabilizing { eigenvalue, distance: distance(&eigenvalue) });
         }

@@ -179,11 +179,11 @@ properties! {
     };
     zeros_of_plants(x = x, u = u): |x| {
         let found = invariant_zeros(&x.a, &x.b, &x.c, &DMatrix::zeros(x.c.nrows(), x.b.ncols()))?;
-        Ok(Answer::verdict(format!("{} {}", found.normal_rank, found.zeros.len())).spectrum(&found.zeros, EXACT))
+        Ok(Answer::verdict(format!("{} {}", found.normal_rank, found.zeros.len())).spectrum(&beside(&found.zeros, x), ACCURATE))
     };
     zeros_with_feedthrough(x = x, u = u): |x| {
         let found = invariant_zeros(&x.a, &x.b, &x.c, &x.d)?;
-        Ok(Answer::verdict(format!("{} {}", found.normal_rank, found.zeros.len())).spectrum(&found.zeros, EXACT))
+        Ok(Answer::verdict(format!("{} {}", found.normal_rank, found.zeros.len())).spectrum(&beside(&found.zeros, x), ACCURATE))
     };
     placements(x = Plant { b: x.b.columns(0, 1).into_owned(), ..x }, u = u): |x| {
         let found = place(&x.a, &x.b, &x.poles)?;
@@ -338,6 +338,11 @@ properties! {
         let one = |x: f64| DMatrix::from_element(1, 1, x);
         Ok(Answer::verdict("").value(&one(two), D, ACCURATE).value(&one(infinite.norm), D, 2e-9))
     };
+}
+
+/// Frequencies beside one of the size of the plant: a zero at 0 is computed as rounding of that.
+fn beside(zeros: &[Complex<f64>], plant: &Plant) -> Vec<Complex<f64>> {
+    zeros.iter().copied().chain([Complex::from(rate(plant))]).collect()
 }
 
 /// The accuracy of the poles of a placement.
