@@ -25,8 +25,9 @@ pub fn sizes(m: &DMatrix<f64>) -> DMatrix<f64> {
     m.map(|e| e.abs().log2())
 }
 
-/// Ratio of entries below which units are not looked for. Of random entries, one of 65536 is smaller than that.
-const APART: f64 = 65536.0;
+/// Ratio of entries, for each of them, below which units are not looked for: one in a thousand random matrices has a
+/// larger one.
+const APART: f64 = 1024.0;
 
 /// The largest ratio of units, as a power of two, that is left as it is.
 pub(crate) const NEARBY: i32 = 10;
@@ -75,13 +76,13 @@ impl Balance {
 
     /// The fitted units of `a`, and `a` in them, if they differ by more than a factor of a thousand. (Below that three
     /// digits are lost at most, and it might do harm: entries that are rounding are as good as others to it. Watkins,
-    /// ETNA 23, 2006.) Where no two entries are further apart than [`APART`], this takes one pass over them.
+    /// ETNA 23, 2006.) Where no two entries are further apart than [`APART`] times their number, this takes one pass over them.
     pub fn worthwhile(a: &DMatrix<f64>) -> Option<(Self, DMatrix<f64>)> {
         let (least, most) = a.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), entry| {
             let size = entry.abs();
             (if size > 0.0 && size < least { size } else { least }, if size > most { size } else { most })
         });
-        if most <= APART * least {
+        if most <= APART * (a.len() as f64) * least {
             return None;
         }
         let balance = Self::fitted(a);

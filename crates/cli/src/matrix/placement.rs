@@ -66,10 +66,13 @@ fn relative_errors(found: &Placement, desired: &[Complex<f64>]) -> Vec<f64> {
     found.errors.iter().zip(desired).map(relative).collect()
 }
 
+/// A region of stability: its name, and whether a pole is in it.
+type Side = (&'static str, fn(&Complex<f64>) -> bool);
+
 /// Poles that are missed, or on the wrong side: of the imaginary axis if all desired ones are on its left, else of the
 /// unit circle if all are within.
 fn warning(found: &Placement, desired: &[Complex<f64>], relative_errors: &[f64]) -> Option<String> {
-    let sides: [(&str, fn(&Complex<f64>) -> bool); 2] =
+    let sides: [Side; 2] =
         [("the left half-plane", |pole| pole.re < 0.0), ("the unit circle", |pole| pole.norm() < 1.0)];
     let side = sides.iter().find(|(_, inside)| desired.iter().all(inside));
     let left = side.and_then(|(name, inside)| found.poles.iter().find(|pole| !inside(pole)).map(|pole| (name, pole)));

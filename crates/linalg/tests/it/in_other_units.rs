@@ -14,9 +14,11 @@ use scaling::{Answer, Unit, Units, difference, unit};
 
 /// Powers of two change no bit of what is computed in balanced units.
 const EXACT: f64 = 0.0;
-/// Plants of order five with entries of about one: their conditions are below 1e5 as a rule, and cases with a larger one
-/// are left out where the routine says so.
-const ACCURATE: f64 = 1e-10;
+/// Units up to 2^10 apart are left as they are: an error of rounding relative to a norm grows by that much for the row and
+/// for the column of an entry.
+const LEFT: f64 = 1024.0 * 1024.0 * f64::EPSILON;
+/// The same for plants of order five with entries of about one, whose conditions are below a hundred as a rule.
+const ACCURATE: f64 = 100.0 * LEFT;
 
 const A: Unit = unit((State, 1), (State, -1), -1);
 const B: Unit = unit((State, 1), (Input, -1), -1);
@@ -134,9 +136,11 @@ fn unchanged(plant: &Plant, units: &Units, routine: impl Fn(&Plant) -> Result<An
     Ok(())
 }
 
-/// The routine's own condition times rounding.
-fn within(condition: f64) -> f64 {
-    if condition.is_finite() { 1e3 * f64::EPSILON * condition.max(1.0) } else { 1.0 }
+/// What the routine claims: the bound of the error in the plant's first units, and its condition times the rounding in
+/// the second ones.
+fn claimed(condition: f64, forward_error: f64) -> f64 {
+    let rounding = LEFT * condition.max(1.0);
+    if forward_error.is_finite() && rounding.is_finite() { rounding.max(forward_error) } else { 1.0 }
 }
 
 macro_rules! properties {
@@ -154,7 +158,17 @@ macro_rules! properties {
 }
 
 properties! {
-    spectra(x = x, u = u): |x| Ok(Answer::verdict("").spectrum(&eigenvalues(&x.a)?, ACCURATE));
+    spectra(x = x, u = u): |x| {
+        // Defective eigenvalues move by roots of a rounding, their characteristic polynomial does not.
+        let values = eigenvalues(&x.a)?;
+        let product = values.iter().map(|z| z + 9.0 * rate(x)).product::<Complex<f64>>();
+        let scale = rate(x).powi(i32::try_from(values.len()).unwrap_or(0));
+        Ok(Answer::verdict("").value(
+            &DMatrix::from_element(1, 1, product.re / scale),
+            unit((One, 0), (One, 0), 0),
+            ACCURATE,
+        ))
+    };
     observabilities(x = x, u = u): |x| {
         let found = observability(&x.a, &x.c)?;
         let margins = DMatrix::from_iterator(1, found.modes.len(), found.modes.iter().map(|mode| mode.margin));
@@ -215,7 +229,7 @@ properties! {
     };
     lyapunov_equations(x = x.stable(), u = u): |x| {
         let found = lyapunov(&x.a.transpose(), &x.w)?;
-        Ok(Answer::verdict("").value(&found.p, P, within(found.condition)))
+        Ok(Answer::verdict("").value(&found.p, P, claimed(found.condition, found.forward_error())))
     };
     lyapunov_factors(x = x.stable(), u = Units { output: vec![0; 3], ..u }): |x| {
         let found = lyapunov_factor(&x.a, &x.c)?;
@@ -227,72 +241,73 @@ properties! {
     };
     stein_equations(x = x.contracting(), u = u.discrete()): |x| {
         let found = stein(&x.a.transpose(), &x.w)?;
-        Ok(Answer::verdict("").value(&found.p, P, within(found.condition)))
+        Ok(Answer::verdict("").value(&found.p, P, claimed(found.condition, found.forward_error())))
     };
     generalized_lyapunov_equations(x = x.stable(), u = u): |x| {
         let a = &x.e * &x.a;
         let found = generalized_lyapunov(&a, &x.e, &x.q)?;
         Ok(Answer::verdict("")
-            .value(&found.p, unit((Equation, -1), (Equation, -1), 0).cost(1), within(found.standard.condition)))
+            .value(&found.p, unit((Equation, -1), (Equation, -1), 0).cost(1), claimed(found.standard.condition, found.forward_error())))
     };
     generalized_stein_equations(x = x.contracting(), u = u.discrete()): |x| {
         let found = generalized_stein(&(&x.e * &x.a), &x.e, &x.q)?;
         Ok(Answer::verdict("")
-            .value(&found.p, unit((Equation, -1), (Equation, -1), 0).cost(1), within(found.standard.condition)))
+            .value(&found.p, unit((Equation, -1), (Equation, -1), 0).cost(1), claimed(found.standard.condition, found.forward_error())))
     };
     sylvester_equations(x = x, u = u): |x| {
         // `A X + X F = B` with F of the inputs' order in units of the inputs.
         let found = sylvester(&x.a, &(x.r.clone() * 0.0 + DMatrix::identity(x.b.ncols(), x.b.ncols()) * rate(x)), &x.b)?;
-        Ok(Answer::verdict("").value(&found.x, unit((State, 1), (Input, -1), 0), within(found.condition)))
+        Ok(Answer::verdict("").value(&found.x, unit((State, 1), (Input, -1), 0), claimed(found.condition, found.forward_error())))
     };
     regulators(x = x, u = u): |x| {
         let found = care(&x.a, &x.b, &x.q, &x.r)?;
         Ok(Answer::verdict("")
-            .value(&found.x, X, within(found.condition))
-            .value(&found.k, K, within(found.condition))
-            .spectrum(&found.poles, within(found.condition)))
+            .value(&found.x, X, claimed(found.condition, found.forward_error))
+            .value(&found.k, K, claimed(found.condition, found.forward_error))
+            .spectrum(&found.poles, claimed(found.condition, found.forward_error)))
     };
     discrete_regulators(x = x, u = u.discrete()): |x| {
         let found = dare(&x.a, &x.b, &x.q, &x.r)?;
         Ok(Answer::verdict("")
-            .value(&found.x, X, within(found.condition))
-            .value(&found.k, K, within(found.condition)))
+            .value(&found.x, X, claimed(found.condition, found.forward_error))
+            .value(&found.k, K, claimed(found.condition, found.forward_error)))
     };
     filters(x = x, u = u): |x| {
         let found = kalman_gain(&x.a, &x.c, &x.w, &x.v)?;
         Ok(Answer::verdict("")
-            .value(&found.p, P, within(found.condition))
-            .value(&found.l, L, within(found.condition)))
+            .value(&found.p, P, claimed(found.condition, found.forward_error))
+            .value(&found.l, L, claimed(found.condition, found.forward_error)))
     };
     filters_of_hidden_modes(x = x.hidden(), u = u): |x| {
         let found = kalman_gain(&x.a, &x.c, &x.w, &x.v)?;
         Ok(Answer::verdict("")
-            .value(&found.p, P, within(found.condition))
-            .value(&found.l, L, within(found.condition)))
+            .value(&found.p, P, claimed(found.condition, found.forward_error))
+            .value(&found.l, L, claimed(found.condition, found.forward_error)))
     };
     discrete_filters(x = x, u = u.discrete()): |x| {
         let found = discrete_kalman_gain(&x.a, &x.c, &x.w, &x.v)?;
         Ok(Answer::verdict("")
-            .value(&found.p, P, within(found.condition))
-            .value(&found.l, L, within(found.condition)))
+            .value(&found.p, P, claimed(found.condition, found.forward_error))
+            .value(&found.l, L, claimed(found.condition, found.forward_error)))
     };
     discrete_filters_without_noise(x = x, u = u.discrete()): |x| {
         let found = discrete_kalman_gain(&x.a, &x.c, &x.w, &(&x.v * 0.0))?;
+        // The gain has the condition of C P C' too.
         Ok(Answer::verdict("")
-            .value(&found.p, P, within(found.condition))
-            .value(&found.l, L, within(found.condition)))
+            .value(&found.p, P, claimed(found.condition, found.forward_error))
+            .value(&found.l, L, 100.0 * claimed(found.condition, found.forward_error)))
     };
     generalized_regulators(x = x, u = u): |x| {
         let found = generalized_care(&(&x.e * &x.a), &(&x.e * &x.b), &x.q, &x.r, &x.s, &x.e)?;
         Ok(Answer::verdict("")
-            .value(&found.x, unit((Equation, -1), (Equation, -1), 0).cost(1), within(found.condition))
-            .value(&found.k, K, within(found.condition)))
+            .value(&found.x, unit((Equation, -1), (Equation, -1), 0).cost(1), claimed(found.condition, found.forward_error))
+            .value(&found.k, K, claimed(found.condition, found.forward_error)))
     };
     generalized_discrete_regulators(x = x, u = u.discrete()): |x| {
         let found = generalized_dare(&(&x.e * &x.a), &(&x.e * &x.b), &x.q, &x.r, &x.s, &x.e)?;
         Ok(Answer::verdict("")
-            .value(&found.x, unit((Equation, -1), (Equation, -1), 0).cost(1), within(found.condition))
-            .value(&found.k, K, within(found.condition)))
+            .value(&found.x, unit((Equation, -1), (Equation, -1), 0).cost(1), claimed(found.condition, found.forward_error))
+            .value(&found.k, K, claimed(found.condition, found.forward_error)))
     };
     exponentials(x = x, u = u): |x| {
         let found = zero_order_hold(&x.a, &x.b, x.h)?;
@@ -347,7 +362,9 @@ fn beside(zeros: &[Complex<f64>], plant: &Plant) -> Vec<Complex<f64>> {
 
 /// The accuracy of the poles of a placement.
 fn reached(found: &Placement) -> f64 {
-    10.0 * found.deviation + 1e-14
+    let largest = |list: &mut dyn Iterator<Item = f64>| list.fold(0.0, f64::max);
+    let size = largest(&mut found.poles.iter().map(|pole| pole.norm()));
+    10.0 * largest(&mut found.errors.iter().copied()) / size + 1e-14
 }
 
 /// A rate in the plant's unit of time.
