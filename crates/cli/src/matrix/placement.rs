@@ -81,7 +81,7 @@ fn warning(found: &Placement, desired: &[Complex<f64>], relative_errors: &[f64])
     }
     let (largest, at) = relative_errors.iter().zip(desired).max_by(|x, y| x.0.total_cmp(y.0))?;
     (*largest > MISSED)
-        .then(|| format!("the pole {} is missed by {} of its size", numbers::complex(*at), numbers::size(*largest)))
+        .then(|| format!("the pole {} is missed by {} times its size", numbers::complex(*at), numbers::size(*largest)))
 }
 
 fn text(

@@ -297,7 +297,7 @@ impl Generalized {
             return Err(LinalgError::NotConverged { method, iterations: NEWTON_STEPS, remaining: residual, allowed });
         }
         let (condition, forward_error) = self.evidence(&at, &mut equation).unwrap_or((f64::INFINITY, f64::INFINITY));
-        let size = norm(&(&self.a * &self.inverse));
+        let size = (norm(&self.a) + norm(&self.b) * norm(&at.k)) * norm(&self.inverse);
         let size = if self.discrete { size.max(1.0) } else { size };
         // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one.
         if forward_error.is_infinite()
