@@ -2,7 +2,7 @@
 //!
 //! Up to eight states and four outputs the step is compiled for these sizes and takes no memory. It is the same
 //! arithmetic in the same order as for any size, and gives the same bits. A module for web pages has to be downloaded:
-//! it has those up to six states and two outputs.
+//! it has those up to five states and two outputs.
 
 use nalgebra::{RealField, SMatrix, SVector, convert};
 
@@ -52,6 +52,7 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
             3 => self.of_states::<3>(estimate, sample),
             4 => self.of_states::<4>(estimate, sample),
             5 => self.of_states::<5>(estimate, sample),
+            #[cfg(not(target_arch = "wasm32"))]
             6 => self.of_states::<6>(estimate, sample),
             #[cfg(not(target_arch = "wasm32"))]
             7 => self.of_states::<7>(estimate, sample),
