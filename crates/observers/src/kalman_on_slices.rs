@@ -2,7 +2,7 @@
 //!
 //! Up to eight states and four outputs the step is compiled for these sizes and takes no memory. It is the same
 //! arithmetic in the same order as for any size, and gives the same bits. A module for web pages has to be downloaded:
-//! it has those up to five states and two outputs.
+//! it has those up to four states and two outputs.
 
 use nalgebra::{RealField, SMatrix, SVector, convert};
 
@@ -51,6 +51,7 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
             2 => self.of_states::<2>(estimate, sample),
             3 => self.of_states::<3>(estimate, sample),
             4 => self.of_states::<4>(estimate, sample),
+            #[cfg(not(target_arch = "wasm32"))]
             5 => self.of_states::<5>(estimate, sample),
             #[cfg(not(target_arch = "wasm32"))]
             6 => self.of_states::<6>(estimate, sample),
