@@ -232,7 +232,10 @@ pub enum LinalgError {
         margin: f64,
     },
     /// No stabilizing solution was found, although no eigenvalue of the plant explains it.
-    #[error("no stabilizing solution was found: {}", not_stabilizing(*.eigenvalue, *.distance))]
+    #[error(
+        "no stabilizing solution was found: the closed loop keeps the eigenvalue {eigenvalue}, at {distance} from the stability boundary",
+        distance = short(*.distance), eigenvalue = complex(*.eigenvalue)
+    )]
     NotStabilizing {
         /// The eigenvalue of the closed loop (or of the Hamiltonian matrix) nearest to the boundary, or beyond it.
         eigenvalue: Complex<f64>,
@@ -404,16 +407,6 @@ impl LinalgError {
             *pole = Complex::new(shift(pole.re, power), shift(pole.im, power));
         }
         self
-    }
-}
-
-/// An eigenvalue on the stable side explains nothing: the weights may be indefinite, or R + B'X B.
-fn not_stabilizing(eigenvalue: Complex<f64>, distance: f64) -> String {
-    let (eigenvalue, at) = (complex(eigenvalue), short(distance));
-    if distance > 0.0 {
-        format!("the eigenvalue nearest to the stability boundary is {eigenvalue}, at {at} from it")
-    } else {
-        format!("the closed loop keeps the eigenvalue {eigenvalue}, at {at} from the stability boundary")
     }
 }
 
