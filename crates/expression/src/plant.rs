@@ -486,11 +486,10 @@ impl ExpressionPlant {
         }
         let (n, m) = (rows.len(), self.0.inputs);
         let (x, u) = (vec![0.0; n], vec![0.0; m]);
-        let list = |by: fn(&Expression, f64, &[f64], &[f64]) -> Option<Vec<f64>>| -> Option<Vec<f64>> {
-            rows.iter().map(|row| by(row, 0.0, &x, &u)).collect::<Option<Vec<_>>>().map(|rows| rows.concat())
-        };
-        let a = DMatrix::from_row_slice(n, n, &list(|row, t, x, u| row.gradient(t, x, u).ok())?);
-        let b = DMatrix::from_row_slice(n, m, &list(|row, t, x, u| row.input_gradient(t, x, u).ok())?);
+        let by_states = rows.iter().map(|row| row.gradient(0.0, &x, &u).ok());
+        let by_inputs = rows.iter().map(|row| row.input_gradient(0.0, &x, &u).ok());
+        let a = DMatrix::from_row_slice(n, n, &by_states.collect::<Option<Vec<_>>>()?.concat());
+        let b = DMatrix::from_row_slice(n, m, &by_inputs.collect::<Option<Vec<_>>>()?.concat());
         let c = DVector::from_iterator(n, rows.iter().map(|row| row.evaluate(0.0, &x, &u)));
         let is_finite = a.iter().chain(b.iter()).chain(c.iter()).all(|entry| entry.is_finite());
         is_finite.then_some((a, b, c))

@@ -58,7 +58,8 @@ where
             factor *= half;
             doublings += 1;
         }
-        if !(norm <= quarter) {
+        let is_small = norm <= quarter;
+        if !is_small {
             let nothing = OMatrix::<T, N, N>::repeat_generic(order, order, convert(f64::NAN));
             return Self { growth: nothing.clone(), average: nothing.clone(), noise: nothing.clone(), ramp: nothing };
         }

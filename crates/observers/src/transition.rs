@@ -344,7 +344,8 @@ where
                 self.dormand_prince(now, tau, &way.next, &at)
             };
             let excess = self.excess(&step, &error, (&way.next, &at, tau), &covariance, shares);
-            if !(excess <= T::one()) {
+            let is_within = excess <= T::one();
+            if !is_within {
                 if part <= convert(1e-12) {
                     return None;
                 }

@@ -16,6 +16,7 @@ mod numerical_kkl;
 mod pages;
 mod polytopes;
 mod second_checker;
+mod stiff_filters;
 mod stiff_starts;
 mod study_converter;
 mod theorems_cubic;

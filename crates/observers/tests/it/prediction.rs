@@ -245,6 +245,16 @@ fn a_nonlinear_plant_with_a_closed_form() {
     }
 }
 
+/// x' = cos(x) + t: what follows where the fast mode is at rest.
+struct Slow;
+
+plant!(Slow, (1, 0, 1), |plant, t, x, u| [x[0].cos() + t], [x[0]]);
+
+/// x' = x^3.
+struct Escape;
+
+plant!(Escape, (1, 0, 1), |plant, t, x, u| [x[0] * x[0] * x[0]], [x[0]]);
+
 /// A plant that is not stiff, one that is somewhat, and one that no explicit method would do: against a great number of
 /// classical steps, and where these take too long against the quasi-steady state, which is exact to 1/rate.
 #[test]
@@ -261,8 +271,6 @@ fn fast_modes_of_nonlinear_plants() {
     }
     // x2' = cos(x2) + t to first order, from x2 + x1/rate on.
     let (x, p) = predicted!(Fast(1e9), Prediction::ErrorControlled, start, 0, (0.2, 0.1), 0.5);
-    struct Slow;
-    plant!(Slow, (1, 0, 1), |plant, t, x, u| [x[0].cos() + t], [x[0]]);
     let (slow, variance) = predicted!(Slow, Prediction::RungeKutta(2000), Vector1::new(0.3), 0, (0.2, 0.1), 0.5);
     assert!((x[1] - slow[0]).abs() < 1e-6, "{x} {slow}");
     assert!((x[0] - slow[0].cos() - 0.5).abs() < 1e-6);
@@ -272,8 +280,6 @@ fn fast_modes_of_nonlinear_plants() {
 /// A prediction that has no end is an answer, and takes a bounded time: x' = x^3 from 1 is infinite at 1/2.
 #[test]
 fn a_finite_escape_is_reported() {
-    struct Escape;
-    plant!(Escape, (1, 0, 1), |plant, t, x, u| [x[0] * x[0] * x[0]], [x[0]]);
     let noises = NoiseModel { w: Matrix1::zeros(), v: Matrix1::new(1.0), p0: Matrix1::new(1.0) };
     let filter = ExtendedKalmanFilter::error_controlled(Escape, noises, 1.0).unwrap();
     let u = SVector::<f64, 0>::zeros();

@@ -151,7 +151,8 @@ where
         })?,
     };
     let error = error(substeps);
-    if !(error <= MOST_SHARE) {
+    let is_right = error <= MOST_SHARE;
+    if !is_right {
         let most = if error.is_finite() {
             format!("an error of {} standard deviations", significant(error, 2))
         } else {

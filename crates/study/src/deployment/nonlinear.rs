@@ -134,7 +134,7 @@ fn extension(
     study: &Study,
     observer: &ObserverSpec,
     designed: &Designed,
-    plant: ExpressionPlant,
+    plant: &ExpressionPlant,
     (period, substeps): (f64, Option<usize>),
 ) -> Result<NonlinearStep, Refusal> {
     let written = match (&observer.kind, &designed.runnable) {
@@ -158,14 +158,14 @@ fn extension(
     let written = written.map_err(|why| (format!("the observer has no source code: {why}"), Vec::new()))?;
     let substeps = match substeps {
         Some(substeps) => substeps,
-        None => substeps_of(study, observer, &written, &plant, period)?,
+        None => substeps_of(study, observer, &written, plant, period)?,
     };
     let sampled = |substeps| {
         let made = InterSampleObserver::new(plant.clone(), written.clone(), period, substeps);
         made.map_err(|error| (error.to_string(), Vec::new()))
     };
     let (coarse, fine) = (sampled(substeps)?, sampled(2 * substeps)?);
-    let step_error = fixed_steps::sentence((study, observer), &plant, (&coarse, &fine), (substeps, &observer.initial));
+    let step_error = fixed_steps::sentence((study, observer), plant, (&coarse, &fine), (substeps, &observer.initial));
     let exported = ExportableObserver::Extension(coarse);
     Ok(NonlinearStep { remark: remark(&designed.runnable), step_error, ..NonlinearStep::of(designed, exported) })
 }
@@ -393,7 +393,7 @@ pub(super) fn sampled(
         | Runnable::Immersion(_)
         | Runnable::HighGainMaps(_)
         | Runnable::UnknownInput(_)
-        | Runnable::UnknownInputCubic(_) => extension(study, observer, designed, plant, (period, substeps)),
+        | Runnable::UnknownInputCubic(_) => extension(study, observer, designed, &plant, (period, substeps)),
         Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) | Runnable::VaryingPeriods(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],

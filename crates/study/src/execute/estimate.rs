@@ -183,6 +183,8 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     const WITH_OBSERVER: f64 = 4.0;
     // The first is slower than those that follow, and the machine may be busy.
     const REPETITIONS: usize = 5;
+    // Evaluations of a prediction, about, of a plant that is not stiff.
+    const STAGES: f64 = 16.0;
     let mut short = simulation.clone();
     short.duration *= SHARE;
     short.samples = 2;
@@ -198,9 +200,7 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
         began.elapsed().as_secs_f64()
     };
     let least = (0..REPETITIONS).map(|_| once()).fold(f64::INFINITY, f64::min);
-    // Filters step with their own period, independent of the integrator. Of a plant that is not stiff, a prediction
-    // takes about so many evaluations.
-    const STAGES: f64 = 16.0;
+    // Filters step with their own period, independent of the integrator.
     let step = |requested: &crate::study::ObserverSpec| match &requested.kind {
         ObserverKind::ExtendedKalman { period, w, .. } => {
             let n = w.nrows() as f64;

@@ -237,7 +237,7 @@ fn stages(
     let members = members(study, &designs);
     if all || step == Step::Observe {
         options.check()?;
-        results.observability = Some(observe::observability(study, &members, options)?);
+        results.observability = Some(observe::observability(study, &members, options, &mut results.warnings)?);
         options.tell("observe", "observability", 1, 1);
         save(folder, results)?;
     }

@@ -6,6 +6,7 @@ use luenberger_design::nonlinear_observability::{Instant, LieSettings, lie_obser
 use luenberger_design::{OperatingPoint, UnseenModes};
 use luenberger_linalg::{Mode, observability as of_pair};
 use luenberger_plants::Differentiable;
+use luenberger_proof::wording::significant;
 use luenberger_sim::{GramianSettings, Settings, SimError, empirical_gramian};
 use nalgebra::{DMatrix, DVector};
 
@@ -36,11 +37,13 @@ pub(super) fn operating_point(point: &OperatingPoint) -> Result<OperatingPointRe
 }
 
 /// A linear plant is analysed once. A nonlinear one is linearized along the trajectory of the study; without one, at
-/// the first row of a log and the origin.
+/// the first row of a log and the origin. An output without a derivative at such a point is left out there, with a
+/// warning.
 pub(super) fn observability(
     study: &Study,
     members: &[Member<'_>],
     options: &RunOptions<'_>,
+    warnings: &mut Vec<String>,
 ) -> Result<ObservabilityReport, StudyError> {
     let order = study.plant.states.len();
     let points = match study.plant.model.linear() {
@@ -49,7 +52,17 @@ pub(super) fn observability(
             .into_iter()
             .map(|(t, x, u)| {
                 let a = study.plant.model.state_jacobian(t, &x, &u);
-                let c = study.plant.model.output_jacobian(t, &x, &u);
+                let mut c = study.plant.model.output_jacobian(t, &x, &u);
+                for (name, mut row) in study.plant.outputs.iter().zip(c.row_iter_mut()) {
+                    if row.iter().any(|entry| !entry.is_finite()) {
+                        row.fill(0.0);
+                        let (t, x) =
+                            (significant(t, 5), x.iter().map(|x| significant(*x, 3)).collect::<Vec<_>>().join(", "));
+                        warnings.push(format!(
+                            "Observability at t = {t}, x = [{x}]: {name} has no derivative there, and is left out."
+                        ));
+                    }
+                }
                 at(study, &a, &c, Some((t, x.as_slice())))
             })
             .collect::<Result<_, _>>()?,

@@ -158,6 +158,19 @@ h = ["x", "(x - 1)^1.5"]
 file = "log.csv"
 "#;
 
+/// The linearisation at the first estimate leaves out an output without a derivative there, and says so.
+#[test]
+fn observability_leaves_out_what_has_no_derivative() {
+    let folder = bench("no-derivative", "t,level,overflow\n0,0.5,\n1,0.62,\n9,1.41,0.26\n");
+    let filter = "[[observer]]\nkind = \"ukf\"\ninitial = [0.5]\nw = 0.001\nv = [0.001, 0.01]\nperiod = 1\n";
+    let study = crate::studies::study_in(&folder, &format!("{OVERFLOW}{filter}"));
+    let options = luenberger_study::RunOptions::default();
+    let results = luenberger_study::execute(&study, luenberger_study::Step::Run, &options).unwrap();
+    assert_eq!(results.observability.as_ref().unwrap().rank, 1);
+    let said = "Observability at t = 0, x = [0.5]: overflow has no derivative there, and is left out.";
+    assert!(results.warnings.iter().any(|warning| warning == said), "{:?}", results.warnings);
+}
+
 /// An output that was not measured need not be defined at the estimate of a filter. One that was measured is named,
 /// with its row, and so is one that another observer predicts.
 #[test]

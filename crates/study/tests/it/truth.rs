@@ -131,11 +131,11 @@ fn delays_quantisation_dropouts_and_outliers_are_read() {
     );
 }
 
-/// x+ = 0.9 x + w, y = x + v, variances 1, every seed the default one. The variance of the predicted estimate solves
-/// `P = 0.81 P/(P + 1) + 1`: `P = (0.81 + sqrt(0.81^2 + 4))/2 = 1.4839`, whose root is 1.2182; that of the filtered
-/// one is `P/(P + 1) = 0.5974`, with the root 0.7729. Either error is an autoregression with the coefficient `0.9/(P + 1) = 0.3623`, so that the standard error of the mean square of n of
-/// them is `P sqrt(2 (1 + 0.3623^2)/(1 - 0.3623^2)/n)`. Innovations of the right filter are white: their normalised
-/// mean square is 1, with the standard error `sqrt(2/n)`.
+/// x+ = 0.9 x + w, y = x + v, variances 1, every seed the default one. The variance of the predicted estimate solves `P
+/// = 0.81 P/(P + 1) + 1`: `P = (0.81 + sqrt(0.81^2 + 4))/2 = 1.4839`, whose root is 1.2182; that of the filtered one is
+/// `P/(P + 1) = 0.5974`, with the root 0.7729. Either error is an autoregression with the coefficient `0.9/(P + 1) =
+/// 0.3623`, so that the standard error of the mean square of n of them is `P sqrt(2 (1 + 0.3623^2)/(1 - 0.3623^2)/n)`.
+/// Innovations of the right filter are white: their normalised mean square is 1, with the standard error `sqrt(2/n)`.
 #[test]
 fn process_noise_is_independent_of_the_measurement_noise() {
     let text = r#"

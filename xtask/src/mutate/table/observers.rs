@@ -226,7 +226,12 @@ pub(super) const SOURCES: &[Source] = &[
                 "let tau = duration / convert::<f64, T>(count as f64);\n        let mut way = Transition::none(x);\n        for k in 0..count {\n            let ClassicalStep { next, phi, halfway } =\n                self.classical_step(t + tau * convert::<f64, T>(k as f64), tau, &way.next);\n            if !self",
                 "let tau = duration;\n        let mut way = Transition::none(x);\n        for k in 0..count {\n            let ClassicalStep { next, phi, halfway } =\n                self.classical_step(t + tau * convert::<f64, T>(k as f64), tau, &way.next);\n            if !self",
             ),
-            mutant("prediction: every step accepted", Dropped, "if !(excess <= T::one()) {", "if false {"),
+            mutant(
+                "prediction: every step accepted",
+                Dropped,
+                "let is_within = excess <= T::one();",
+                "let is_within = true;",
+            ),
         ],
     },
     Source {
