@@ -161,7 +161,7 @@ file = "log.csv"
 /// The linearisation at the first estimate leaves out an output without a derivative there, and says so.
 #[test]
 fn observability_leaves_out_what_has_no_derivative() {
-    let folder = bench("no-derivative", "t,level,overflow\n0,0.5,\n1,0.62,\n9,1.41,0.26\n");
+    let folder = bench("no-derivative", "t,level,overflow\n0,0.5,\n1,0.62,\n9,1.41,0.26\n10,1.5,0.36\n");
     let filter = "[[observer]]\nkind = \"ukf\"\ninitial = [0.5]\nw = 0.001\nv = [0.001, 0.01]\nperiod = 1\n";
     let study = crate::studies::study_in(&folder, &format!("{OVERFLOW}{filter}"));
     let options = luenberger_study::RunOptions::default();
