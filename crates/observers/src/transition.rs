@@ -10,7 +10,7 @@
 //!
 //! **With error control**, the default of a filter on a computer:
 //!
-//! - A plant that is linear between samples ([`Differentiable::is_linear_between_samples`]) takes one step, which is
+//! - A plant that is linear between samples ([`is_linear_between_samples`]) takes one step, which is
 //!   exact to rounding for any period and any stiffness: `exp(F tau)`, `phi_1(F tau) tau f` and Van Loan's integral by
 //!   scaling and doubling (`exponential`).
 //! - Any other takes steps of Dormand and Prince, order 5(4), from `(x, I, 0)` on; a step is halved until its error is
@@ -37,6 +37,8 @@
 //! Control 23, 1978; E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential Equations I, table II.5.2;
 //! R. J. Biscay et al., Local linearization method for the numerical solution of stochastic differential equations,
 //! Annals of the Institute of Statistical Mathematics 48, 1996.
+//!
+//! [`is_linear_between_samples`]: luenberger_plants::Differentiable::is_linear_between_samples
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};

@@ -245,7 +245,7 @@ fn stages(
         return Ok(());
     }
     results.observers = observers;
-    results.warnings = warn::of_designs(study, results);
+    results.warnings.extend(warn::of_designs(study, results));
     results.warnings.extend(designs.iter().flatten().filter_map(|outcome| outcome.open.clone()));
     save(folder, results)?;
 
