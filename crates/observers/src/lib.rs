@@ -64,6 +64,7 @@ pub mod discrete_linear;
 pub mod discrete_luenberger;
 pub mod error;
 pub mod estimator;
+#[cfg(feature = "alloc")]
 mod exponential;
 mod feedthrough;
 pub mod filters;

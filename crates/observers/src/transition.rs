@@ -40,10 +40,18 @@
 //!
 //! [`is_linear_between_samples`]: luenberger_plants::Differentiable::is_linear_between_samples
 
+#![cfg_attr(
+    not(feature = "alloc"),
+    allow(dead_code, unused_variables, reason = "what the control of the error asks for")
+)]
+
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
 
-use crate::dense::{Factor, are_finite, times, times_transpose};
+#[cfg(feature = "alloc")]
+use crate::dense::Factor;
+use crate::dense::{are_finite, times, times_transpose};
+#[cfg(feature = "alloc")]
 use crate::exponential::{Exponential, balanced_norm};
 use crate::gaussian::symmetrise;
 use crate::triangular::add;
@@ -57,6 +65,7 @@ pub const COVARIANCE_SHARE: f64 = 1e-6;
 /// The same two for the steps of stiff plants.
 pub const STIFF_SHARES: [f64; 2] = [1e-5, 1e-4];
 
+#[cfg(feature = "alloc")]
 /// A plant counts as stiff where the norm of its Jacobian, in balanced coordinates, times the duration is above this.
 const STIFF: f64 = 500.0;
 
@@ -68,7 +77,9 @@ pub const MOST_STEPS: usize = 5000;
 pub enum Prediction {
     /// The plant is in discrete time.
     Discrete,
-    /// As many steps as the error needs; one exact step for a plant that is linear between samples.
+    /// As many steps as the error needs; one exact step for a plant that is linear between samples. Not for targets: with
+    /// the feature `alloc`.
+    #[cfg(feature = "alloc")]
     ErrorControlled,
     /// So many steps of the classical Runge-Kutta method in a period.
     RungeKutta(usize),
@@ -94,6 +105,7 @@ impl Prediction {
     }
 }
 
+#[cfg(feature = "alloc")]
 /// The exact discretisation of `x' = A x + B u + w` with the input held and w white of intensity W: over tau, `x+ = phi
 /// x + integral B u + w+` with w+ of covariance `noise`. Exact to rounding, of the order of `epsilon |A| tau`.
 ///
@@ -118,6 +130,7 @@ where
     pub noise: OMatrix<T, N, N>,
 }
 
+#[cfg(feature = "alloc")]
 impl<T: RealField + Copy, N: Dim> ExactDiscretisation<T, N>
 where
     DefaultAllocator: Allocator<N> + Allocator<N, N>,
@@ -218,18 +231,22 @@ where
                 let (next, phi) = (self.field)(t, x);
                 Transition { next, phi, noise: self.w.clone() }
             }
+            #[cfg(feature = "alloc")]
             Prediction::ErrorControlled if self.is_linear => self.linear_step(duration, x, &(self.field)(t, x)),
+            #[cfg(feature = "alloc")]
             Prediction::ErrorControlled => self.controlled(t, duration, x, p)?,
             Prediction::RungeKutta(_) => self.classical(t, duration, prediction.steps(duration, period), x),
         };
         found.is_finite().then_some(found)
     }
 
+    #[cfg(feature = "alloc")]
     /// Whether the steps from x on are linearly implicit.
     pub(crate) fn is_stiff(&self, t: T, duration: T, x: &OVector<T, N>) -> bool {
         is_stiff(&(self.field)(t, x).1, duration)
     }
 
+    #[cfg(feature = "alloc")]
     /// The step that is exact if f is linear, with this value and this Jacobian at x.
     fn linear_step(
         &self,
@@ -325,6 +342,7 @@ where
         way
     }
 
+    #[cfg(feature = "alloc")]
     /// Steps whose errors are compared with the standard deviations.
     fn controlled(&self, t: T, duration: T, x: &OVector<T, N>, p: &OMatrix<T, N, N>) -> Option<Transition<T, N>> {
         let mut way = Transition::none(x);
@@ -373,6 +391,7 @@ where
         None
     }
 
+    #[cfg(feature = "alloc")]
     /// How many times the error of a step is larger than it may be; NaN if it is no number.
     #[allow(clippy::type_complexity, reason = "where the step starts: state, f and Df, length")]
     fn excess(
@@ -411,6 +430,7 @@ where
         excess
     }
 
+    #[cfg(feature = "alloc")]
     /// A step of order 5, its difference from order 4, and f and Df at its end.
     #[allow(clippy::type_complexity, reason = "step, error, and f and Df at the end")]
     fn dormand_prince(
@@ -455,6 +475,7 @@ where
         (place, moved(None, &slopes, &ERRORS), end)
     }
 
+    #[cfg(feature = "alloc")]
     /// Two exponential steps of half the length, their difference from one, and f and Df at the end. x is linearised at
     /// the start of each step; Phi and Q belong to the Jacobian at its end, by which fast modes follow slow ones.
     #[allow(clippy::type_complexity, reason = "step, error, and f and Df at the end")]
@@ -501,6 +522,7 @@ where
     }
 }
 
+#[cfg(feature = "alloc")]
 fn is_stiff<T: RealField + Copy, N: Dim>(jacobian: &OMatrix<T, N, N>, duration: T) -> bool
 where
     DefaultAllocator: Allocator<N> + Allocator<N, N>,
@@ -508,6 +530,7 @@ where
     balanced_norm(jacobian) * duration > convert(STIFF)
 }
 
+#[cfg(feature = "alloc")]
 /// Nodes and weights of the stages of Dormand and Prince after the first; the last row is the result of order 5.
 const STAGES: [(f64, [f64; 6]); 6] = [
     (1.0 / 5.0, [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
@@ -518,6 +541,7 @@ const STAGES: [(f64, [f64; 6]); 6] = [
     (1.0, [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0]),
 ];
 
+#[cfg(feature = "alloc")]
 /// The weights of order 5 minus those of order 4.
 const ERRORS: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];

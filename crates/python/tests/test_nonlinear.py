@@ -57,7 +57,8 @@ def test_every_design_converges_and_runs_everywhere(design, verdict):
     else:
         with pytest.raises(AttributeError, match="no certificate"):
             observer.certificate
-    run = observer.simulate([1.0, -1.0], 12, u="0.5*sin(t)", samples=601)
+    # As the block has them, before the measurement of a sample.
+    run = observer.simulate([1.0, -1.0], 12, u="0.5*sin(t)", samples=601, estimates="predicted")
     assert np.abs(run.error[:, -1]).max() < 2e-2
 
     def motion(t, x):

@@ -175,6 +175,7 @@ where
         Ok(Self { prediction: Prediction::Discrete, ..Self::new(plant, noises, horizon, h, 1)? })
     }
 
+    #[cfg(feature = "alloc")]
     /// The estimator of `plant`, sampled with period `h`, whose prediction controls its error: exact for a plant that
     /// is linear between samples, and right for stiff ones. How long a step takes depends on the plant.
     ///

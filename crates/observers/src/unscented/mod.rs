@@ -42,11 +42,15 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
 use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
-use crate::dense::{are_finite, times, times_transpose};
+#[cfg(feature = "alloc")]
+use crate::dense::times;
+use crate::dense::{are_finite, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
-use crate::transition::{Motion, Prediction, Transition};
+#[cfg(feature = "alloc")]
+use crate::transition::Transition;
+use crate::transition::{Motion, Prediction};
 use crate::triangular::{Joint, add, semidefinite_factor, subtract};
 
 use sigma::Images;
@@ -179,6 +183,7 @@ where
         Ok(Self { prediction: Prediction::Discrete, ..Self::new(plant, noises, sigma, h, 1)? })
     }
 
+    #[cfg(feature = "alloc")]
     /// The filter of `plant`, sampled with period `h`, whose prediction controls its error: that of the Kalman filter
     /// for a plant that is linear between samples, and right for stiff ones. How long a step takes depends on the
     /// plant.
@@ -423,6 +428,10 @@ where
 
     /// The images of the sigma points after a duration, and the factor of Q.
     #[allow(clippy::type_complexity, reason = "images, factor")]
+    #[cfg_attr(
+        not(feature = "alloc"),
+        allow(clippy::unnecessary_wraps, reason = "none with control of the error alone")
+    )]
     fn images(
         &self,
         t: T,
@@ -437,10 +446,9 @@ where
         // Where the next state alone is asked for, Df is not.
         let unknown = s * T::zero();
         let alone = |t: T, x: &OVector<T, N>| (derivative(t, x), unknown.clone());
-        let (w, p) = (times_transpose(&self.factors.w, &self.factors.w), times_transpose(s, s));
+        let w = times_transpose(&self.factors.w, &self.factors.w);
         let centre = Motion { field, is_linear: plant.is_linear_between_samples(), w: &w, with_covariance: true };
         let point = Motion { field: alone, is_linear: false, w: &w, with_covariance: false };
-        let during = (t, duration, *h);
         match prediction {
             Prediction::Discrete => {
                 let images = Images::of(xhat, s, distance, |x| derivative(t, x));
@@ -451,7 +459,9 @@ where
                 let images = Images::of(xhat, s, distance, |x| point.classical(t, duration, count, x).next);
                 Some((images, centre.classical_by_factors((t, duration), count, xhat, &self.factors.w).noise))
             }
+            #[cfg(feature = "alloc")]
             Prediction::ErrorControlled => {
+                let (during, p) = ((t, duration, *h), times_transpose(s, s));
                 let Transition { next, phi, noise } = centre.over(*prediction, during, xhat, &p)?;
                 let (is_stiff, nan) = (centre.is_stiff(t, duration, xhat), convert::<f64, T>(f64::NAN));
                 let images = Images::of(xhat, s, distance, |x| {

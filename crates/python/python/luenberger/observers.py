@@ -224,6 +224,7 @@ class Observer:
         hold: float | None = None,
         rtol: float | None = None,
         atol: float | None = None,
+        estimates: str = "filtered",
     ) -> Trajectory:
         """Simulate the plant with this observer.
 
@@ -248,6 +249,9 @@ class Observer:
             Period of a zero-order hold of the input.
         rtol, atol : float, optional
             Tolerances of the integration (default 1e-9, 1e-10).
+        estimates : {"filtered", "predicted"}, optional
+            The estimates of a Kalman filter at its samples: after the measurement, `xhat[k|k]`, or before it,
+            `xhat[k|k-1]`, as `step` and the block of `to_control` have them. Other observers have one estimate.
 
         Returns
         -------
@@ -267,7 +271,9 @@ class Observer:
         (2, 501)
         """
         with tempfile.TemporaryDirectory() as folder:
-            study = self._simulation(folder, x0, duration, u, samples, noise, noise_dt, seed, hold, rtol, atol)
+            study = self._simulation(
+                folder, x0, duration, u, samples, noise, noise_dt, seed, hold, rtol, atol, estimates
+            )
             return self._run(study, folder, on_log=False)
 
     def _simulation(
@@ -283,6 +289,7 @@ class Observer:
         hold: float | None = None,
         rtol: float | None = None,
         atol: float | None = None,
+        estimates: str = "filtered",
     ) -> dict[str, Any]:
         """The study with a simulation, whose tables are in the folder."""
         duration = number("duration", duration, positive=True)
@@ -290,6 +297,7 @@ class Observer:
             "x0": vector("x0", x0, self.plant.nstates).tolist(),
             "duration": duration,
             "samples": int(samples),
+            "estimates": estimates,
         }
         for key, value in (("hold", hold), ("rtol", rtol), ("atol", atol)):
             if value is not None:
