@@ -77,8 +77,8 @@ pub const MOST_STEPS: usize = 5000;
 pub enum Prediction {
     /// The plant is in discrete time.
     Discrete,
-    /// As many steps as the error needs; one exact step for a plant that is linear between samples. Not for targets: with
-    /// the feature `alloc`.
+    /// As many steps as the error needs; one exact step for a plant that is linear between samples. Not for targets:
+    /// with the feature `alloc`.
     #[cfg(feature = "alloc")]
     ErrorControlled,
     /// So many steps of the classical Runge-Kutta method in a period.
