@@ -589,6 +589,10 @@ pub const HEADERS: &[Form] = &[
         "A step takes {} of the Runge-Kutta method; along {} of a run without noise its error was measured, and is not finite.",
         Claim::Nothing,
     ),
+    form(
+        "A step takes {} of the Runge-Kutta method; its error was not measured: h is not finite at the start of the run.",
+        Claim::Nothing,
+    ),
     form("The exported estimate is z.", Claim::Nothing),
     form(
         "Between two samples the disturbance is not seen: it adds an error of the order of the period times the disturbance.",

@@ -8,7 +8,9 @@
 //! steps, and the difference is counted in parts of the largest change of a state's estimate in a period.
 
 use luenberger_expression::ExpressionPlant;
-use luenberger_observers::{CovarianceFilter, ExtendedKalmanFilter, NoiseModel, Prediction, SampledObserver};
+use luenberger_observers::{
+    CovarianceFilter, ExtendedKalmanFilter, NoiseModel, ObserverError, Prediction, SampledObserver,
+};
 use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::{at_most, counted, significant};
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -28,9 +30,9 @@ const MOST_SHARE: f64 = 0.1;
 /// Steps per period beyond which a design is refused.
 pub(super) const MOST_SUBSTEPS: usize = 100;
 
-/// A number of steps, with its error as a sentence.
-pub(super) struct FixedSteps {
-    pub(super) substeps: usize,
+/// A filter with a fixed number of steps, and their error as a sentence.
+pub(super) struct FixedSteps<F> {
+    pub(super) filter: F,
     pub(super) sentence: String,
 }
 
@@ -87,15 +89,16 @@ pub(super) fn of_filter<F>(
     (study, observer): (&Study, &ObserverSpec),
     plant: &ExpressionPlant,
     filter: &F,
-    with: impl Fn(&F, Prediction) -> F,
+    with: impl Fn(&F, Prediction) -> Result<F, ObserverError>,
     given: Option<usize>,
-) -> Result<FixedSteps, Refusal>
+) -> Result<FixedSteps<F>, Refusal>
 where
     F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,
     F::State: Clone,
 {
     let (period, n) = (filter.period(), plant_order(plant));
-    let controlled = with(filter, Prediction::ErrorControlled);
+    let made = |prediction| with(filter, prediction).map_err(|error| (error.to_string(), Vec::new()));
+    let controlled = made(Prediction::ErrorControlled)?;
     let samples = run(study, observer, plant, period);
     let found = |state: &F::State| {
         let mut p = DMatrix::zeros(n, n);
@@ -116,9 +119,16 @@ where
         let (estimate, covariance) = found(at);
         passages.push(Passage { t, u, state: before, estimate, covariance });
     }
-    let error = |substeps: usize| {
-        let fixed = with(filter, Prediction::RungeKutta(substeps));
-        passages.iter().fold(0.0, |most: f64, passage| {
+    if passages.is_empty() {
+        let hypothesis = "the error of a fixed number of Runge-Kutta steps cannot be measured: from the first estimate and the start of the plant the prediction of the first period has no result";
+        return Err((
+            hypothesis.to_owned(),
+            vec!["a first estimate and an x0 where f, h and their Jacobians are finite".to_owned()],
+        ));
+    }
+    let error = |substeps: usize| -> Result<f64, Refusal> {
+        let fixed = made(Prediction::RungeKutta(substeps))?;
+        Ok(passages.iter().fold(0.0, |most: f64, passage| {
             let mut state = passage.state.clone();
             if !fixed.advance(passage.t, &mut state, &passage.u, period) {
                 return f64::INFINITY;
@@ -127,7 +137,7 @@ where
             let before = controlled.estimate(&passage.state);
             let error = in_deviations(passage, &before, &estimate, &covariance);
             if error <= most { most } else { error }
-        })
+        }))
     };
     let fastest = || {
         passages.iter().fold(0.0, |fastest: f64, passage| {
@@ -142,15 +152,24 @@ where
         let shorter = format!("a period of {} or shorter", significant(2.0 / fastest(), 2));
         (hypothesis, vec![shorter, "a plant without its fastest mode: what follows at once is no state".to_owned()])
     };
-    let substeps = match given {
-        Some(substeps) => substeps,
-        None => *[1, 2, 4, 8, 16, 32, 64, MOST_SUBSTEPS].iter().find(|count| error(**count) <= SHARE).ok_or_else(|| {
+    let counts = [1, 2, 4, 8, 16, 32, 64, MOST_SUBSTEPS];
+    let substeps = if let Some(substeps) = given {
+        substeps
+    } else {
+        let mut enough = None;
+        for count in counts {
+            if error(count)? <= SHARE {
+                enough = Some(count);
+                break;
+            }
+        }
+        enough.ok_or_else(|| {
             refused(format!(
                 "more than {MOST_SUBSTEPS} Runge-Kutta steps per period would be needed for an error below {SHARE} standard deviations"
             ))
-        })?,
+        })?
     };
-    let error = error(substeps);
+    let error = error(substeps)?;
     let is_right = error <= MOST_SHARE;
     if !is_right {
         let most = if error.is_finite() {
@@ -166,7 +185,7 @@ where
         counted(passages.len(), "sample"),
         at_most(error, 2),
     );
-    Ok(FixedSteps { substeps, sentence })
+    Ok(FixedSteps { filter: made(Prediction::RungeKutta(substeps))?, sentence })
 }
 
 fn plant_order(plant: &ExpressionPlant) -> usize {
@@ -240,6 +259,12 @@ where
         counted(substeps, "step"),
         counted(count, "sample"),
     );
+    if count == 0 {
+        return format!(
+            "A step takes {} of the Runge-Kutta method; its error was not measured: h is not finite at the start of the run.",
+            counted(substeps, "step")
+        );
+    }
     if worst.is_finite() {
         format!("{how}: at most {} of the largest change of an estimate in a period.", at_most(worst, 2))
     } else {

@@ -284,13 +284,10 @@ pub(super) fn sampled(
                 return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..exact });
             }
             let filter = made(plant.clone(), noises)?;
-            let with = |filter: &ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
-                filter.clone().with_prediction(prediction).unwrap_or_else(|_| filter.clone())
-            };
+            let with = |filter: &ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| filter.clone().with_prediction(prediction);
             let given = substeps.or(observer.kind.substeps());
             let steps = fixed_steps::of_filter((study, observer), &plant, &filter, with, given)?;
-            let filter = with(&filter, Prediction::RungeKutta(steps.substeps));
-            Ok(NonlinearStep { step_error: steps.sentence, ..of(filter) })
+            Ok(NonlinearStep { step_error: steps.sentence, ..of(steps.filter) })
         }
         Runnable::Unscented(filter) => {
             let (factors, sigma, period) = (filter.factors().clone(), filter.sigma_points(), filter.period());
@@ -317,13 +314,10 @@ pub(super) fn sampled(
                 return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..of(exact) });
             }
             let filter = made(plant.clone(), factors)?;
-            let with = |filter: &UnscentedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
-                filter.clone().with_prediction(prediction).unwrap_or_else(|_| filter.clone())
-            };
+            let with = |filter: &UnscentedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| filter.clone().with_prediction(prediction);
             let given = substeps.or(observer.kind.substeps());
             let steps = fixed_steps::of_filter((study, observer), &plant, &filter, with, given)?;
-            let filter = with(&filter, Prediction::RungeKutta(steps.substeps));
-            Ok(NonlinearStep { step_error: steps.sentence, ..of(filter) })
+            Ok(NonlinearStep { step_error: steps.sentence, ..of(steps.filter) })
         }
         Runnable::MovingHorizon(estimator) => {
             let (noises, horizon, period) =
@@ -346,13 +340,10 @@ pub(super) fn sampled(
                 return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..exact });
             }
             let estimator = made(plant.clone(), noises)?;
-            let with = |estimator: &MovingHorizon<f64>, prediction| {
-                estimator.clone().with_prediction(prediction).unwrap_or_else(|_| estimator.clone())
-            };
+            let with = |estimator: &MovingHorizon<f64>, prediction| estimator.clone().with_prediction(prediction);
             let given = substeps.or(observer.kind.substeps());
             let steps = fixed_steps::of_filter((study, observer), &plant, &estimator, with, given)?;
-            let estimator = with(&estimator, Prediction::RungeKutta(steps.substeps));
-            Ok(NonlinearStep { step_error: steps.sentence, ..of(estimator) })
+            Ok(NonlinearStep { step_error: steps.sentence, ..of(steps.filter) })
         }
         Runnable::DiscreteNonlinear(designed) => {
             let observer = DiscreteNonlinearObserver::new(plant, designed.l().clone(), period);

@@ -139,6 +139,15 @@ fn an_export_states_the_error_of_its_prediction() {
             unstable.hypothesis
         );
     }
+    // No steps, and a run whose first prediction has no result, are refused: nothing is measured over no sample.
+    let nowhere = "[plant]\nf = [\"x1^3\"]\nh = [\"x1\"]\n[simulation]\nx0 = [1]\nduration = 2\n";
+    for kind in KINDS {
+        let none = said(&of_rate("3", ""), kind, Some(0)).unwrap_err();
+        assert!(none.hypothesis.contains("at least one"), "{}", none.hypothesis);
+        let text = format!("{nowhere}{}", observers(&[kind], "w = 1\nv = 1e-4\nperiod = 1\ninitial = [1]"));
+        let refused = said(&text, kind, None).unwrap_err();
+        assert!(refused.hypothesis.contains("cannot be measured"), "{}", refused.hypothesis);
+    }
     // The plant of the lag is linear.
     let lag = "[plant]\nf = [\"x2\", \"-1e6*x2\"]\nh = [\"sin(x1)\"]\n[simulation]\nx0 = [0.05, 0.05]\nduration = 2\n";
     for kind in KINDS {
