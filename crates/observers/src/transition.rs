@@ -18,8 +18,8 @@
 //!   [`COVARIANCE_SHARE`] of `sigma_i sigma_j`.
 //! - Where the fastest mode would need hundreds of such steps, they are linearly implicit in its place: by the
 //!   exponential of the Jacobian (local linearisation, A-stable, order 2), compared with two of half the length, to
-//!   [`STIFF_SHARES`]. The covariance of a fast mode then has a relative error of the ratio of slow to fast rates,
-//!   which is below 1/500, in addition.
+//!   [`STIFF_SHARES`]. The covariance of a fast mode then has a relative error of the order of the ratio of slow to
+//!   fast rates in addition, which no estimate sees.
 //!
 //! All decisions compare numbers of the same unit: they do not depend on the units of states and time.
 //!
