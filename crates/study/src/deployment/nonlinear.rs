@@ -7,8 +7,8 @@ use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, NoiseModel, Observer, Prediction, Regression,
-    SampledNonlinearObserver, SampledObserver, UnscentedKalmanFilter,
+    CovarianceFilter, DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, NoiseModel, Observer,
+    ObserverError, Prediction, Regression, SampledNonlinearObserver, SampledObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::statement::Format;
@@ -115,6 +115,35 @@ impl NonlinearStep {
     fn measured(&self) -> Option<String> {
         (!self.step_error.is_empty()).then(|| self.step_error.clone())
     }
+}
+
+/// The step of a filter: as it is in discrete time, with the exact discretisation of an affine motion, or with a fixed
+/// number of steps. `made` is the filter of a plant in discrete time, with another W if one is given.
+#[allow(clippy::type_complexity, reason = "what differs between the filters")]
+fn filter_step<F>(
+    (study, observer): (&Study, &ObserverSpec),
+    plant: &ExpressionPlant,
+    (prediction, w, substeps): (Prediction, &DMatrix<f64>, Option<usize>),
+    (made, with, of): (
+        impl Fn(ExpressionPlant, Option<DMatrix<f64>>) -> Result<F, Refusal>,
+        impl Fn(&F, Prediction) -> Result<F, ObserverError>,
+        impl Fn(F) -> NonlinearStep,
+    ),
+) -> Result<NonlinearStep, Refusal>
+where
+    F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,
+    F::State: Clone,
+{
+    let filter = made(plant.clone(), None)?;
+    if prediction == Prediction::Discrete {
+        return Ok(of(filter));
+    }
+    if let Some((sampled, w)) = fixed_steps::discretised(plant, w, filter.period()) {
+        return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..of(made(sampled, Some(w))?) });
+    }
+    let given = substeps.or(observer.kind.substeps());
+    let steps = fixed_steps::of_filter((study, observer), plant, &filter, with, given)?;
+    Ok(NonlinearStep { step_error: steps.sentence, ..of(steps.filter) })
 }
 
 /// The gate of a filter.
@@ -269,25 +298,19 @@ pub(super) fn sampled(
                 Some(gate) => filter.with_gate(gate),
                 None => Ok(filter),
             };
-            let made = |plant, noises| {
+            let made = |plant, sampled: Option<DMatrix<f64>>| {
+                let w = sampled.unwrap_or_else(|| noises.w.clone());
+                let noises = NoiseModel { w, ..noises.clone() };
                 ExtendedKalmanFilter::discrete(plant, noises, period)
                     .and_then(gated)
                     .map_err(|error| plain(error.to_string()))
             };
             let statement = "no theorem certifies an extended Kalman filter here.";
             let of = |filter| NonlinearStep::uncertified(ExportableObserver::Kalman(filter), statement);
-            if filter.prediction() == Prediction::Discrete {
-                return Ok(of(made(plant, noises)?));
-            }
-            if let Some((sampled, w)) = fixed_steps::discretised(&plant, &noises.w, period) {
-                let exact = of(made(sampled, NoiseModel { w, ..noises })?);
-                return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..exact });
-            }
-            let filter = made(plant.clone(), noises)?;
-            let with = |filter: &ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| filter.clone().with_prediction(prediction);
-            let given = substeps.or(observer.kind.substeps());
-            let steps = fixed_steps::of_filter((study, observer), &plant, &filter, with, given)?;
-            Ok(NonlinearStep { step_error: steps.sentence, ..of(steps.filter) })
+            let with = |filter: &ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
+                filter.clone().with_prediction(prediction)
+            };
+            filter_step((study, observer), &plant, (filter.prediction(), &noises.w, substeps), (made, with, of))
         }
         Runnable::Unscented(filter) => {
             let (factors, sigma, period) = (filter.factors().clone(), filter.sigma_points(), filter.period());
@@ -295,34 +318,38 @@ pub(super) fn sampled(
                 Some(gate) => filter.with_gate(gate),
                 None => Ok(filter),
             };
-            let made = |plant, factors| {
-                UnscentedKalmanFilter::from_factors(plant, factors, sigma, period, Prediction::Discrete)
-                    .and_then(gated)
-                    .map_err(|error| plain(error.to_string()))
+            let covariance = |factor: &DMatrix<f64>| factor * factor.transpose();
+            let made = |plant, sampled: Option<DMatrix<f64>>| {
+                let same = match sampled {
+                    Some(w) => {
+                        let noises = NoiseModel { w, v: covariance(&factors.v), p0: covariance(&factors.p0) };
+                        UnscentedKalmanFilter::discrete(plant, noises, sigma, period)
+                    }
+                    // Without a change of the factors.
+                    None => UnscentedKalmanFilter::from_factors(
+                        plant,
+                        factors.clone(),
+                        sigma,
+                        period,
+                        Prediction::Discrete,
+                    ),
+                };
+                same.and_then(gated).map_err(|error| plain(error.to_string()))
             };
             let statement = "there is no theorem for an unscented Kalman filter.";
             let of = |filter| NonlinearStep::uncertified(ExportableObserver::Unscented(filter), statement);
-            if filter.prediction() == Prediction::Discrete {
-                return Ok(of(made(plant, factors)?));
-            }
-            let covariance = |factor: &DMatrix<f64>| factor * factor.transpose();
-            if let Some((sampled, w)) = fixed_steps::discretised(&plant, &covariance(&factors.w), period) {
-                let noises = NoiseModel { w, v: covariance(&factors.v), p0: covariance(&factors.p0) };
-                let exact = UnscentedKalmanFilter::discrete(sampled, noises, sigma, period)
-                    .and_then(gated)
-                    .map_err(|error| plain(error.to_string()))?;
-                return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..of(exact) });
-            }
-            let filter = made(plant.clone(), factors)?;
-            let with = |filter: &UnscentedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| filter.clone().with_prediction(prediction);
-            let given = substeps.or(observer.kind.substeps());
-            let steps = fixed_steps::of_filter((study, observer), &plant, &filter, with, given)?;
-            Ok(NonlinearStep { step_error: steps.sentence, ..of(steps.filter) })
+            let with = |filter: &UnscentedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
+                filter.clone().with_prediction(prediction)
+            };
+            let w = covariance(&factors.w);
+            filter_step((study, observer), &plant, (filter.prediction(), &w, substeps), (made, with, of))
         }
         Runnable::MovingHorizon(estimator) => {
             let (noises, horizon, period) =
                 (estimator.noise_model().clone(), estimator.horizon(), estimator.period());
-            let made = |plant, noises| {
+            let made = |plant, sampled: Option<DMatrix<f64>>| {
+                let w = sampled.unwrap_or_else(|| noises.w.clone());
+                let noises = NoiseModel { w, ..noises.clone() };
                 let same = MovingHorizon::discrete(plant, noises, horizon, period);
                 let same = same.and_then(|same| match estimator.bounds() {
                     Some((lower, upper)) => same.with_bounds(lower.clone(), upper.clone()),
@@ -332,18 +359,8 @@ pub(super) fn sampled(
             };
             let statement = "there is no theorem for this moving-horizon estimator.";
             let of = |estimator| NonlinearStep::uncertified(ExportableObserver::MovingHorizon(estimator), statement);
-            if estimator.prediction() == Prediction::Discrete {
-                return Ok(of(made(plant, noises)?));
-            }
-            if let Some((sampled, w)) = fixed_steps::discretised(&plant, &noises.w, period) {
-                let exact = of(made(sampled, NoiseModel { w, ..noises })?);
-                return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..exact });
-            }
-            let estimator = made(plant.clone(), noises)?;
             let with = |estimator: &MovingHorizon<f64>, prediction| estimator.clone().with_prediction(prediction);
-            let given = substeps.or(observer.kind.substeps());
-            let steps = fixed_steps::of_filter((study, observer), &plant, &estimator, with, given)?;
-            Ok(NonlinearStep { step_error: steps.sentence, ..of(steps.filter) })
+            filter_step((study, observer), &plant, (estimator.prediction(), &noises.w, substeps), (made, with, of))
         }
         Runnable::DiscreteNonlinear(designed) => {
             let observer = DiscreteNonlinearObserver::new(plant, designed.l().clone(), period);
