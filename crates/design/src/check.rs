@@ -12,7 +12,6 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
 use crate::error::{DesignError, NearlyHidden};
-use crate::powers::shift;
 use crate::unseen_modes::UnseenModes;
 use luenberger_lmi::proof_matrix;
 
@@ -53,31 +52,17 @@ where
 /// Symmetric and positive definite; returns the symmetric part.
 pub(crate) fn positive_definite(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<DMatrix<f64>, DesignError> {
     let m = symmetric(what, m, n)?;
-    let smallest = lambda_min(&m)?;
-    // In units in which the diagonal is about 1 the smallest eigenvalue is not lost beside the largest.
-    let units: Vec<i32> = m.diagonal().iter().map(|x| (0.5 * x.log2()).round() as i32).collect();
-    let scaled = || DMatrix::from_fn(n, n, |i, j| shift(m[(i, j)], -units[i] - units[j]));
-    if smallest > 0.0 || (m.diagonal().iter().all(|x| *x > 0.0) && lambda_min(&scaled())? > 0.0) {
-        Ok(m)
-    } else {
-        Err(LinalgError::NotPositiveDefinite { what, lambda_min: smallest }.into())
-    }
+    Ok(luenberger_linalg::positive_definite(what, &m)?)
 }
 
-/// Symmetric and positive semidefinite up to the rounding of an eigenvalue, `n EPSILON |M|`; returns the symmetric
-/// part.
+/// Symmetric and positive semidefinite up to rounding; returns the symmetric part.
 pub(crate) fn positive_semidefinite(
     what: &'static str,
     m: &DMatrix<f64>,
     n: usize,
 ) -> Result<DMatrix<f64>, DesignError> {
     let m = symmetric(what, m, n)?;
-    let lambda_min = lambda_min(&m)?;
-    if lambda_min >= -(n as f64) * f64::EPSILON * m.norm() {
-        Ok(m)
-    } else {
-        Err(LinalgError::NotPositiveSemidefinite { what, lambda_min }.into())
-    }
+    Ok(luenberger_linalg::positive_semidefinite(what, &m)?)
 }
 
 /// A positive, finite number.
@@ -276,18 +261,10 @@ pub(crate) fn kalman(
     w: &DMatrix<f64>,
     v: &DMatrix<f64>,
 ) -> Result<Kalman, LinalgError> {
-    let gain = |c: &DMatrix<f64>, v: &DMatrix<f64>| match time {
+    match time {
         TimeDomain::Continuous => kalman_gain(a, c, w, v),
         TimeDomain::Discrete => discrete_kalman_gain(a, c, w, v),
-    };
-    let found = gain(c, v);
-    if !matches!(found, Err(LinalgError::NotPositiveDefinite { .. })) || v.diagonal().iter().any(|x| *x <= 0.0) {
-        return found;
     }
-    let units: Vec<i32> = v.diagonal().iter().map(|x| (0.5 * x.log2()).round() as i32).collect();
-    let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], -units[i]));
-    let in_units = gain(&scaled(c), &scaled(&scaled(v).transpose()))?;
-    Ok(Kalman { l: scaled(&in_units.l.transpose()).transpose(), ..in_units })
 }
 
 /// The error of a Riccati equation, which calls a plant undetectable to working precision: exact where that is decided.

@@ -3,10 +3,12 @@
 //! With `x = D z`, `D = diag(2^e_i)`, a plant `A` becomes `D^-1 A D`, a weight `Q` becomes `D Q D`, and a
 //! `G = B R^-1 B'` becomes `D^-1 G D^-1`. The exponents make the largest entry of each row of `[A, G]` equal to that of
 //! the column of `[A; Q]`, which is Osborne's balancing (J. ACM 7, 1960) in the maximum norm, for the Hamiltonian
-//! matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact.
+//! matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact. A
+//! state that nothing drives (a hidden one, in the filter's equation), or that drives nothing, takes the unit in which its
+//! weight is as large as the largest of the others.
 
 use crate::separation::norm;
-use crate::units::shift;
+use crate::units::{Units, shift, spread};
 use nalgebra::DMatrix;
 
 /// Powers of two for each state.
@@ -22,6 +24,13 @@ const LARGEST: f64 = 400.0;
 pub fn sizes(m: &DMatrix<f64>) -> DMatrix<f64> {
     m.map(|e| e.abs().log2())
 }
+
+/// Ratio of entries, for each of them, below which units are not looked for: one in a thousand random matrices has a
+/// larger one.
+const APART: f64 = 1024.0;
+
+/// The largest ratio of units, as a power of two, that is left as it is.
+pub(crate) const NEARBY: i32 = 10;
 
 impl Balance {
     /// Balances `a`, with `q` and `g` if they are there; all three are [`sizes`].
@@ -40,6 +49,12 @@ impl Balance {
                 if let Some((q, g)) = forms {
                     column = column.max(e[i] + largest::<true>(q.column(i).as_slice(), &e));
                     row = row.max(largest::<false>(g.column(i).as_slice(), &e) - e[i]);
+                    // A state that nothing drives, or that drives nothing, has its weight beside those of the others.
+                    if row == f64::NEG_INFINITY {
+                        row = others(q, &e, i, 1.0);
+                    } else if column == f64::NEG_INFINITY {
+                        column = others(g, &e, i, -1.0);
+                    }
                 }
                 let step = (0.5 * (row - column)).trunc();
                 if step.is_finite() && step != 0.0 {
@@ -59,17 +74,28 @@ impl Balance {
         Self(e.into_iter().map(|e| (e - centre) as i32).collect())
     }
 
-    /// The balance of `a`, and `a` in it, if it makes the largest entry a thousand times smaller. (Where it does not,
-    /// it might do harm: entries that are rounding are as good as others to it. Watkins, ETNA 23, 2006.)
+    /// The fitted units of `a`, and `a` in them, if they differ by more than a factor of a thousand. (Below that three
+    /// digits are lost at most, and it might do harm: entries that are rounding are as good as others to it. Watkins,
+    /// ETNA 23, 2006.) Where no two entries are further apart than [`APART`] times their number, this takes one pass over them.
     pub fn worthwhile(a: &DMatrix<f64>) -> Option<(Self, DMatrix<f64>)> {
-        let target = a.amax() / 1024.0;
-        // No units change the diagonal.
-        if target == 0.0 || (0..a.nrows()).any(|k| a[(k, k)].abs() > target) {
+        let (least, most) = a.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), entry| {
+            let size = entry.abs();
+            (if size > 0.0 && size < least { size } else { least }, if size > most { size } else { most })
+        });
+        if most <= APART * (a.len() as f64) * least {
             return None;
         }
-        let balance = Self::of(&sizes(a), None);
+        let balance = Self::fitted(a);
+        if spread(&balance.0) <= NEARBY {
+            return None;
+        }
         let balanced = balance.similar(a);
-        (balanced.amax() <= target).then_some((balance, balanced))
+        Some((balance, balanced))
+    }
+
+    /// The units that fit the most entries ([`Units`]): they also find those of a triangular chain.
+    pub(crate) fn fitted(a: &DMatrix<f64>) -> Self {
+        Self(Units::of(a, &DMatrix::zeros(0, a.nrows())).state)
     }
 
     /// Whether all states keep their units.
@@ -100,15 +126,53 @@ impl Balance {
         if size == 0.0 || self.is_trivial() { 1.0 } else { norm(&self.form(back)) * trace / size }
     }
 
+    /// `D^-1 C D_B` for a right-hand side between two balanced spaces; in place.
+    pub(crate) fn between(left: Option<&Self>, right: Option<&Self>, m: &mut DMatrix<f64>, sign: i32) {
+        if left.is_none() && right.is_none() {
+            return;
+        }
+        let power = |balance: Option<&Self>, k: usize| balance.map_or(0, |balance| balance.0[k]);
+        for j in 0..m.ncols() {
+            for i in 0..m.nrows() {
+                m[(i, j)] = shift(m[(i, j)], sign * (power(right, j) - power(left, i)));
+            }
+        }
+    }
+
+    /// By how much a relative error of `x`, between two balanced spaces, may grow on its way back, where it is `back`:
+    /// `|D E D_B^-1| <= |E| max(D) max(D_B^-1)`.
+    pub(crate) fn growth_between(left: Option<&Self>, right: Option<&Self>, back: &DMatrix<f64>) -> f64 {
+        if left.is_none() && right.is_none() || back.is_empty() {
+            return 1.0;
+        }
+        let (mut x, size) = (back.clone(), norm(back));
+        Self::between(left, right, &mut x, 1);
+        let largest = |balance: Option<&Self>, sign: i32| {
+            balance.and_then(|balance| balance.0.iter().map(|&e| sign * e).max()).map_or(1.0, |e| shift(1.0, e))
+        };
+        if size == 0.0 { 1.0 } else { (norm(&x) * largest(left, 1) * largest(right, -1) / size).max(1.0) }
+    }
+
     /// `D^-1 B`.
     pub(crate) fn driven(&self, b: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| shift(b[(i, j)], -self.0[i]))
+    }
+
+    /// `C D`.
+    pub(crate) fn seen(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], self.0[j]))
     }
 
     /// `K D^-1`, back from the balanced states.
     pub(crate) fn gain_back(&self, k: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| shift(k[(i, j)], -self.0[j]))
     }
+}
+
+/// The largest diagonal entry of a form, `q_jj + 2 e_j` or `g_jj - 2 e_j`, apart from that of the state i.
+fn others(form: &DMatrix<f64>, e: &[f64], i: usize, sign: f64) -> f64 {
+    let entries = (0..e.len()).filter(|&j| j != i).map(|j| form[(j, j)] + sign * 2.0 * e[j]);
+    entries.fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// The largest `x[j] + e[j]` or, unless `PLUS`, `x[j] - e[j]`: four at a time, because this is all of the work.

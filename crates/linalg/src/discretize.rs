@@ -12,7 +12,7 @@
 use nalgebra::DMatrix;
 
 use crate::argument::{RealMatrixView, owned, shaped, square};
-use crate::{LinalgError, Result};
+use crate::{LinalgError, Result, balanced};
 
 /// Matrix exponential `e^A`.
 ///
@@ -236,7 +236,48 @@ const PADE_13: [f64; 14] = [
 ];
 
 /// Finite square nonempty input; the answer may hold infinities or NaN if it does not fit a double.
+///
+/// A matrix in units decades apart is balanced first, as is one that takes many squarings: its isolated eigenvalues are
+/// then on the diagonal, where their exponentials are known at each squaring. Repeated squaring alone would leave a slow
+/// one `2^squarings eps` of its digits.
 fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
+    if is_balanced(a) && one_norm(a) <= FEW_SQUARINGS {
+        return scaled_and_squared(a, &[]);
+    }
+    let Ok(balanced) = balanced(a) else { return DMatrix::from_element(a.nrows(), a.nrows(), f64::NAN) };
+    let n = a.nrows();
+    let isolated: Vec<usize> = (0..n).filter(|k| !balanced.active.contains(k)).collect();
+    let e = scaled_and_squared(&balanced.matrix, &isolated);
+    let (permutation, scaling) = (&balanced.permutation, &balanced.scaling);
+    let mut back = DMatrix::zeros(n, n);
+    for j in 0..n {
+        for i in 0..n {
+            back[(permutation[i], permutation[j])] = e[(i, j)] * (scaling[i] / scaling[j]);
+        }
+    }
+    back
+}
+
+/// Below this norm the loss by squaring is less than two digits.
+const FEW_SQUARINGS: f64 = 64.0;
+
+/// Whether the largest entries of each row and of its column, off the diagonal, are within a factor of 16 (or one of
+/// them is zero: there is nothing to balance).
+fn is_balanced(a: &DMatrix<f64>) -> bool {
+    let n = a.nrows();
+    (0..n).all(|i| {
+        let (mut row, mut column) = (0.0_f64, 0.0_f64);
+        for j in (0..n).filter(|j| *j != i) {
+            row = row.max(a[(i, j)].abs());
+            column = column.max(a[(j, i)].abs());
+        }
+        row == 0.0 || column == 0.0 || (row <= 16.0 * column && column <= 16.0 * row)
+    })
+}
+
+/// The rows and columns `isolated` are triangular with respect to each other and to the rest: their eigenvalues are
+/// diagonal entries.
+fn scaled_and_squared(a: &DMatrix<f64>, isolated: &[usize]) -> DMatrix<f64> {
     let a2 = a * a;
     let a4 = &a2 * &a2;
     let a6 = &a4 * &a2;
@@ -262,8 +303,16 @@ fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
     squarings += more_squarings(&(a * 2f64.powi(-squarings)), 13);
     let scaled = a * 2f64.powi(-squarings);
     let mut e = degree_13(&scaled);
-    for _ in 0..squarings {
+    // Al-Mohy and Higham 2009, code fragment 2.1.
+    let correct = |e: &mut DMatrix<f64>, power: i32| {
+        for &k in isolated {
+            e[(k, k)] = (a[(k, k)] * 2f64.powi(-power)).exp();
+        }
+    };
+    correct(&mut e, squarings);
+    for k in (0..squarings).rev() {
         e = &e * &e;
+        correct(&mut e, k);
     }
     e
 }

@@ -232,10 +232,7 @@ pub enum LinalgError {
         margin: f64,
     },
     /// No stabilizing solution was found, although no eigenvalue of the plant explains it.
-    #[error(
-        "no stabilizing solution was found: the closed loop keeps the eigenvalue {eigenvalue}, at {distance} from the stability boundary",
-        distance = short(*.distance), eigenvalue = complex(*.eigenvalue)
-    )]
+    #[error("no stabilizing solution was found: {}", not_stabilizing(*.eigenvalue, *.distance))]
     NotStabilizing {
         /// The eigenvalue of the closed loop (or of the Hamiltonian matrix) nearest to the boundary, or beyond it.
         eigenvalue: Complex<f64>,
@@ -407,6 +404,16 @@ impl LinalgError {
             *pole = Complex::new(shift(pole.re, power), shift(pole.im, power));
         }
         self
+    }
+}
+
+/// An eigenvalue on the stable side explains nothing: the weights may be indefinite, or R + B'X B.
+fn not_stabilizing(eigenvalue: Complex<f64>, distance: f64) -> String {
+    let (eigenvalue, at) = (complex(eigenvalue), short(distance));
+    if distance > 0.0 {
+        format!("the eigenvalue nearest to the stability boundary is {eigenvalue}, at {at} from it")
+    } else {
+        format!("the closed loop keeps the eigenvalue {eigenvalue}, at {at} from the stability boundary")
     }
 }
 

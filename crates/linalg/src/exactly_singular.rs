@@ -121,8 +121,12 @@ pub fn residue(x: f64, p: u64) -> u64 {
 
 /// The characteristic polynomial modulo `p`, its constant coefficient first, its leading one (1) last.
 pub fn characteristic(m: &DMatrix<f64>, p: u64) -> Vec<u64> {
-    let n = m.nrows();
-    let mut h = m.map(|x| residue(x, p));
+    characteristic_of(m.map(|x| residue(x, p)), p)
+}
+
+/// As [`characteristic`], of a matrix of residues.
+pub(crate) fn characteristic_of(mut h: DMatrix<u64>, p: u64) -> Vec<u64> {
+    let n = h.nrows();
     // To Hessenberg form by similarity.
     for k in 1..n.max(1) - 1 {
         let Some(pivot) = (k..n).find(|&i| h[(i, k - 1)] != 0) else { continue };

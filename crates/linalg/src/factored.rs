@@ -14,6 +14,7 @@
 //! real by one QR factorisation, of its real above its imaginary part.
 
 use crate::argument::{RealMatrixView, finite, owned, square, unit_scale};
+use crate::balance::Balance;
 use crate::forward_error::relative;
 use crate::schur_operator::Kind;
 use crate::{LinalgError, Result, Schur, schur};
@@ -25,7 +26,7 @@ pub struct Factored {
     /// Upper triangular, n x n, its diagonal not negative.
     pub u: DMatrix<f64>,
     /// The residual of the equation for `P = U'U`, relative to the sum of the norms of its terms, in the Frobenius
-    /// norm.
+    /// norm and, where units of the state are decades apart, in balanced ones.
     pub residual: f64,
 }
 
@@ -84,7 +85,10 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
     // Time in units of an even power of two, so that its root, by which U is scaled back, is exact.
     let root = if kind == Kind::Lyapunov { even_root(unit_scale(a)) } else { 1.0 };
     let units_c = unit_scale(c);
-    let (a, c) = (a * (root * root), c * units_c);
+    let balance = Balance::worthwhile(a);
+    let (a, c) = (balance.as_ref().map_or(a, |(_, balanced)| balanced) * (root * root), c * units_c);
+    let balance = balance.map(|(balance, _)| balance);
+    let c = balance.as_ref().map_or(c.clone(), |balance| balance.seen(&c));
     let form = schur(&a)?;
     if let Some(eigenvalue) = form.eigenvalues().into_iter().find(|&lambda| !is_stable(kind, lambda)) {
         return Err(LinalgError::NotStable { equation: kind.name(), eigenvalue: eigenvalue / (root * root) });
@@ -108,6 +112,10 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
         Kind::Stein => a.tr_mul(&(&p * &a)) - &p + &weight,
     };
     let residual = relative(defect.norm(), kind.weight(a.norm()) * p.norm() + weight.norm());
+    // Back from balanced states: U D^-1 is triangular too.
+    if let Some(balance) = &balance {
+        u = balance.gain_back(&u);
+    }
     u *= root;
     u /= units_c;
     if residual.is_nan() || u.iter().any(|e| !e.is_finite()) {

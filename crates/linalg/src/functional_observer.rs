@@ -103,7 +103,8 @@ fn reduced(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Comple
     let rank = split.rank;
     // y1 = S^-1 V'y = U1'x.
     let (v1, v2) = (split.u.columns(0, rank).into_owned(), split.u.columns(rank, n - rank).into_owned());
-    let read = DMatrix::from_fn(rank, p, |i, k| split.v[(k, i)] / split.sigma[i]);
+    let mut read = DMatrix::from_fn(rank, p, |i, k| split.v[(k, i)] / split.sigma[i]);
+    without_blind(&mut read, c);
     let (a11, a12) = (v1.transpose() * &plant.a * &v1, v1.transpose() * &plant.a * &v2);
     let (a21, a22) = (v2.transpose() * &plant.a * &v1, v2.transpose() * &plant.a * &v2);
     // The part inherits its observability, and the rounding of the turn is not to be read as data.
@@ -201,6 +202,11 @@ fn functional(
     both.rows_mut(0, p).copy_from(c);
     both.rows_mut(p, q).copy_from(k);
     let mut units = Units::of(a, &both);
+    let fastest = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    if a.amax() == 0.0 && fastest > 0.0 {
+        // Then only the poles tell the unit of time.
+        units.time = fastest.log2().round() as i32;
+    }
     let both = units.outputs(&both);
     let asked = units.output.split_off(p);
     let (ks, plant) =
@@ -238,8 +244,10 @@ fn functional(
         other => other?,
     };
     let all = particular - &placement.gain * free;
-    let (f, e, j) =
+    let (f, mut e, mut j) =
         (all.columns(0, q).into_owned(), all.columns(q, p).into_owned(), all.columns(q + p, p).into_owned());
+    without_blind(&mut e, c);
+    without_blind(&mut j, c);
     let inner = Matrices { t: &ks - &e * &plant.c, g: j + &f * &e, m: DMatrix::identity(q, q), n: e, f };
     let residual = inner.residual(&plant, &ks);
     // z = R_k z_s: the states of the observer have the units of z.
@@ -255,6 +263,15 @@ fn functional(
         placement,
         residual,
     })
+}
+
+/// An output that sees no state has no unit and no part in an observer: rounding would give it one.
+fn without_blind(by_output: &mut DMatrix<f64>, c: &DMatrix<f64>) {
+    for (mut column, row) in by_output.column_iter_mut().zip(c.row_iter()) {
+        if row.amax() == 0.0 {
+            column.fill(0.0);
+        }
+    }
 }
 
 /// A pair in its units.

@@ -2,11 +2,15 @@
 //! equation `A'P A - E'P E + Q = 0` of `E x+ = A x`, E regular.
 //!
 //! With `F = A E^-1` and `W = E^-T Q E^-1` they are `F'P + P F + W = 0` and `F'P F - P + W = 0`. Multiplying out by
-//! `E^-1` costs digits by the condition of E: the answer carries it.
+//! `E^-1` costs digits by the condition of E: the answer carries it. All of this is done with the equations and the states
+//! in units in which the rows and columns of E have entries of about one: `R E C`, `R A C`, `C Q C` and `R^-1 P R^-1`.
 
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
+use crate::definite::in_units;
+use crate::equilibration::Equilibrated;
 use crate::forward_error::{of_exact, relative};
 use crate::separation::norm;
+use crate::units::shift;
 use crate::{LinalgError, Lyapunov, Result, Stein, lyapunov, stein};
 use nalgebra::DMatrix;
 
@@ -15,11 +19,11 @@ use nalgebra::DMatrix;
 pub struct GeneralizedLyapunov {
     /// The solution, exactly symmetric.
     pub p: DMatrix<f64>,
-    /// `||A'P E + E'P A + Q|| / (2 ||A|| ||P|| ||E|| + ||Q||)` in the Frobenius norm.
+    /// `||A'P E + E'P A + Q|| / (2 ||A|| ||P|| ||E|| + ||Q||)` in the Frobenius norm, in the units of the head.
     pub residual: f64,
-    /// `||E|| ||E^-1||` in the Frobenius norm.
+    /// `||E|| ||E^-1||` in the Frobenius norm, in those units.
     pub condition_e: f64,
-    /// The equation `F'P + P F + W = 0` that was solved, with its separation.
+    /// The equation `F'P + P F + W = 0` that was solved in those units, with its separation.
     pub standard: Lyapunov,
     /// See [`forward_error`](Self::forward_error).
     forward_error: f64,
@@ -64,10 +68,10 @@ pub fn generalized_lyapunov<'a>(
 }
 
 fn solved_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedLyapunov> {
-    let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
+    let Reduced { a, e, q, inverse, condition_e, f, w, rows } = Reduced::new(a, e, q)?;
     let standard = lyapunov(&f, &w).map_err(rounded)?;
     let p = standard.p.clone();
-    let half = e.tr_mul(&p) * a;
+    let half = e.tr_mul(&p) * &a;
     let defect = (half.transpose() + half + &q).norm();
     let size = 2.0 * a.norm() * p.norm() * e.norm() + q.norm();
     let residual = relative(defect, size);
@@ -76,6 +80,7 @@ fn solved_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Resu
     }
     let factor = 2.0 * inverse.norm().powi(2) * standard.spread() / standard.separation;
     let forward_error = error_bound(residual, size, factor, &p, standard.forward_error());
+    let (p, forward_error) = in_given_units(&p, forward_error, &rows)?;
     Ok(GeneralizedLyapunov { p, residual, condition_e, standard, forward_error })
 }
 
@@ -84,11 +89,11 @@ fn solved_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Resu
 pub struct GeneralizedStein {
     /// The solution, exactly symmetric.
     pub p: DMatrix<f64>,
-    /// `||A'P A - E'P E + Q|| / ((||A||^2 + ||E||^2) ||P|| + ||Q||)` in the Frobenius norm.
+    /// `||A'P A - E'P E + Q|| / ((||A||^2 + ||E||^2) ||P|| + ||Q||)` in the Frobenius norm, in the units of the head.
     pub residual: f64,
-    /// `||E|| ||E^-1||` in the Frobenius norm.
+    /// `||E|| ||E^-1||` in the Frobenius norm, in those units.
     pub condition_e: f64,
-    /// The equation `F'P F - P + W = 0` that was solved, with its separation.
+    /// The equation `F'P F - P + W = 0` that was solved in those units, with its separation.
     pub standard: Stein,
     /// See [`forward_error`](Self::forward_error).
     forward_error: f64,
@@ -132,10 +137,10 @@ pub fn generalized_stein<'a>(
 }
 
 fn solved_stein(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedStein> {
-    let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
+    let Reduced { a, e, q, inverse, condition_e, f, w, rows } = Reduced::new(a, e, q)?;
     let standard = stein(&f, &w).map_err(rounded)?;
     let p = standard.p.clone();
-    let defect = (a.tr_mul(&p) * a - e.tr_mul(&p) * e + &q).norm();
+    let defect = (a.tr_mul(&p) * &a - e.tr_mul(&p) * &e + &q).norm();
     let size = (a.norm().powi(2) + e.norm().powi(2)) * p.norm() + q.norm();
     let residual = relative(defect, size);
     if residual.is_nan() || !size.is_finite() {
@@ -143,16 +148,21 @@ fn solved_stein(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<
     }
     let factor = 2.0 * inverse.norm().powi(2) * standard.spread() / standard.separation;
     let forward_error = error_bound(residual, size, factor, &p, standard.forward_error());
+    let (p, forward_error) = in_given_units(&p, forward_error, &rows)?;
     Ok(GeneralizedStein { p, residual, condition_e, standard, forward_error })
 }
 
-/// The standard equation, for `F = A E^-1` and `W = E^-T Q E^-1`.
+/// The equation in balanced units, and the standard one for `F = A E^-1` and `W = E^-T Q E^-1` there.
 struct Reduced {
+    a: DMatrix<f64>,
+    e: DMatrix<f64>,
     q: DMatrix<f64>,
     inverse: DMatrix<f64>,
     condition_e: f64,
     f: DMatrix<f64>,
     w: DMatrix<f64>,
+    /// Powers of two of R.
+    rows: Vec<i32>,
 }
 
 impl Reduced {
@@ -161,14 +171,32 @@ impl Reduced {
         shaped("E", e, n, n)?;
         shaped("Q", q, n, n)?;
         let q = symmetric("Q", q)?;
+        let Equilibrated { matrix: e, rows, columns } = Equilibrated::new(e);
+        let a = DMatrix::from_fn(n, n, |i, j| shift(a[(i, j)], rows[i] + columns[j]));
+        let q = in_units(&q, &columns);
         let inverse = e.clone().lu().try_inverse().filter(|m| m.iter().all(|x| x.is_finite()));
-        let condition_e = inverse.as_ref().map_or(f64::INFINITY, |inverse| norm(inverse) * norm(e));
+        let condition_e = inverse.as_ref().map_or(f64::INFINITY, |inverse| norm(inverse) * norm(&e));
         let Some(inverse) = inverse.filter(|_| n == 0 || condition_e * n as f64 * f64::EPSILON < 1.0) else {
             return Err(LinalgError::Singular { what: "E", condition: condition_e });
         };
         let w = symmetric_part(&(inverse.tr_mul(&q) * &inverse));
-        Ok(Self { f: a * &inverse, q, inverse, condition_e, w })
+        Ok(Self { f: &a * &inverse, a, e, q, inverse, condition_e, w, rows })
     }
+}
+
+/// `P = R P^ R`, and what its relative error, in the Frobenius norm, may grow to: with `|E_ij| <= ||E||`,
+/// `||R E R|| <= ||E|| tr(R^2)`.
+fn in_given_units(p: &DMatrix<f64>, forward_error: f64, rows: &[i32]) -> Result<(DMatrix<f64>, f64)> {
+    let back = in_units(p, rows);
+    if !back.iter().all(|x| x.is_finite()) || (norm(&back) == 0.0 && norm(p) > 0.0) {
+        return Err(LinalgError::Overflow { what: "the solution p" });
+    }
+    let size = norm(&back);
+    if size == 0.0 || rows.iter().all(|&e| e == rows[0]) || forward_error == 0.0 {
+        return Ok((back, forward_error));
+    }
+    let trace: f64 = rows.iter().map(|&e| shift(1.0, 2 * e)).sum();
+    Ok((back, of_exact(forward_error * norm(p) * trace / size)))
 }
 
 /// `A E^-1` is rounded: that its equation is singular does not say that the one given is.

@@ -61,6 +61,32 @@ impl Rosenbrock {
         self.units.time
     }
 
+    /// Power of two by which the transfer function of one input and one output exceeds that of the scaled plant.
+    pub(crate) fn gain_power(&self) -> i32 {
+        self.units.output[0] - self.units.state[self.a.nrows()]
+    }
+
+    /// Powers of two of the units of the states.
+    pub(crate) fn states(&self) -> Vec<i32> {
+        self.units.state[..self.a.nrows()].to_vec()
+    }
+
+    /// `2^-time D^-1 A D` of the given A.
+    pub(crate) fn dynamics_of(&self, a: &DMatrix<f64>, time: i32) -> DMatrix<f64> {
+        let d = &self.units.state;
+        DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| shift(a[(i, j)], d[j] - d[i] - time))
+    }
+
+    /// `2^-time D^-1 B` of the given B: inputs in the units given.
+    pub(crate) fn driven_of(&self, b: &DMatrix<f64>, time: i32) -> DMatrix<f64> {
+        DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| shift(b[(i, j)], -self.units.state[i] - time))
+    }
+
+    /// `C D` of the given C: outputs in the units given.
+    pub(crate) fn seen_of(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], self.units.state[j]))
+    }
+
     /// `D M` (D the state units): rows in units of the states, back in the given units.
     pub(crate) fn states_back(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], self.units.state[i]))

@@ -190,13 +190,13 @@ impl SchurEquation {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
         // Units of the state that differ by decades make an equation look singular.
-        let (first, other) = if let Some((balance, balanced)) = Balance::worthwhile(a) {
+        let (first, mut others) = if let Some((balance, balanced)) = Balance::worthwhile(a) {
             let standing = self.factor_and_test(&balanced, Some(balance))?;
-            (standing, (standing == Standing::Rounding).then_some(None))
+            (standing, if standing == Standing::Rounding { vec![None] } else { Vec::new() })
         } else {
             let standing = self.factor_and_test(a, None)?;
             let balance = (standing == Standing::Rounding).then(|| Balance::of(&sizes(a), None));
-            (standing, balance.filter(|balance| !balance.is_trivial()).map(Some))
+            (standing, balance.filter(|balance| !balance.is_trivial()).map(Some).into_iter().collect())
         };
         if first == Standing::Clear {
             return Ok(());
@@ -214,12 +214,15 @@ impl SchurEquation {
             return Ok(());
         }
         let refused = self.undecided();
-        let Some(balance) = other else { return Err(refused) };
-        let matrix = balance.as_ref().map(|balance| balance.similar(a));
-        let standing = self.factor_and_test(matrix.as_ref().unwrap_or(a), balance)?;
-        self.regularity = known;
-        if standing == Standing::Clear || self.contracts() || standing == Standing::Doubtful {
-            return Ok(());
+        // A triangular chain has rows and columns that balancing leaves alone.
+        others.push(Some(Balance::fitted(a)));
+        for balance in others {
+            let matrix = balance.as_ref().map(|balance| balance.similar(a));
+            let standing = self.factor_and_test(matrix.as_ref().unwrap_or(a), balance)?;
+            self.regularity = known;
+            if standing == Standing::Clear || self.contracts() || standing == Standing::Doubtful {
+                return Ok(());
+            }
         }
         Err(refused)
     }

@@ -5,12 +5,14 @@
 //! `n eps ||A||`. For a symmetric matrix this bounds the error of the eigenvalue (Weyl); for a general one the error is
 //! this times the condition number of the eigenvalue, which is infinite for a defective one.
 
-use crate::argument::{RealMatrixView, owned, symmetric, unit_scale};
+use crate::argument::{RealMatrixView, owned, square, symmetric, unit_scale};
+use crate::balance::Balance;
 use crate::{LinalgError, Result, SchurWorkspace, sequential};
 use faer::MatRef;
 use nalgebra::{Complex, DMatrix};
 
 /// Eigenvalues of the square matrix `a`, complex pairs adjacent, the one above the real axis first. About 10 n^3 flops.
+/// Units of the state that are decades apart are balanced first.
 ///
 /// # Errors
 /// Those of [`schur()`](crate::schur()).
@@ -30,8 +32,11 @@ pub fn eigenvalues<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<Vec<Complex<f
 }
 
 fn spectrum(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
+    square("A", a)?;
     let mut found = Vec::with_capacity(a.nrows());
-    SchurWorkspace::new().eigenvalues(a, &mut found)?;
+    // Units of the state decades apart would cost the small eigenvalues their digits.
+    let balanced = Balance::worthwhile(a);
+    SchurWorkspace::new().eigenvalues(balanced.as_ref().map_or(a, |(_, balanced)| balanced), &mut found)?;
     Ok(found)
 }
 

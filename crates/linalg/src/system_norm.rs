@@ -5,22 +5,36 @@
 //! **H-infinity**: the maximum over w of the largest singular value of `C(jw I - A)^-1 B + D`. For gamma above the norm
 //! of D, gamma is a singular value at the frequency w iff `jw` is an eigenvalue of the Hamiltonian matrix
 //! ```text
-//! [A + B R^-1 D'C           B R^-1 B'            ]
-//! [-C'(I + D R^-1 D')C      -(A + B R^-1 D'C)'   ],    R = gamma^2 I - D'D.
+//! [F  G ]
+//! [-H -F'],    F = A + B R^-1 D'C,  G = gamma B R^-1 B',  H = gamma C'S^-1 C,  R = gamma^2 I - D'D,  S = gamma^2 I - D D'.
 //! ```
 //! Two-step method of N. A. Bruinsma and M. Steinbuch, Systems & Control Letters 14, 1990: gamma is set slightly above
 //! the largest value found so far; the imaginary eigenvalues bound the frequency intervals with larger values, and the
-//! midpoints of these intervals are evaluated next. In discrete time the bilinear transformation `z = (1 + s)/(1 - s)`
-//! is applied first, which keeps the norm.
+//! midpoints of these intervals are evaluated next. Rounding moves eigenvalues that are about to meet on the axis by the
+//! root of eps, so that none is excluded for its real part: the frequencies of all are evaluated, `O(n^2)` each, and the
+//! largest value is followed to its local maximum.
+//!
+//! In discrete time the same holds on the unit circle for the eigenvalues z of the pencil `[F G; 0 I] - z [I 0; H F']`.
+//! The frequency is `tau = tan(angle/2)`, `z = (1 + j tau)/(1 - j tau)`, and the eigenvalues are computed as those of
+//! the pencil transformed by `(z - 1)/(z + 1)` or by its inverse, whichever is regular at the largest value found so far.
+//! A itself is not transformed, which would lose the digits of a pole near -1.
+//!
+//! All of this is done in balanced units of the state, the inputs and the outputs (`frequency_response.rs`).
 
 use nalgebra::{Complex, DMatrix};
 
-use crate::argument::{RealMatrixView, owned, shaped, square, symmetric_part};
-use crate::{LinalgError, Result, eigenvalues, lyapunov, stein};
+use crate::argument::{RealMatrixView, owned, shaped, square};
+use crate::frequency_response::{FrequencyResponse, largest};
+use crate::units::shift;
+use crate::{LinalgError, Result, eigenvalues, lyapunov_factor, stein_factor};
 
 /// Relative gap allowed between the returned value and the norm.
 const CLOSENESS: f64 = 1e-9;
 const ITERATIONS: usize = 40;
+/// Each reduces the interval by 0.618: 60 reduce it by 3e-13.
+const GOLDEN_SECTIONS: usize = 60;
+/// Values this near to each other are equal up to rounding.
+const FLAT: f64 = 1e-13;
 
 /// The H-infinity norm of a system.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,13 +70,32 @@ pub fn h2_norm<'a>(
 }
 
 fn h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
-    check(a, b, c)?;
-    // Otherwise tr(B'QB) may be any number.
-    if let Some(eigenvalue) = eigenvalues(a)?.into_iter().find(|lambda| lambda.re >= 0.0) {
-        return Err(LinalgError::NotStable { equation: "Lyapunov", eigenvalue });
+    let n = check(a, b, c)?;
+    if n == 0 {
+        return Ok(0.0);
     }
-    let q = lyapunov(a, &symmetric_part(&(c.transpose() * c)))?.p;
-    Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
+    let system = FrequencyResponse::new(a, b, c, &DMatrix::zeros(c.nrows(), b.ncols()), false)?;
+    // Otherwise there is no such P.
+    if let Some(pole) = system.poles.iter().find(|lambda| lambda.re >= 0.0) {
+        return Err(LinalgError::NotStable { equation: "Lyapunov", eigenvalue: in_time(*pole, system.time) });
+    }
+    let factor = lyapunov_factor(&system.t, &system.c).map_err(|error| with_time(error, system.time))?;
+    // The square of the norm has the unit of a frequency.
+    Ok(shift((factor.u * &system.b).norm(), system.gain) * 2f64.powf(0.5 * f64::from(system.time)))
+}
+
+/// An eigenvalue in the time given.
+fn in_time(lambda: Complex<f64>, time: i32) -> Complex<f64> {
+    Complex::new(shift(lambda.re, time), shift(lambda.im, time))
+}
+
+fn with_time(error: LinalgError, time: i32) -> LinalgError {
+    match error {
+        LinalgError::NotStable { equation, eigenvalue } => {
+            LinalgError::NotStable { equation, eigenvalue: in_time(eigenvalue, time) }
+        }
+        other => other,
+    }
 }
 
 /// The H2 norm of `C(zI - A)^-1 B` for A with all eigenvalues inside the unit circle. Otherwise as [`h2_norm`].
@@ -79,17 +112,22 @@ pub fn discrete_h2_norm<'a>(
 }
 
 fn discrete_h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
-    check(a, b, c)?;
-    if let Some(eigenvalue) = eigenvalues(a)?.into_iter().find(|lambda| lambda.norm() >= 1.0) {
-        return Err(LinalgError::NotStable { equation: "Stein", eigenvalue });
+    let n = check(a, b, c)?;
+    if n == 0 {
+        return Ok(0.0);
     }
-    let q = stein(a, &symmetric_part(&(c.transpose() * c)))?.p;
-    Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
+    let system = FrequencyResponse::new(a, b, c, &DMatrix::zeros(c.nrows(), b.ncols()), true)?;
+    if let Some(pole) = system.poles.iter().find(|lambda| lambda.norm() >= 1.0) {
+        return Err(LinalgError::NotStable { equation: "Stein", eigenvalue: *pole });
+    }
+    Ok(shift((stein_factor(&system.t, &system.c)?.u * &system.b).norm(), system.gain))
 }
 
 /// The H-infinity norm of `C(sI - A)^-1 B + D` for a Hurwitz A.
 ///
-/// `a` is n x n, `b` n x m, `c` p x n, `d` p x m. Whether A is Hurwitz is not tested.
+/// `a` is n x n, `b` n x m, `c` p x n, `d` p x m. Whether A is Hurwitz is not tested; at a pole on the imaginary axis the
+/// value is infinite. Powers of two as units of time and of the states change nothing, and as units common to all inputs
+/// or to all outputs change the norm by that factor.
 ///
 /// ```
 /// use luenberger_linalg::h_infinity_norm;
@@ -115,70 +153,7 @@ pub fn h_infinity_norm<'a>(
 }
 
 fn h_infinity(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>) -> Result<HInfinityNorm> {
-    let n = check(a, b, c)?;
-    shaped("D", d, c.nrows(), b.ncols())?;
-    let at = |frequency: f64| {
-        let s = Complex::new(0.0, frequency);
-        let shifted = DMatrix::from_fn(n, n, |i, j| {
-            let entry = Complex::from(-a[(i, j)]);
-            if i == j { s + entry } else { entry }
-        });
-        let response =
-            shifted.lu().solve(&b.map(Complex::from)).map(|x| c.map(Complex::from) * x + d.map(Complex::from));
-        response.map_or(0.0, |m| largest(&m))
-    };
-    let mut best = HInfinityNorm { norm: largest(&d.map(Complex::from)), frequency: f64::INFINITY };
-    let attempt = |frequency: f64, best: &mut HInfinityNorm| {
-        let value = at(frequency);
-        if value > best.norm {
-            *best = HInfinityNorm { norm: value, frequency };
-        }
-    };
-    attempt(0.0, &mut best);
-    for pole in eigenvalues(a)? {
-        attempt(pole.norm(), &mut best);
-        attempt(pole.im.abs(), &mut best);
-    }
-    let scale = a.norm() + 1.0;
-    for _ in 0..ITERATIONS {
-        if best.norm == 0.0 {
-            return Ok(best);
-        }
-        let gamma = best.norm * (1.0 + CLOSENESS);
-        let r = DMatrix::identity(d.ncols(), d.ncols()) * (gamma * gamma) - d.transpose() * d;
-        let Some(r) = r.cholesky() else { return Ok(best) };
-        let fed = r.solve(&(d.transpose() * c));
-        let first = a + b * &fed;
-        let corner = b * r.solve(&b.transpose());
-        let lower = -(c.transpose() * (c + d * &fed));
-        let mut hamiltonian = DMatrix::zeros(2 * n, 2 * n);
-        hamiltonian.view_mut((0, 0), (n, n)).copy_from(&first);
-        hamiltonian.view_mut((0, n), (n, n)).copy_from(&corner);
-        hamiltonian.view_mut((n, 0), (n, n)).copy_from(&lower);
-        hamiltonian.view_mut((n, n), (n, n)).copy_from(&-first.transpose());
-        // Near the maximum two eigenvalues meet on the axis: rounding moves them by the square root of eps.
-        let near = 1e-7 * scale.max(hamiltonian.norm() * 1e-3);
-        let mut crossings: Vec<f64> =
-            eigenvalues(&hamiltonian)?.iter().filter(|z| z.re.abs() <= near && z.im >= 0.0).map(|z| z.im).collect();
-        crossings.sort_by(f64::total_cmp);
-        let before = best.norm;
-        crossings.first().copied().into_iter().for_each(|first| attempt(0.5 * first, &mut best));
-        for pair in crossings.windows(2) {
-            attempt(0.5 * (pair[0] + pair[1]), &mut best);
-        }
-        for crossing in &crossings {
-            attempt(*crossing, &mut best);
-        }
-        if best.norm <= before * (1.0 + CLOSENESS) {
-            return Ok(best);
-        }
-    }
-    Err(LinalgError::NotConverged {
-        method: "the bisection of the H-infinity norm",
-        iterations: ITERATIONS,
-        remaining: best.norm,
-        allowed: CLOSENESS * best.norm,
-    })
+    search(a, b, c, d, false)
 }
 
 /// The H-infinity norm of `C(zI - A)^-1 B + D` for A with all eigenvalues inside the unit circle.
@@ -200,16 +175,213 @@ fn discrete_h_infinity(
     c: &DMatrix<f64>,
     d: &DMatrix<f64>,
 ) -> Result<HInfinityNorm> {
+    search(a, b, c, d, true)
+}
+
+fn search(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    d: &DMatrix<f64>,
+    discrete: bool,
+) -> Result<HInfinityNorm> {
     let n = check(a, b, c)?;
     shaped("D", d, c.nrows(), b.ncols())?;
-    let identity = DMatrix::identity(n, n);
-    let plus = (a + &identity).lu();
-    let singular = LinalgError::NotFinite { what: "(A + I)^-1", row: 0, col: 0, value: f64::INFINITY };
-    let inverse = plus.solve(&identity).ok_or(singular)?;
-    let shifted = &inverse * (a - &identity);
-    let (half, root) = (&inverse * b, std::f64::consts::SQRT_2);
-    let found = h_infinity(&shifted, &(&half * root), &(c * &inverse * root), &(d - c * &half))?;
-    Ok(HInfinityNorm { frequency: 2.0 * found.frequency.atan(), ..found })
+    if n == 0 {
+        return Ok(HInfinityNorm { norm: largest(&d.map(Complex::from)), frequency: f64::INFINITY });
+    }
+    let mut search = Search::new(FrequencyResponse::new(a, b, c, d, discrete)?, discrete);
+    search.start();
+    let converged = search.climb()?;
+    let Search { system, best, .. } = search;
+    let norm = shift(best.norm, system.gain);
+    if !converged {
+        return Err(LinalgError::NotConverged {
+            method: "the bisection of the H-infinity norm",
+            iterations: ITERATIONS,
+            remaining: norm,
+            allowed: CLOSENESS * norm,
+        });
+    }
+    let frequency = if discrete { 2.0 * best.frequency.atan() } else { shift(best.frequency, system.time) };
+    Ok(HInfinityNorm { norm, frequency })
+}
+
+/// The search for the maximum over the frequency: w in continuous time, tau in discrete time.
+struct Search {
+    system: FrequencyResponse,
+    discrete: bool,
+    best: HInfinityNorm,
+    /// Finite frequencies evaluated so far, with their values.
+    seen: Vec<(f64, f64)>,
+}
+
+impl Search {
+    fn new(system: FrequencyResponse, discrete: bool) -> Self {
+        Self { system, discrete, best: HInfinityNorm { norm: 0.0, frequency: 0.0 }, seen: Vec::new() }
+    }
+
+    fn value(&self, frequency: f64) -> f64 {
+        if !self.discrete {
+            return match frequency {
+                f64::INFINITY => largest(&self.system.d.map(Complex::from)),
+                w => self.system.at(0.0, Complex::new(0.0, w)),
+            };
+        }
+        // `z - 1 = 2 j tau/(1 - j tau)`, `z + 1 = 2/(1 - j tau)`.
+        if frequency <= 1.0 {
+            let tau = Complex::new(0.0, frequency);
+            self.system.at(1.0, tau * 2.0 / (1.0 - tau))
+        } else {
+            let inverse = Complex::new(0.0, -frequency.recip());
+            self.system.at(-1.0, inverse * 2.0 / (1.0 + inverse))
+        }
+    }
+
+    fn attempt(&mut self, frequency: f64) {
+        if frequency.is_nan() {
+            return;
+        }
+        let norm = self.value(frequency);
+        if frequency.is_finite() {
+            self.seen.push((frequency, norm));
+        }
+        if norm > self.best.norm {
+            self.best = HInfinityNorm { norm, frequency };
+        }
+    }
+
+    /// The frequency of an eigenvalue.
+    fn frequency(&self, lambda: Complex<f64>) -> f64 {
+        let im = lambda.im.abs();
+        match self.discrete {
+            false => im,
+            true if lambda.re >= 0.0 => im / (lambda.norm() + lambda.re),
+            true => (lambda.norm() - lambda.re) / im,
+        }
+    }
+
+    /// Both ends, and the frequencies of the poles with their resonances `sqrt(im^2 - re^2)`.
+    fn start(&mut self) {
+        self.attempt(f64::INFINITY);
+        self.attempt(0.0);
+        for pole in self.system.poles.clone() {
+            self.attempt(self.frequency(pole));
+            if self.discrete {
+                continue;
+            }
+            self.attempt(pole.norm());
+            if pole.im.abs() > pole.re.abs() {
+                self.attempt((pole.im.abs() - pole.re.abs()).sqrt() * (pole.im.abs() + pole.re.abs()).sqrt());
+            }
+        }
+        // Where the response vanishes at all of these.
+        self.attempt(self.system.t.norm());
+        self.ascend();
+    }
+
+    /// Whether a step ended that found nothing larger; false after too many steps.
+    fn climb(&mut self) -> Result<bool> {
+        for _ in 0..ITERATIONS {
+            let before = self.best.norm;
+            if before == 0.0 || before.is_infinite() {
+                return Ok(true);
+            }
+            let Some(mut crossings) = self.crossings(before * (1.0 + CLOSENESS))? else { return Ok(true) };
+            crossings.sort_by(f64::total_cmp);
+            crossings.dedup();
+            if let Some(first) = crossings.first() {
+                self.attempt(0.5 * first);
+            }
+            for pair in crossings.windows(2) {
+                self.attempt(0.5 * (pair[0] + pair[1]));
+            }
+            for crossing in &crossings {
+                self.attempt(*crossing);
+            }
+            if self.best.norm > before {
+                self.ascend();
+            }
+            if self.best.norm <= before * (1.0 + CLOSENESS) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// The local maximum between the neighbours of the best frequency, by golden sections.
+    fn ascend(&mut self) {
+        const INVERSE_RATIO: f64 = 0.618_033_988_749_894_9;
+        let HInfinityNorm { frequency: top, norm } = self.best;
+        if !(top > 0.0 && top.is_finite() && norm.is_finite()) {
+            return;
+        }
+        // A quarter of the frequency at most: beyond that the neighbours say nothing.
+        let (mut low, mut high) = (0.75 * top, 1.25 * top);
+        for &(frequency, _) in &self.seen {
+            if frequency < top {
+                low = low.max(frequency);
+            } else if frequency > top {
+                high = high.min(frequency);
+            }
+        }
+        let inner = |low: f64, high: f64| (high - INVERSE_RATIO * (high - low), low + INVERSE_RATIO * (high - low));
+        let (mut left, mut right) = inner(low, high);
+        let (mut at_left, mut at_right) = (self.value(left), self.value(right));
+        for _ in 0..GOLDEN_SECTIONS {
+            if at_left > at_right {
+                (high, right, at_right) = (right, left, at_left);
+                left = inner(low, high).0;
+                at_left = self.value(left);
+            } else {
+                (low, left, at_left) = (left, right, at_right);
+                right = inner(low, high).1;
+                at_right = self.value(right);
+            }
+            let larger = at_left.max(at_right);
+            // Two values within a section of the maximum: the error is of the order of their difference.
+            if larger >= self.best.norm && (at_left - at_right).abs() <= FLAT * larger && high - low <= 0.01 * high {
+                break;
+            }
+        }
+        self.attempt(left);
+        self.attempt(right);
+    }
+
+    /// Frequencies at which gamma may be a singular value; `None` if gamma is not above the norm of D.
+    fn crossings(&self, gamma: f64) -> Result<Option<Vec<f64>>> {
+        let FrequencyResponse { t: a, b, c, d, .. } = &self.system;
+        let n = a.nrows();
+        let definite = |square: DMatrix<f64>| {
+            (DMatrix::identity(square.nrows(), square.nrows()) * (gamma * gamma) - square).cholesky()
+        };
+        let (Some(r), Some(s)) = (definite(d.tr_mul(d)), definite(d * d.transpose())) else { return Ok(None) };
+        let f = a + b * r.solve(&(d.tr_mul(c)));
+        let g = b * r.solve(&b.transpose()) * gamma;
+        let h = c.tr_mul(&s.solve(c)) * gamma;
+        let assembled = |blocks: [&DMatrix<f64>; 4]| {
+            let mut whole = DMatrix::zeros(2 * n, 2 * n);
+            for (k, block) in blocks.into_iter().enumerate() {
+                whole.view_mut((k / 2 * n, k % 2 * n), (n, n)).copy_from(block);
+            }
+            whole
+        };
+        if !self.discrete {
+            let hamiltonian = assembled([&f, &g, &-h, &-f.transpose()]);
+            return Ok(Some(eigenvalues(&hamiltonian)?.iter().map(|z| z.im.abs()).collect()));
+        }
+        let (identity, zero) = (DMatrix::identity(n, n), DMatrix::zeros(n, n));
+        let (left, right) = (assembled([&f, &g, &zero, &identity]), assembled([&identity, &zero, &h, &f.transpose()]));
+        let (plus, minus) = (&left + &right, &left - &right);
+        // Where gamma is a singular value at -1, `plus` is singular.
+        let near_minus_one = self.best.frequency > 1.0;
+        let (divisor, dividend) = if near_minus_one { (minus, plus) } else { (plus, minus) };
+        let singular = LinalgError::Singular { what: "the transformed pencil of the norm", condition: f64::INFINITY };
+        let quotient = divisor.lu().solve(&dividend).filter(|m| m.iter().all(|x| x.is_finite())).ok_or(singular)?;
+        let found = eigenvalues(&quotient)?;
+        let frequencies = found.iter().map(|z| if near_minus_one { z.im.abs().recip() } else { z.im.abs() });
+        Ok(Some(frequencies.filter(|tau| tau.is_finite()).collect()))
+    }
 }
 
 /// The order of (A, B, C), if their shapes fit and their entries are finite.
@@ -218,8 +390,4 @@ fn check(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<usize> 
     shaped("B", b, n, b.ncols())?;
     shaped("C", c, c.nrows(), n)?;
     Ok(n)
-}
-
-fn largest(m: &DMatrix<Complex<f64>>) -> f64 {
-    if m.is_empty() { 0.0 } else { m.clone().svd(false, false).singular_values.max() }
 }

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! Only `D` is taken from the minimiser; `t` and `R` then bring the largest entry of `A` and of each row of `C` to
-//! about one. The result changes with the units of the data, so that later decisions do not depend on those units.
+//! about one. The result changes with the units of the data, so that later decisions do not depend on those units: not by
+//! a single bit, if these units are powers of two.
 //! Least squares (Curtis and Reid, J. Inst. Maths Applics 10, 1972) has this property too, but absolute values are
 //! robust against a minority of entries that are rounding noise. Method: iteratively reweighted least squares,
 //! equivariant in each step, with a bounded number of steps.
@@ -45,11 +46,19 @@ impl Units {
     pub fn of(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
         let (n, p) = (a.nrows(), c.nrows());
         let Some(best) = fit(&Logarithms::of(a, c), n, p) else { return Self::given(n, p) };
-        // A common shift of all states and outputs changes nothing; centre the states.
-        let centre = if n == 0 { 0.0 } else { best[..n].iter().sum::<f64>() / n as f64 };
-        let power = |x: f64| x.clamp(-LARGEST, LARGEST).round() as i32;
+        // A common shift of connected states and outputs changes nothing. The fit chooses it by the units given, so that
+        // only differences may be rounded; then each connected part is centred.
+        let parts = parts(a, c);
+        let limit = |x: f64| x.clamp(-LARGEST, LARGEST);
         let mut units = Self::given(n, p);
-        units.state = (0..n).map(|j| power(best[j] - centre)).collect();
+        for first in (0..n).filter(|&j| parts[j] == j) {
+            let of_part = || (0..n).filter(|&j| parts[j] == first);
+            let centre = of_part().map(|j| best[j]).sum::<f64>() / of_part().count() as f64;
+            let shift = limit(best[first] - centre).round();
+            for j in of_part() {
+                units.state[j] = limit((best[j] - best[first]).round() + shift) as i32;
+            }
+        }
         // Time and outputs are scaled by their largest entries only, since the other entries may be noise.
         let largest = |size: f64| if size > 0.0 && size.is_finite() { size.log2().round() as i32 } else { 0 };
         units.time = largest(units.dynamics(a).amax());
@@ -91,6 +100,30 @@ pub(crate) fn shift(x: f64, power: i32) -> f64 {
     }
     let half = power / 2;
     x * 2f64.powi(half) * 2f64.powi(power - half)
+}
+
+/// For each state the first of those that it is connected with, by entries of A or through outputs.
+fn parts(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Vec<usize> {
+    let n = a.nrows();
+    let mut parts: Vec<usize> = (0..n).collect();
+    let mut join = |i: usize, j: usize| {
+        let (kept, other) = (parts[i].min(parts[j]), parts[i].max(parts[j]));
+        if kept != other {
+            parts.iter_mut().filter(|part| **part == other).for_each(|part| *part = kept);
+        }
+    };
+    for j in 0..n {
+        for i in (0..n).filter(|&i| i != j && a[(i, j)] != 0.0) {
+            join(i, j);
+        }
+    }
+    for row in c.row_iter() {
+        let mut seen = (0..n).filter(|&j| row[j] != 0.0);
+        if let Some(first) = seen.next() {
+            seen.for_each(|j| join(first, j));
+        }
+    }
+    parts
 }
 
 /// Logarithms of `[A; C]`, column by column, and the weight of each entry: one, or zero for a zero entry.

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::input::json;
 use crate::numbers;
 use luenberger_linalg::{
-    LinalgError, continuous_process_noise, discrete_process_noise, measurement_intensity,
+    continuous_process_noise, discrete_process_noise, measurement_intensity, positive_semidefinite,
     sampled_measurement_covariance,
 };
 use nalgebra::{DMatrix, DVector};
@@ -49,6 +49,13 @@ pub(crate) fn noise(input: &NoiseInput) -> Result<Answer, Failure> {
         }
         r = Some(DMatrix::from_diagonal(&DVector::from_iterator(sigma.len(), sigma.iter().map(|s| s * s))));
     }
+    for (what, m) in
+        [("the covariance R", &r), ("the intensity V", &v), ("the intensity W", &w), ("the covariance Qd", &qd)]
+    {
+        if let Some(m) = m {
+            positive_semidefinite(what, m).map_err(failed)?;
+        }
+    }
     let mut text = format!("period {}\n", numbers::number(h));
     let mut answer = Noise { period: h, ..Noise::default() };
     let measured = match (r, v) {
@@ -61,10 +68,6 @@ pub(crate) fn noise(input: &NoiseInput) -> Result<Answer, Failure> {
         (None, None) => None,
     };
     if let Some((v, r)) = measured {
-        if let Some(negative) = (0..r.nrows()).find(|k| r[(*k, *k)] < 0.0) {
-            let lambda_min = r[(negative, negative)];
-            return Err(failed(LinalgError::NotPositiveSemidefinite { what: "the covariance R", lambda_min }));
-        }
         let sigma: Vec<f64> = r.diagonal().iter().map(|x| x.sqrt()).collect();
         text += &numbers::matrix("V = R h, intensity of the measurement noise", &v);
         text += &numbers::matrix("R, covariance of a sample", &r);

@@ -2,12 +2,16 @@
 
 use super::{from, json_output};
 use crate::answer::Answer;
+use crate::arguments::PlacementInput;
 use crate::failure::Failure;
-use crate::input::Source;
 use crate::input::json::{self, Form};
 use crate::numbers;
 use luenberger_linalg::Placement;
+use nalgebra::Complex;
 use serde::Serialize;
+
+/// Largest relative error of a pole that passes without a warning.
+const MISSED: f64 = 0.1;
 
 /// Exactly one of `k` and `l` is present.
 #[derive(Serialize)]
@@ -17,34 +21,83 @@ struct Gain {
     #[serde(skip_serializing_if = "Option::is_none")]
     l: Option<Vec<Vec<f64>>>,
     poles: Vec<[f64; 2]>,
+    relative_errors: Vec<f64>,
     condition: f64,
+    /// Why the gain should not be used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    warning: Option<String>,
 }
 
 /// `K` with the eigenvalues of `A - B K` at the poles, or `L` with those of `A - L C` there.
-pub(crate) fn place(source: &Source) -> Result<Answer, Failure> {
+pub(crate) fn place(input: &PlacementInput) -> Result<Answer, Failure> {
+    let source = &input.file;
     let forms = [Form { keys: &["a", "b"], required: 2 }, Form { keys: &["a", "c"], required: 2 }];
     let ([a, b, c], poles) = json::either_and_poles(source, ["a", "b", "c"], &forms)?;
     let a = a.unwrap_or_default();
-    if let Some(c) = c {
-        let found = luenberger_linalg::place_observer(&a, &c, &poles).map_err(from(source))?;
-        let text = text(["A - L C", "L"], "L (y - C xhat) corrects the estimate", &found);
-        return Ok(Answer::new(text, &Gain { l: Some(json_output::rows(&found.gain)), ..gain(&found) })?);
-    }
-    let found = luenberger_linalg::place(&a, &b.unwrap_or_default(), &poles).map_err(from(source))?;
-    let text = text(["A - B K", "K"], "u = -K x", &found);
-    Ok(Answer::new(text, &Gain { k: Some(json_output::rows(&found.gain)), ..gain(&found) })?)
+    let (found, names, sign) = if let Some(c) = &c {
+        let found = luenberger_linalg::place_observer(&a, c, &poles).map_err(from(source))?;
+        (found, ["A - L C", "L"], "L (y - C xhat) corrects the estimate")
+    } else {
+        let found = luenberger_linalg::place(&a, &b.unwrap_or_default(), &poles).map_err(from(source))?;
+        (found, ["A - B K", "K"], "u = -K x")
+    };
+    let relative_errors = relative_errors(&found, &poles);
+    let warning = warning(&found, &poles, &relative_errors);
+    let text = text(names, sign, &found, &relative_errors, warning.as_deref());
+    let is_negative = warning.is_some() && !input.accept_inexact;
+    let rows = Some(json_output::rows(&found.gain));
+    let (k, l) = if c.is_some() { (None, rows) } else { (rows, None) };
+    let poles = json_output::pairs(&found.poles);
+    let gain = Gain { k, l, poles, relative_errors, condition: found.condition, warning };
+    Ok(Answer::new(text, &gain)?.negative(is_negative))
 }
 
-fn text([closed, name]: [&str; 2], sign: &str, found: &Placement) -> String {
+/// The error of each pole, relative to the desired one; of one at zero, to the largest and to A.
+fn relative_errors(found: &Placement, desired: &[Complex<f64>]) -> Vec<f64> {
+    let relative = |(error, pole): (&f64, &Complex<f64>)| {
+        if *error == 0.0 {
+            0.0
+        } else if pole.norm() == 0.0 {
+            found.deviation
+        } else {
+            error / pole.norm()
+        }
+    };
+    found.errors.iter().zip(desired).map(relative).collect()
+}
+
+/// A region of stability: its name, and whether a pole is in it.
+type Side = (&'static str, fn(&Complex<f64>) -> bool);
+
+/// Poles that are missed, or on the wrong side: of the imaginary axis if all desired ones are on its left, else of the
+/// unit circle if all are within.
+fn warning(found: &Placement, desired: &[Complex<f64>], relative_errors: &[f64]) -> Option<String> {
+    let sides: [Side; 2] =
+        [("the left half-plane", |pole| pole.re < 0.0), ("the unit circle", |pole| pole.norm() < 1.0)];
+    let side = sides.iter().find(|(_, inside)| desired.iter().all(inside));
+    let left = side.and_then(|(name, inside)| found.poles.iter().find(|pole| !inside(pole)).map(|pole| (name, pole)));
+    if let Some((name, pole)) = left {
+        return Some(format!("the closed loop is unstable: the pole {} is not in {name}", numbers::complex(*pole)));
+    }
+    let (largest, at) = relative_errors.iter().zip(desired).max_by(|x, y| x.0.total_cmp(y.0))?;
+    (*largest > MISSED)
+        .then(|| format!("the pole {} is missed by {} times its size", numbers::complex(*at), numbers::size(*largest)))
+}
+
+fn text(
+    [closed, name]: [&str; 2],
+    sign: &str,
+    found: &Placement,
+    relative_errors: &[f64],
+    warning: Option<&str>,
+) -> String {
+    let largest = relative_errors.iter().copied().fold(0.0, f64::max);
+    let warning = warning.map(|text| format!("warning: {text}\n")).unwrap_or_default();
     format!(
-        "{closed} has the poles below: {sign}\n{}{}relative error of the poles {}, condition number of the eigenvectors {}\n",
+        "{closed} has the poles below: {sign}\n{}{}largest relative error of a pole {}, condition number of the eigenvectors {}\n{warning}",
         numbers::matrix(name, &found.gain),
         numbers::list(&format!("poles of {closed}"), &found.poles),
-        numbers::size(found.deviation),
+        numbers::size(largest),
         numbers::size(found.condition)
     )
-}
-
-fn gain(found: &Placement) -> Gain {
-    Gain { k: None, l: None, poles: json_output::pairs(&found.poles), condition: found.condition }
 }

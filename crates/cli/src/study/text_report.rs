@@ -7,8 +7,8 @@ use crate::failure::Failure;
 use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
 use luenberger_study::results::{
-    ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, OperatingPointReport, ScoreCell, ScoreTable,
-    SimulationReport, SweepReport, UnseenModes, leading,
+    ABOUT_ZERO, ABOUT_ZERO_MEANS, ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport,
+    OperatingPointReport, ScoreCell, ScoreTable, SimulationReport, SweepReport, UnseenModes, is_about_zero, leading,
 };
 use luenberger_study::{Results, Step, StudyError};
 use nalgebra::Complex;
@@ -217,16 +217,23 @@ fn observer(text: &mut String, report: &ObserverReport) {
         return;
     };
     _ = writeln!(text, ": {}\n  {}", design.verdict, design.statement);
+    let mut about = false;
     for matrix in &design.matrices {
         let columns = matrix.rows.first().map_or(0, Vec::len);
         if matrix.rows.len() * columns > ENTRIES {
             _ = writeln!(text, "  {} is {} x {columns}: see --json or study.json", matrix.name, matrix.rows.len());
             continue;
         }
-        let largest = matrix.rows.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-        let row = |row: &Vec<f64>| row.iter().map(|x| number(beside(*x, largest))).collect::<Vec<_>>().join(" ");
-        let rows: Vec<String> = matrix.rows.iter().map(row).collect();
+        let zeros = is_about_zero(&matrix.rows);
+        about |= zeros.iter().flatten().any(|zero| *zero);
+        let entry = |(x, zero): (&f64, &bool)| if *zero { ABOUT_ZERO.to_owned() } else { number(*x) };
+        let row =
+            |(row, zeros): (&Vec<f64>, &Vec<bool>)| row.iter().zip(zeros).map(entry).collect::<Vec<_>>().join(" ");
+        let rows: Vec<String> = matrix.rows.iter().zip(&zeros).map(row).collect();
         _ = writeln!(text, "  {} = [{}]", matrix.name, rows.join("; "));
+    }
+    if about {
+        _ = writeln!(text, "  {ABOUT_ZERO}: {ABOUT_ZERO_MEANS}; --json has the digits");
     }
     if !design.poles.is_empty() {
         _ = writeln!(text, "  poles {}", poles(&design.poles));

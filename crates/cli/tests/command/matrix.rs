@@ -83,10 +83,10 @@ fn answers_have_the_keys_they_are_documented_with() {
         ("sylv", json!({ "a": [[1]], "b": [[2]], "q": [[1]] }), vec!["x", "residual", "condition", "forward_error"]),
         ("care", riccati.clone(), vec!["x", "k", "poles", "residual", "condition", "forward_error"]),
         ("dare", riccati, vec!["x", "k", "poles", "residual", "condition", "forward_error"]),
-        ("place", json!({ "a": [[1]], "b": [[1]], "poles": [-1] }), vec!["k", "poles", "condition"]),
+        ("place", json!({ "a": [[1]], "b": [[1]], "poles": [-1] }), vec!["k", "poles", "relative_errors", "condition"]),
         ("care", filter.clone(), vec!["p", "l", "poles", "residual", "condition", "forward_error"]),
         ("dare", filter, vec!["p", "l", "poles", "residual", "condition", "forward_error"]),
-        ("place", json!({ "a": [[1]], "c": [[1]], "poles": [-1] }), vec!["l", "poles", "condition"]),
+        ("place", json!({ "a": [[1]], "c": [[1]], "poles": [-1] }), vec!["l", "poles", "relative_errors", "condition"]),
         ("obsv", json!({ "a": [[1]], "c": [[1]] }), vec!["rank", "unobservable", "margins"]),
         ("eig", json!({ "a": [[1]] }), vec!["eigenvalues"]),
     ];
@@ -257,4 +257,19 @@ proptest! {
             prop_assert!(has, "{:e} is not among {}", row[i], found);
         }
     }
+}
+
+/// A pair that determines its poles to no digit: the closed loop of the rounded gain has the poles -.0015 +- 9.96i.
+#[test]
+fn a_missed_pole_is_said() {
+    let input = json!({ "a": [[1e-3, 1], [0, -1e9]], "c": [[1, 0]], "poles": [-1e-3, -2e-3] }).to_string();
+    let ran = luenberger(&["place", "-"], input.clone());
+    assert_eq!(ran.code, Some(1));
+    assert!(ran.stdout.contains("warning: the pole -0.001 is missed by "), "{}", ran.stdout);
+    assert!(ran.stdout.contains("largest relative error of a pole "), "{}", ran.stdout);
+    let ran = luenberger(&["place", "-", "--json", "--accept-inexact"], input);
+    assert_eq!(ran.code, Some(0));
+    let found = ran.json();
+    assert!(found["relative_errors"][0].as_f64().unwrap() > 1e3, "{found}");
+    assert!(found["warning"].as_str().unwrap().contains("-0.001"), "{found}");
 }

@@ -6,6 +6,7 @@ use super::inverse;
 use crate::argument::{RealMatrixView, owned, square};
 use crate::discretize::expm;
 use crate::spectrum::eigenvalues;
+use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 
 /// Nodes of the Gauss-Legendre rule with 8 points on [-1, 1] and their weights (positive half; Abramowitz and Stegun,
@@ -35,7 +36,7 @@ const STEPS: usize = 60;
 ///
 /// # Errors
 /// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`], [`LinalgError::NoLogarithm`] with the eigenvalue;
-/// [`LinalgError::NotConverged`] if `e^X` misses `A` by more than `1e-9 |A|`, for an eigenvalue very near the negative
+/// [`LinalgError::NotConverged`] if `e^X` misses `A` by more than `1e-9 |A|` in balanced units, for an eigenvalue very near the negative
 /// axis.
 ///
 /// # Cost
@@ -61,6 +62,16 @@ pub fn logm<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<DMatrix<f64>> {
     if let Some(eigenvalue) = eigenvalues(&a)?.into_iter().find(|z| z.im == 0.0 && z.re <= 0.0) {
         return Err(LinalgError::NoLogarithm { eigenvalue });
     }
+    // In balanced units of the state.
+    let units = Units::of(&a, &DMatrix::zeros(0, n));
+    let similar = |m: &DMatrix<f64>, sign: i32| {
+        DMatrix::from_fn(n, n, |i, j| shift(m[(i, j)], sign * (units.state[j] - units.state[i])))
+    };
+    Ok(similar(&of_balanced(&similar(&a, 1))?, -1))
+}
+
+fn of_balanced(a: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    let n = a.nrows();
     let identity = DMatrix::identity(n, n);
     let (mut root, mut roots) = (a.clone(), 0);
     while roots < ROOTS && norm(&(&root - &identity)) > NEAR {
@@ -75,7 +86,7 @@ pub fn logm<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<DMatrix<f64>> {
         log += &e * inverse("I + x (A^(1/2^k) - I)", &shifted)? * (weight / 2.0);
     }
     log *= 2f64.powi(roots);
-    let allowed = 1e-9 * norm(&a);
+    let allowed = 1e-9 * norm(a);
     let remaining = norm(&(expm(&log)? - a));
     if remaining <= allowed {
         return Ok(log);

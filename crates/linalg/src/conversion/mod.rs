@@ -30,6 +30,9 @@ use nalgebra::DMatrix;
 
 use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::discretize::{expm, hold};
+use crate::equilibration::Equilibrated;
+use crate::rosenbrock::Rosenbrock;
+use crate::units::shift;
 use crate::{LinalgError, Result};
 
 /// The matrices of `x' = A x + B u, y = C x + D u` or of `x+ = A x + B u, y = C x + D u`.
@@ -71,6 +74,26 @@ impl Realization {
         shaped("B", &self.b, n, self.b.ncols())?;
         shaped("C", &self.c, self.c.nrows(), n)?;
         shaped("D", &self.d, self.c.nrows(), self.b.ncols())
+    }
+
+    /// The plant in balanced units of its states, `x_j = 2^units[j] z_j`: rounding and the test for singularity then do
+    /// not depend on the units given. Inputs, outputs and time keep theirs: all conversions are linear in B and C.
+    fn balanced(&self) -> Result<(Self, Vec<i32>)> {
+        let units = Rosenbrock::new(&self.a, &self.b, &self.c, &self.d)?;
+        let (a, b, c) = (units.dynamics_of(&self.a, 0), units.driven_of(&self.b, 0), units.seen_of(&self.c));
+        Ok((Self { a, b, c, d: self.d.clone() }, units.states()))
+    }
+
+    /// Back from these units.
+    fn in_given_units(self, units: &[i32]) -> Result<Self> {
+        let Self { a, b, c, d } = self;
+        Self {
+            a: DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| shift(a[(i, j)], units[i] - units[j])),
+            b: DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| shift(b[(i, j)], units[i])),
+            c: DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], -units[j])),
+            d,
+        }
+        .finite()
     }
 
     fn finite(self) -> Result<Self> {
@@ -145,7 +168,11 @@ fn period(h: f64) -> Result<f64> {
 /// ```
 pub fn c2d(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
     system.check()?;
-    let h = period(h)?;
+    let (balanced, units) = system.balanced()?;
+    sampled(&balanced, period(h)?, method)?.in_given_units(&units)
+}
+
+fn sampled(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
     let Realization { a, b, c, d } = system;
     if let Some(step) = method.step(h)? {
         let identity = DMatrix::identity(a.nrows(), a.nrows());
@@ -204,7 +231,11 @@ pub fn c2d(system: &Realization, h: f64, method: Discretization) -> Result<Reali
 /// ```
 pub fn d2c(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
     system.check()?;
-    let h = period(h)?;
+    let (balanced, units) = system.balanced()?;
+    continued(&balanced, period(h)?, method)?.in_given_units(&units)
+}
+
+fn continued(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
     let Realization { a, b, c, d } = system;
     let n = a.nrows();
     let identity = DMatrix::identity(n, n);
@@ -251,9 +282,11 @@ fn triangle(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>,
     Ok((e.view((0, 0), (n, n)).into_owned(), e.view((0, n + m), (n, m)).into_owned()))
 }
 
+/// The inverse of a matrix that is regular to working precision with rows and columns scaled to entries of about one.
 fn inverse(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     let singular = |condition| LinalgError::Singular { what, condition };
-    let inverse = m.clone().try_inverse().ok_or_else(|| singular(f64::INFINITY))?;
-    let condition = m.norm() * inverse.norm();
-    if condition < 1.0 / f64::EPSILON { Ok(inverse) } else { Err(singular(condition)) }
+    let equilibrated = Equilibrated::new(m);
+    let inverse = equilibrated.matrix.clone().try_inverse().ok_or_else(|| singular(f64::INFINITY))?;
+    let condition = equilibrated.matrix.norm() * inverse.norm();
+    if condition < 1.0 / f64::EPSILON { Ok(equilibrated.inverse_back(&inverse)) } else { Err(singular(condition)) }
 }

@@ -12,6 +12,7 @@ use nalgebra::DMatrix;
 
 use super::period;
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
+use crate::balance::Balance;
 use crate::discretize::expm;
 use crate::{LinalgError, Result};
 
@@ -95,15 +96,23 @@ pub fn discrete_process_noise<'a>(
     shaped("W", &w, n, n)?;
     symmetric("W", &w)?;
     let h = period(h)?;
+    let balance = Balance::fitted(&a);
+    let q = balance.form(&accumulated(&balance.similar(&a), &balance.form_back(&w), h)?);
+    if q.iter().all(|x| x.is_finite()) { Ok(q) } else { Err(LinalgError::Overflow { what: "Qd" }) }
+}
+
+/// Qd, for arguments in balanced units of the state.
+fn accumulated(a: &DMatrix<f64>, w: &DMatrix<f64>, h: f64) -> Result<DMatrix<f64>> {
+    let n = a.nrows();
     let doublings = (a.norm() * h).log2().ceil().clamp(0.0, 1000.0) as i32;
     let step = h * 2f64.powi(-doublings);
     let mut augmented = DMatrix::zeros(2 * n, 2 * n);
-    augmented.view_mut((0, 0), (n, n)).copy_from(&(&a * -step));
+    augmented.view_mut((0, 0), (n, n)).copy_from(&(a * -step));
     augmented.view_mut((n, n), (n, n)).copy_from(&(a.transpose() * step));
     // Linear in W: its size does not have to scale the exponential.
     let size = w.amax();
     if size > 0.0 {
-        augmented.view_mut((0, n), (n, n)).copy_from(&(&w / size * step));
+        augmented.view_mut((0, n), (n, n)).copy_from(&(w / size * step));
     }
     let e = expm(&augmented)?;
     let mut transition = e.view((n, n), (n, n)).transpose();
@@ -112,8 +121,7 @@ pub fn discrete_process_noise<'a>(
         q += &transition * &q * transition.transpose();
         transition = &transition * &transition;
     }
-    let q = (&q + q.transpose()) * 0.5;
-    if q.iter().all(|x| x.is_finite()) { Ok(q) } else { Err(LinalgError::Overflow { what: "Qd" }) }
+    Ok((&q + q.transpose()) * 0.5)
 }
 
 /// Intensity `W` of the process noise in `x' = A x + w` that adds the covariance `Qd` to the state within each period:
@@ -162,12 +170,8 @@ pub fn continuous_process_noise<'a>(
             map[(row, k)] = image[(*i, *j)];
         }
     }
-    // Rows and columns to size one: the entries of Qd differ by powers of h.
-    let rows: Vec<f64> = map.row_iter().map(|row| row.amax()).collect();
-    let scaled = DMatrix::from_fn(map.nrows(), map.ncols(), |i, j| map[(i, j)] / rows[i].max(f64::MIN_POSITIVE));
-    let inverse = super::inverse("the map from W to Qd", &scaled)?;
-    let right = DMatrix::from_fn(pairs.len(), 1, |k, _| qd[pairs[k]] / rows[k].max(f64::MIN_POSITIVE));
-    let solved = inverse * right;
+    let inverse = super::inverse("the map from W to Qd", &map)?;
+    let solved = inverse * DMatrix::from_fn(pairs.len(), 1, |k, _| qd[pairs[k]]);
     let place = |i: usize, j: usize| pairs.iter().position(|pair| *pair == (i.min(j), i.max(j))).unwrap_or(0);
     let w = DMatrix::from_fn(n, n, |i, j| solved[place(i, j)]);
     if w.iter().all(|x| x.is_finite()) { Ok(w) } else { Err(LinalgError::Overflow { what: "W" }) }

@@ -10,9 +10,13 @@
 use super::scaled::{Data, Weight};
 use super::{Riccati, continuous, discrete};
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
+use crate::balance::NEARBY;
+use crate::definite::{in_units, positive_definite, unit_diagonal};
+use crate::equilibration::Equilibrated;
 use crate::forward_error::{of_exact, relative};
 use crate::schur_operator::{Kind, SchurEquation};
 use crate::separation::norm;
+use crate::units::{Units, shift, spread};
 use crate::{LinalgError, Result};
 use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 
@@ -23,7 +27,7 @@ use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 /// symmetric positive definite. The gain of `u = -K x` is `K = R^-1 (B'X E + S')`; the poles are the eigenvalues of the
 /// pencil `(A - B K, E)`. If `[Q, S; S', R] >= 0`, it minimises the integral of `x'Q x + 2 x'S u + u'R u` along
 /// `E x' = A x + B u`; the cost from x is `x'E'X E x`. The residual is relative to the terms, the condition relative to
-/// A, B, Q, R, S and E, all in the units of the user. About 500 n^3 flops.
+/// A, B, Q, R, S and E, all in balanced units of states, equations and inputs. About 500 n^3 flops.
 ///
 /// # Errors
 /// Those of [`care`](super::care), with the eigenvalues of `(A, E)` (of `(A - B R^-1 S', E)` for the unweighted ones);
@@ -90,7 +94,7 @@ pub fn generalized_dare<'a>(
     Generalized::new(true, [owned(a), owned(b), owned(q), owned(r), owned(s), owned(e)])?.solve()
 }
 
-/// The equation as given, `q` and `r` exactly symmetric.
+/// The equation in balanced units, `q` and `r` exactly symmetric.
 struct Generalized {
     discrete: bool,
     a: DMatrix<f64>,
@@ -101,6 +105,11 @@ struct Generalized {
     e: DMatrix<f64>,
     /// `E^-1`.
     inverse: DMatrix<f64>,
+    /// Powers of two of R and C: E is R times the given E times C, and so on.
+    rows: Vec<i32>,
+    columns: Vec<i32>,
+    /// Powers of two of the inputs.
+    inputs: Vec<i32>,
 }
 
 /// Symmetric X, its gain, and the defect of the equation.
@@ -129,12 +138,56 @@ impl Generalized {
         shaped("S", &s, n, m)?;
         shaped("E", &e, n, n)?;
         let (q, r) = (symmetric("Q", &q)?, symmetric("R", &r)?);
+        // Equations and states in units in which the rows and columns of E have entries of about one.
+        let Equilibrated { matrix: e, rows, columns } = Equilibrated::new(&e);
+        let a = DMatrix::from_fn(n, n, |i, j| shift(a[(i, j)], rows[i] + columns[j]));
+        let b = DMatrix::from_fn(n, m, |i, j| shift(b[(i, j)], rows[i]));
+        let s = DMatrix::from_fn(n, m, |i, j| shift(s[(i, j)], columns[i]));
+        let q = in_units(&q, &columns);
         let inverse = e.clone().lu().try_inverse().filter(|m| m.iter().all(|x| x.is_finite()));
         let condition = inverse.as_ref().map_or(f64::INFINITY, |inverse| norm(inverse) * norm(&e));
         let Some(inverse) = inverse.filter(|_| n == 0 || condition * n as f64 * f64::EPSILON < 1.0) else {
             return Err(LinalgError::Singular { what: "E", condition });
         };
-        Ok(Self { discrete, a, b, q, r, s, e, inverse })
+        let equilibrated = Self { discrete, a, b, q, r, s, e, inverse, rows, columns, inputs: vec![0; m] };
+        Ok(equilibrated.balanced())
+    }
+
+    /// The same equation with balanced states `z = E x` and inputs, as the units of `F = A E^-1` and B fit them.
+    fn balanced(self) -> Self {
+        let (n, m) = self.b.shape();
+        let mut dynamics = DMatrix::zeros(n + m, n + m);
+        dynamics.view_mut((0, 0), (n, n)).copy_from(&(&self.a * &self.inverse));
+        dynamics.view_mut((0, n), (n, m)).copy_from(&self.b);
+        let units = Units::of(&dynamics, &DMatrix::zeros(0, n + m)).state;
+        if spread(&units) <= NEARBY && spread(&unit_diagonal(&self.r)) <= NEARBY {
+            return self;
+        }
+        let states = &units[..n];
+        // An input in units of its weight, if it has one, else of its effect.
+        let weights = unit_diagonal(&self.r);
+        let inputs: Vec<i32> = (0..m).map(|j| if self.r[(j, j)] > 0.0 { weights[j] } else { units[n + j] }).collect();
+        // The columns of D^-1 E back to entries of about one.
+        let row_scaled = |m: &DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], -states[i]));
+        let e = row_scaled(&self.e);
+        let more: Vec<i32> =
+            e.column_iter().map(|column| -(column.amax().log2().round().clamp(-1000.0, 1000.0) as i32)).collect();
+        let column_scaled = |m: &DMatrix<f64>, powers: &[i32]| {
+            DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], powers[j]))
+        };
+        Self {
+            discrete: self.discrete,
+            a: column_scaled(&row_scaled(&self.a), &more),
+            b: column_scaled(&row_scaled(&self.b), &inputs),
+            q: in_units(&self.q, &more),
+            r: in_units(&self.r, &inputs),
+            s: DMatrix::from_fn(n, m, |i, j| shift(self.s[(i, j)], more[i] + inputs[j])),
+            e: column_scaled(&e, &more),
+            inverse: DMatrix::from_fn(n, n, |i, j| shift(self.inverse[(i, j)], states[j] - more[i])),
+            rows: self.rows.iter().zip(states).map(|(r, d)| r - d).collect(),
+            columns: self.columns.iter().zip(&more).map(|(c, d)| c + d).collect(),
+            inputs,
+        }
     }
 
     fn solve(&self) -> Result<Riccati> {
@@ -175,10 +228,7 @@ impl Generalized {
         let size = norm(q);
         let c = if size > 0.0 { size } else { 1.0 };
         let r = symmetric_part(&(&self.r + self.b.tr_mul(&self.b) * c));
-        let least = crate::lambda_min(&r).ok()?;
-        if least <= 4.0 * n.max(r.nrows()) as f64 * f64::EPSILON * r.norm() {
-            return None;
-        }
+        positive_definite("R", &r).ok()?;
         let q = symmetric_part(&(q + f.tr_mul(f) * c)) - DMatrix::identity(n, n) * c;
         let s = s + f.tr_mul(&self.b) * c;
         Some(self.without_cross_term(f, &q, &r, &s).map(|y| y + DMatrix::identity(n, n) * c))
@@ -235,7 +285,8 @@ impl Generalized {
         }
         let poles = equation.eigenvalues();
         let distance = |l: &Complex<f64>| if self.discrete { 1.0 - l.norm() } else { -l.re };
-        if let Some(&eigenvalue) = poles.iter().min_by(|l, r| distance(l).total_cmp(&distance(r)))
+        let nearest = poles.iter().min_by(|l, r| distance(l).total_cmp(&distance(r)));
+        if let Some(&eigenvalue) = nearest
             && distance(&eigenvalue) <= 0.0
         {
             return Err(LinalgError::NotStabilizing { eigenvalue, distance: distance(&eigenvalue) });
@@ -246,7 +297,30 @@ impl Generalized {
             return Err(LinalgError::NotConverged { method, iterations: NEWTON_STEPS, remaining: residual, allowed });
         }
         let (condition, forward_error) = self.evidence(&at, &mut equation).unwrap_or((f64::INFINITY, f64::INFINITY));
-        Ok(Riccati { x: at.x, k: at.k, poles, residual, condition, forward_error })
+        let size = (norm(&self.a) + norm(&self.b) * norm(&at.k)) * norm(&self.inverse);
+        let size = if self.discrete { size.max(1.0) } else { size };
+        // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one.
+        if forward_error.is_infinite()
+            && let Some(&eigenvalue) = nearest
+            && distance(&eigenvalue) <= f64::EPSILON.sqrt() * at.x.nrows() as f64 * size
+        {
+            return Err(LinalgError::NotStabilizing { eigenvalue, distance: distance(&eigenvalue) });
+        }
+        let x = in_units(&at.x, &self.rows);
+        let k =
+            DMatrix::from_fn(at.k.nrows(), at.k.ncols(), |i, j| shift(at.k[(i, j)], self.inputs[i] - self.columns[j]));
+        if !x.iter().chain(k.iter()).all(|x| x.is_finite()) {
+            return Err(LinalgError::Overflow { what: "the solution x or the gain k" });
+        }
+        let same = self.rows.iter().all(|&e| e == self.rows[0]);
+        let forward_error = if same || forward_error == 0.0 || norm(&x) == 0.0 {
+            forward_error
+        } else {
+            // `||R E R|| <= ||E|| tr(R^2)`.
+            let trace: f64 = self.rows.iter().map(|&e| shift(1.0, 2 * e)).sum();
+            of_exact(forward_error * norm(&at.x) * trace / norm(&x))
+        };
+        Ok(Riccati { x, k, poles, residual, condition, forward_error })
     }
 
     /// `(condition, forward error)`, by the solutions of the closed-loop equation, as in `riccati/condition.rs`. With

@@ -12,7 +12,7 @@
 use std::fmt;
 
 use super::scaled::{Data, Weight};
-use super::{Riccati, continuous, discrete};
+use super::{Riccati, continuous, discrete_or_singular};
 use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::error::listed;
 use crate::{LinalgError, Result};
@@ -79,7 +79,8 @@ pub fn kalman_gain<'a>(
 
 /// Discrete Kalman predictor gain `L = A P C'(V + C P C')^-1`, `P` the covariance of the one-step prediction.
 ///
-/// Shapes as [`kalman_gain`]; `w` and `v` are covariances per sample. The predictor is
+/// Shapes as [`kalman_gain`]; `w` and `v` are covariances per sample, and `v` may be singular, as long as
+/// `V + C P C' > 0`: outputs without noise. The predictor is
 /// `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular. Cost as [`dare`](super::dare).
 ///
 /// # Errors
@@ -102,7 +103,7 @@ pub fn discrete_kalman_gain<'a>(
     w: impl Into<RealMatrixView<'a>>,
     v: impl Into<RealMatrixView<'a>>,
 ) -> Result<Kalman> {
-    dual(discrete, &owned(a), &owned(c), &owned(w), &owned(v))
+    dual(discrete_or_singular, &owned(a), &owned(c), &owned(w), &owned(v))
 }
 
 type Equation = fn(&Data<'_>) -> Result<Riccati>;

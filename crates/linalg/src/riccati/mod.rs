@@ -30,6 +30,7 @@ mod popov;
 mod scaled;
 
 use crate::argument::{RealMatrixView, owned};
+use crate::definite::positive_semidefinite;
 use crate::forward_error::of_exact;
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
@@ -144,14 +145,21 @@ pub fn dare<'a>(
     r: impl Into<RealMatrixView<'a>>,
 ) -> Result<Riccati> {
     let (a, b, q, r) = (owned(a), owned(b), owned(q), owned(r));
-    discrete(&Data { a: &a, b: &b, q: &q, r: &r, weight: Weight::Symmetric }).or_else(|error| match error {
-        LinalgError::NotPositiveDefinite { lambda_min, .. }
-            if lambda_min >= -4.0 * r.nrows() as f64 * f64::EPSILON * r.norm() =>
-        {
-            let (s, e) = (DMatrix::zeros(b.nrows(), b.ncols()), DMatrix::identity(a.nrows(), a.nrows()));
-            generalized_dare(&a, &b, &q, &r, &s, &e)
+    discrete_or_singular(&Data { a: &a, b: &b, q: &q, r: &r, weight: Weight::Symmetric })
+}
+
+/// R may be singular: an input without a weight is decided by its effect.
+fn discrete_or_singular(data: &Data<'_>) -> Result<Riccati> {
+    discrete(data).or_else(|error| {
+        let Data { a, b, q, r, weight } = *data;
+        if !matches!(error, LinalgError::NotPositiveDefinite { .. }) || positive_semidefinite("R", r).is_err() {
+            return Err(error);
         }
-        error => Err(error),
+        if weight == Weight::Semidefinite {
+            positive_semidefinite("Q", q)?;
+        }
+        let (s, e) = (DMatrix::zeros(b.nrows(), b.ncols()), DMatrix::identity(a.nrows(), a.nrows()));
+        generalized_dare(a, b, q, r, &s, &e)
     })
 }
 

@@ -1,11 +1,13 @@
 //! Why there is no stabilizing solution: the Popov-Belevitch-Hautus test at the eigenvalues of `A`.
 //!
 //! `lambda` cannot be moved iff `[A - lambda I, B]` loses rank, and is unobservable through `Q` iff `[A - lambda I; Q]`
-//! does. The margin is the smallest singular value of that matrix, with `B` and `Q` scaled to the norm of `A`.
+//! does. The margin is the smallest singular value of that matrix, with `B` and `Q` scaled to the norm of `A`. A hidden
+//! mode counts as one on the boundary within the accuracy of its own eigenvalue: a slow mode decays.
 
 use super::scaled::Scaled;
+use crate::placement::sensitivity::conditions;
 use crate::sequential::singular_values;
-use crate::{LinalgError, Result, eigenvalues};
+use crate::{LinalgError, Result, schur};
 use faer::MatRef;
 use nalgebra::{Complex, DMatrix};
 
@@ -41,9 +43,11 @@ fn margin(a: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> f64 {
 /// Error for the eigenvalue of smallest margin, if that margin is at most `tolerance` times the norm of `A`.
 fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
     let a = &problem.a;
+    let n = a.nrows() as f64;
     let size = a.norm().max(f64::MIN_POSITIVE);
-    // Accuracy of a double eigenvalue of the Hamiltonian matrix on the boundary.
-    let near = f64::EPSILON.sqrt() * a.nrows() as f64 * if problem.discrete { size.max(1.0) } else { size };
+    let unit = n * if problem.discrete { size.max(1.0) } else { size };
+    let form = schur(a)?;
+    let conditions = conditions(&form, &vec![0; a.nrows()]);
     let mut worst: Option<(f64, LinalgError)> = None;
     let mut consider = |margin: f64, error: LinalgError| {
         if margin <= tolerance * size && worst.as_ref().is_none_or(|w| margin < w.0) {
@@ -51,7 +55,9 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
         }
     };
     // A conjugate pair has one margin.
-    for lambda in eigenvalues(a)?.into_iter().filter(|lambda| lambda.im >= 0.0) {
+    for (lambda, condition) in form.eigenvalues().into_iter().zip(conditions).filter(|(lambda, _)| lambda.im >= 0.0) {
+        // Accuracy of this eigenvalue; of a double one the root of eps.
+        let near = unit * (10.0 * f64::EPSILON * condition).min(f64::EPSILON.sqrt());
         let distance = distance(problem, lambda);
         let eigenvalue = lambda / problem.time;
         if distance <= near {

@@ -1,15 +1,16 @@
 //! A Riccati equation in units in which its terms are of comparable size.
 //!
-//! With `x = D z` for a diagonal `D` (see `balance`), `X = rho D^-1 X^ D^-1`, inputs in other units and, in continuous
+//! With `x = D z` for a diagonal `D` (see `balance`), `X = rho D^-1 X^ D^-1`, each input in other units and, in continuous
 //! time, time in units of `1/tau`, the equation keeps its form. `rho` is chosen so that `rho G` and `Q / rho` have
 //! equal norms, `G = B R^-1 B'` (Kenney, Laub and Wette, Systems and Control Letters 12, 1989). All scales are powers
 //! of two, hence exact, and are stored as exponents, so that even `R = 1e-300` loses no digits.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
 use crate::balance::{Balance, sizes};
+use crate::definite::{in_units, positive_definite, positive_semidefinite, unit_diagonal};
 use crate::forward_error::relative;
 use crate::product::{multiply, view, view_mut};
-use crate::spectrum::eigenvalues_of_symmetric;
+use crate::units::shift;
 use crate::{LinalgError, Result};
 use faer::Accum;
 use nalgebra::{Cholesky, DMatrix, Dyn};
@@ -26,7 +27,9 @@ pub(super) struct Scaled {
     pub(super) g: DMatrix<f64>,
     /// `x = D z`.
     balance: Balance,
-    /// `K = k_units K^ D^-1`.
+    /// `u = diag(2^inputs) v`.
+    inputs: Vec<i32>,
+    /// `K = k_units diag(2^inputs) K^ D^-1`.
     k_units: f64,
     /// `X = x_units D^-1 X^ D^-1`.
     x_units: f64,
@@ -71,25 +74,17 @@ impl Scaled {
         shaped("B", b, n, m)?;
         shaped("Q", q, n, n)?;
         shaped("R", r, m, m)?;
-        let q = symmetric("Q", q)?;
-        let r = symmetric("R", r)?;
+        let q = match weight {
+            Weight::Semidefinite => positive_semidefinite("Q", q)?,
+            Weight::Symmetric => symmetric("Q", q)?,
+        };
+        let r = positive_definite("R", r)?;
+        // Each input in units in which its weight is one.
+        let inputs = unit_diagonal(&r);
+        let r = in_units(&r, &inputs);
+        let b = &DMatrix::from_fn(n, m, |i, j| shift(b[(i, j)], inputs[j]));
         let (units_b, units_q, units_r) = (unit_scale(b), unit_scale(&q), unit_scale(&r));
         let (b, q, r) = (b * units_b, q * units_q, r * units_r);
-        // An eigenvalue below its rounding error has no definite sign.
-        let rounding = |m: &DMatrix<f64>| 4.0 * m.nrows() as f64 * f64::EPSILON * m.norm();
-        if !definite(&r, -2.0 * rounding(&r))
-            && let Some(&least) = eigenvalues_of_symmetric(&r)?.first()
-            && least <= rounding(&r)
-        {
-            return Err(LinalgError::NotPositiveDefinite { what: "R", lambda_min: least / units_r });
-        }
-        if weight == Weight::Semidefinite
-            && !definite(&q, 0.5 * rounding(&q))
-            && let Some(&least) = eigenvalues_of_symmetric(&q)?.first()
-            && least < -rounding(&q)
-        {
-            return Err(LinalgError::NotPositiveSemidefinite { what: "Q", lambda_min: least / units_q });
-        }
         let factor = cholesky(&r)?;
         let g = weighted_square(&factor, &b);
         // Binary exponents: G = g 2^of_g and Q = q 2^of_q.
@@ -141,6 +136,7 @@ impl Scaled {
             r_factor,
             g: g * power(g_exponent + time),
             balance,
+            inputs,
             k_units: units_b,
             x_units: power(rho),
             time: power(time),
@@ -163,6 +159,7 @@ impl Scaled {
             r_factor: self.r_factor.clone(),
             g: self.g.clone(),
             balance: self.balance.clone(),
+            inputs: self.inputs.clone(),
             ..*self
         }
     }
@@ -170,7 +167,17 @@ impl Scaled {
     /// The same equation in other coordinates of the state, with these matrices.
     pub(super) fn in_coordinates(&self, a: DMatrix<f64>, b: DMatrix<f64>, q: DMatrix<f64>) -> Self {
         let g = weighted_square(&self.r_factor, &b);
-        Self { a, b, q, r: self.r.clone(), r_factor: self.r_factor.clone(), g, balance: self.balance.clone(), ..*self }
+        Self {
+            a,
+            b,
+            q,
+            r: self.r.clone(),
+            r_factor: self.r_factor.clone(),
+            g,
+            balance: self.balance.clone(),
+            inputs: self.inputs.clone(),
+            ..*self
+        }
     }
 
     /// Gain `K^` of `x`; `None` if `R` (discrete: `R + B'X B`) is not positive definite to working precision.
@@ -188,6 +195,7 @@ impl Scaled {
     pub(super) fn in_user_units(&self, x: &DMatrix<f64>, k: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
         let x = self.balance.form_back(x) * self.x_units;
         let k = self.balance.gain_back(k) * self.k_units;
+        let k = DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| shift(k[(i, j)], self.inputs[i]));
         x.iter().chain(k.iter()).all(|e| e.is_finite()).then_some((x, k))
     }
 
@@ -270,16 +278,6 @@ fn is_balanced(a: &DMatrix<f64>, (q, of_q): (&DMatrix<f64>, f64), (g, of_g): (&D
         }
         column > 0.0 && row > 0.0 && row < 4.0 * column && column < 4.0 * row && row.is_normal() && column.is_normal()
     })
-}
-
-/// Whether `M + shift I` has a Cholesky factor, at a tenth of the cost of eigenvalues. If so, the smallest eigenvalue
-/// of M is not below `-shift`, up to rounding.
-fn definite(m: &DMatrix<f64>, shift: f64) -> bool {
-    let mut shifted = m.clone();
-    for i in 0..m.nrows() {
-        shifted[(i, i)] += shift;
-    }
-    Cholesky::new(shifted).is_some()
 }
 
 fn cholesky(r: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {

@@ -31,6 +31,8 @@ pub struct DiscreteSylvester {
     pub condition: f64,
     /// Relative error measured by refinement, if the separation is at rounding level.
     refined: Option<f64>,
+    /// What balanced units bring to the error.
+    growth: f64,
 }
 
 impl DiscreteSylvester {
@@ -47,7 +49,7 @@ impl DiscreteSylvester {
     /// # Ok::<(), luenberger_linalg::LinalgError>(())
     /// ```
     pub fn forward_error(&self) -> f64 {
-        error_bound(self.x.shape(), self.residual, self.condition, self.refined)
+        error_bound(self.x.shape(), self.residual, self.condition, (self.growth, self.refined))
     }
 }
 
@@ -85,6 +87,7 @@ impl DiscreteSylvesterEquation {
         let mut x = DMatrix::zeros(c.nrows(), c.ncols());
         let residual = self.solve_into(c, &mut x)?;
         Ok(DiscreteSylvester {
+            growth: self.0.growth(&x),
             x,
             residual,
             separation: self.0.separation(),

@@ -36,6 +36,8 @@ pub struct Sylvester {
     pub condition: f64,
     /// Relative error measured by refinement, if the separation is at rounding level.
     refined: Option<f64>,
+    /// What balanced units bring to the error.
+    growth: f64,
 }
 
 impl Sylvester {
@@ -52,7 +54,7 @@ impl Sylvester {
     /// # Ok::<(), luenberger_linalg::LinalgError>(())
     /// ```
     pub fn forward_error(&self) -> f64 {
-        error_bound(self.x.shape(), self.residual, self.condition, self.refined)
+        error_bound(self.x.shape(), self.residual, self.condition, (self.growth, self.refined))
     }
 }
 
@@ -90,6 +92,7 @@ impl SylvesterEquation {
         let mut x = DMatrix::zeros(c.nrows(), c.ncols());
         let residual = self.solve_into(c, &mut x)?;
         Ok(Sylvester {
+            growth: self.0.growth(&x),
             x,
             residual,
             separation: self.0.separation(),

@@ -5,6 +5,7 @@
 //! the full iteration (`separation.rs`) replaces it: no equation is judged by the three substitutions alone.
 
 use crate::argument::{finite, shaped, square, unit_scale};
+use crate::balance::Balance;
 use crate::compensated;
 use crate::error_estimate::{self, Closest, DIGIT, RATE};
 use crate::exactly_singular::{Regularity, regularity};
@@ -49,6 +50,8 @@ pub(super) struct SchurPair {
     regularity: Regularity,
     /// Relative error of the last refined solution.
     refined: Option<f64>,
+    /// Of the spaces of A and of B, where their units are decades apart: `A = D A^ D^-1`, `X = D X^ D_B^-1`.
+    balance: [Option<Balance>; 2],
     half: DMatrix<f64>,
     defect: DMatrix<f64>,
 }
@@ -127,6 +130,10 @@ fn units(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(f64,
 impl SchurPair {
     pub(super) fn new(equation: Equation, given_a: &DMatrix<f64>, given_b: &DMatrix<f64>) -> Result<Self> {
         let (n, m) = (square("A", given_a)?, square("B", given_b)?);
+        let (balance_a, balance_b) = (Balance::worthwhile(given_a), Balance::worthwhile(given_b));
+        let given_a = balance_a.as_ref().map_or(given_a, |(_, balanced)| balanced);
+        let given_b = balance_b.as_ref().map_or(given_b, |(_, balanced)| balanced);
+        let balance = [balance_a.as_ref(), balance_b.as_ref()].map(|found| found.map(|(balance, _)| balance.clone()));
         let (units_a, units_b) = units(equation, given_a, given_b)?;
         let (a, b) = (given_a * units_a, given_b * units_b);
         let (mut left, mut right, mut workspace) = (Schur::default(), Schur::default(), SchurWorkspace::new());
@@ -156,6 +163,7 @@ impl SchurPair {
             rounding: false,
             regularity: unknown,
             refined,
+            balance,
             half,
             defect,
         };
@@ -166,7 +174,7 @@ impl SchurPair {
         }
         let rounding = !regular || pair.separation.is_nan() || pair.separation <= floor;
         pair.rounding = n * m > 0 && rounding;
-        if n * m > 0 && (rounding || error_bound((n, m), 0.0, pair.condition(), None) > DIGIT) {
+        if n * m > 0 && (rounding || error_bound((n, m), 0.0, pair.condition(), (1.0, None)) > DIGIT) {
             pair.regularity = regularity(equation, given_a, given_b, false);
             if pair.regularity == Regularity::Singular {
                 return Err(pair.closest().singular(pair.name()));
@@ -245,6 +253,18 @@ impl SchurPair {
         (found, regular.get())
     }
 
+    /// To the balanced units of both spaces; with `sign` -1 back.
+    fn balance(&self, m: &mut DMatrix<f64>, sign: i32) {
+        let [left, right] = &self.balance;
+        Balance::between(left.as_ref(), right.as_ref(), m, sign);
+    }
+
+    /// By how much the relative error of a solution may be larger in the units given.
+    pub(super) fn growth(&self, x: &DMatrix<f64>) -> f64 {
+        let [left, right] = &self.balance;
+        Balance::growth_between(left.as_ref(), right.as_ref(), x)
+    }
+
     fn shape(&self) -> (usize, usize) {
         (self.a.nrows(), self.b.nrows())
     }
@@ -269,8 +289,10 @@ impl SchurPair {
         if x.shape() != (n, m) {
             *x = DMatrix::zeros(n, m);
         }
-        let units_c = unit_scale(c);
-        x.zip_apply(c, |x, c| *x = c * units_c);
+        x.copy_from(c);
+        self.balance(x, 1);
+        let units_c = unit_scale(x);
+        x.apply(|x| *x *= units_c);
         let size_c = x.norm();
         self.defect.copy_from(x);
         self.substitute(x);
@@ -300,6 +322,7 @@ impl SchurPair {
         }
         let residual = relative(self.defect.norm(), self.weight * x.norm() + size_c);
         rescale(x, self.units, units_c);
+        self.balance(x, -1);
         if residual.is_nan() || finite("X", x).is_err() {
             return Err(LinalgError::Overflow { what: "the solution x" });
         }
@@ -325,8 +348,11 @@ impl SchurPair {
         let (n, m) = self.shape();
         shaped("C", c, n, m)?;
         shaped("X", x, n, m)?;
-        let units_c = unit_scale(c);
-        let (c, mut better) = (c * units_c, x.clone());
+        let (mut c, mut better) = (c.clone(), x.clone());
+        self.balance(&mut c, 1);
+        self.balance(&mut better, 1);
+        let units_c = unit_scale(&c);
+        c *= units_c;
         rescale(&mut better, units_c, self.units);
         let correction = self.correction(&c, &better);
         let moved = relative(correction.norm(), better.norm());
@@ -335,6 +361,7 @@ impl SchurPair {
         }
         better += correction;
         rescale(&mut better, self.units, units_c);
+        self.balance(&mut better, -1);
         if moved.is_nan() || better.iter().any(|e| !e.is_finite()) {
             return Err(LinalgError::Overflow { what: "the correction of x" });
         }
@@ -368,7 +395,12 @@ fn norms((n, m): (usize, usize)) -> f64 {
 }
 
 /// Bound of the relative error for an n x m equation, as [`forward_error`].
-pub(super) fn error_bound(shape: (usize, usize), residual: f64, condition: f64, refined: Option<f64>) -> f64 {
-    let spread = ErrorScale { norms: norms(shape), units: 1.0, refined };
+pub(super) fn error_bound(
+    shape: (usize, usize),
+    residual: f64,
+    condition: f64,
+    (units, refined): (f64, Option<f64>),
+) -> f64 {
+    let spread = ErrorScale { norms: norms(shape), units, refined };
     forward_error(residual, condition, shape.0.max(shape.1), spread)
 }

@@ -132,6 +132,49 @@ fn matched_as_python_control() {
     near(&model.c, &dmatrix![-0.0077395085764449464, 0.010447243818224225, 0.0]);
 }
 
+/// The double integrator in other coordinates: `H = c A b / s^2` exactly, and the gain `c A b h^2`. Eigenvalues that are
+/// computed as 1e-8, or as 0, must not matter.
+#[test]
+fn matched_double_integrators_in_any_coordinates() {
+    for (a, gain) in [
+        (dmatrix![6.0, -4.0; 9.0, -6.0], -0.04),
+        (dmatrix![5.0, -25.0; 1.0, -5.0], -0.25),
+        (dmatrix![0.1, -0.1; 0.1, -0.1], -0.001),
+        (dmatrix![1024.0, -1_073_741_824.0; 0.000_976_562_5, -1024.0], -10_737_418.24),
+    ] {
+        let system = Realization::new(&a, &dmatrix![0.0; 1.0], &dmatrix![1.0, 0.0], &dmatrix![0.0]).unwrap();
+        let found = c2d_matched(&system, 0.1).unwrap();
+        assert!((found.gain - gain).abs() <= 1e-14 * f64::abs(gain), "{a}{found:?}");
+        assert!(found.poles.iter().all(|pole| *pole == Complex::from(1.0)) && found.zeros.is_empty(), "{a}{found:?}");
+    }
+}
+
+/// A pole of -1e-3 beside one of -1e10 is no integrator: both at h = 100, mpmath with 40 digits. The gain of
+/// `1e10/(s + 1e10) + 1e-3/(s + 1e-3)` at zero is 2.
+#[test]
+fn matched_keeps_a_slow_pole_beside_a_fast_one() {
+    let system =
+        Realization::new(&dmatrix![-1e10, 0.0; 0.0, -1e-3], &dmatrix![1e10; 1e-3], &dmatrix![1.0, 1.0], &dmatrix![0.0])
+            .unwrap();
+    let found = c2d_matched(&system, 100.0).unwrap();
+    let mut poles: Vec<f64> = found.poles.iter().map(|pole| pole.re).collect();
+    poles.sort_by(f64::total_cmp);
+    assert!((poles[1] - 0.904_837_418_035_959_6).abs() < 1e-14 && poles[0] == 0.0, "{poles:?}");
+    let at_one = |list: &[Complex<f64>]| list.iter().map(|z| 1.0 - z).product::<Complex<f64>>();
+    let gain = at_one(&found.zeros) / at_one(&found.poles) * found.gain;
+    assert!((gain.re - 2.0).abs() < 1e-10, "{found:?}");
+}
+
+/// `s^2/(s^2 + 2 s + 2)`: a double zero at 0, with `(z - 1)/h` for s; mpmath with 40 digits.
+#[test]
+fn matched_keeps_the_order_of_a_high_pass() {
+    let (a, b) = (dmatrix![-2.0, -2.0; 1.0, 0.0], dmatrix![1.0; 0.0]);
+    let system = Realization::new(&a, &b, &dmatrix![-2.0, -2.0], &dmatrix![1.0]).unwrap();
+    let found = c2d_matched(&system, 0.1).unwrap();
+    assert!((found.gain - 0.904_837_669_379_691_8).abs() < 1e-14, "{found:?}");
+    assert!(found.zeros.iter().all(|zero| *zero == Complex::from(1.0)), "{found:?}");
+}
+
 /// The double integrator with a zero, `(s + 2)/s^2`: the gain of `s^2 H` at 0 is kept, with `(z - 1)/h` for s. A
 /// feedthrough gives as many zeros as poles.
 #[test]
@@ -266,5 +309,55 @@ proptest! {
         let back = continuous_process_noise(&a, &once, h).unwrap();
         let error = (&back - &w).norm() / w.norm().max(1e-300);
         prop_assert!(error < 1e-8, "{error:e}");
+    }
+}
+
+/// Relative to each entry.
+#[track_caller]
+fn entries_near(found: &DMatrix<f64>, expected: &DMatrix<f64>) {
+    for (x, y) in found.iter().zip(expected.iter()) {
+        assert!((x - y).abs() <= ROUNDING * y.abs(), "{found}{expected}");
+    }
+}
+
+/// A rotation in units nine decades apart: `(I - A h/2)^-1 (I + A h/2) = [.2 .4; -.4 .2]` there.
+#[test]
+fn tustin_in_other_units() {
+    let system =
+        Realization::new(&dmatrix![-1.0, 1e9; -1e-9, -1.0], &dmatrix![1e9; 1.0], &dmatrix![1e-9, 0.0], &dmatrix![0.0])
+            .unwrap();
+    let found = c2d(&system, 1.0, Discretization::Tustin).unwrap();
+    entries_near(&found.a, &dmatrix![0.2, 4e8; -4e-10, 0.2]);
+    let back = d2c(&found, 1.0, Discretization::Tustin).unwrap();
+    entries_near(&back.a, &system.a);
+}
+
+/// The logarithm of `[.5 1e6; -1e-8 .5]` is `[l w 1e7; -w 1e-7, l]` with `l = ln |z|, w = arg z` of `z = .5 + .1i`: mpmath
+/// with 50 digits.
+#[test]
+fn to_continuous_time_in_other_units() {
+    let a = dmatrix![0.5, 1e6; -1e-8, 0.5];
+    let z = Complex::new(0.5, 0.1).ln();
+    let expected = dmatrix![z.re, z.im * 1e7; -z.im * 1e-7, z.re];
+    entries_near(&logm(&a).unwrap(), &expected);
+    let system = Realization::new(&a, &dmatrix![1e7; 1.0], &DMatrix::identity(2, 2), &DMatrix::zeros(2, 1)).unwrap();
+    entries_near(&d2c(&system, 1.0, Discretization::ZeroOrderHold).unwrap().a, &expected);
+}
+
+/// A stiff plant in its modes: each has its own exponential, and `Bd = (e^{lambda h} - 1)/lambda`.
+#[test]
+fn a_slow_mode_beside_a_fast_one_keeps_its_digits() {
+    for fast in [-1e3, -1e10, -1e15] {
+        for h in [1.0, 0.25] {
+            let a = dmatrix![fast, 0.0; 0.0, -1.0];
+            let held = luenberger_linalg::zero_order_hold(&a, &dmatrix![1.0; 1.0], h).unwrap();
+            assert!((held.ad[(1, 1)] - f64::exp(-h)).abs() <= 4.0 * f64::EPSILON, "{fast}: {held:?}");
+            assert!((held.bd[1] + f64::exp_m1(-h)).abs() <= 100.0 * f64::EPSILON, "{fast}: {held:?}");
+            assert!((held.bd[0] * fast + 1.0).abs() <= 100.0 * f64::EPSILON + f64::exp(fast * h), "{fast}: {held:?}");
+            // Coupled, and in another order of the states: `x12 = (e^{-h} - e^{fast h}) / (-1 - fast)`.
+            let coupled = expm(&(dmatrix![-1.0, 0.0; 1.0, fast] * h)).unwrap();
+            let expected = (f64::exp(-h) - f64::exp(fast * h)) / (-1.0 - fast);
+            assert!((coupled[(1, 0)] / expected - 1.0).abs() <= 100.0 * f64::EPSILON, "{fast}: {coupled}");
+        }
     }
 }

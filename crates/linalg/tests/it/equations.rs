@@ -511,3 +511,45 @@ fn an_equation_is_refactored_after_an_error() {
     assert_eq!(equation.solve(&q), expected);
     assert_eq!(equation, before);
 }
+
+/// A descriptor plant in units sixteen decades apart: mpmath with 50 digits.
+#[test]
+fn a_descriptor_in_other_units() {
+    let (a, e) = (dmatrix![-1e8, 0.5; 0.2, -2e-8], dmatrix![1e8, 0.0; 0.0, 1e-8]);
+    let p = luenberger_linalg::generalized_lyapunov(&a, &e, &identity(2)).unwrap().p;
+    for (found, exact) in [
+        (p[(0, 0)], 0.003_508_771_929_824_561),
+        (p[(0, 1)], 1_754_385.964_912_281),
+        (p[(1, 1)], 2_543_859_649_122_807.0),
+    ] {
+        // In balanced units the entries differ by a factor of 200.
+        assert!((found / exact - 1.0).abs() <= 1e-13, "{p}");
+    }
+    let found = luenberger_linalg::generalized_care(
+        &a,
+        &dmatrix![1e8; 1e-8],
+        &dmatrix![1.0, 0.0; 0.0, 1e-32],
+        &dmatrix![1.0],
+        &DMatrix::zeros(2, 1),
+        &e,
+    );
+    assert!(found.is_ok(), "{found:?}");
+}
+
+/// `.9 I + k N`, N the shift: the solution is that of k = 1 in other units, `p_ij k^(i+j)`.
+#[test]
+fn a_chain_in_any_unit() {
+    let shift = DMatrix::from_fn(4, 4, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
+    let exact = [5.263_157_894_736_842, 269.150_021_869_077_1, 20_042.592_036_909_67, 1_667_520.676_138_190_4];
+    for power in [0, 10, 15, 16, 17, 18, 20, 40] {
+        let unit = 2f64.powi(power);
+        let weight = |k: usize| (0..2 * k).map(|_| unit).product::<f64>();
+        let q = DMatrix::from_fn(4, 4, |i, j| if i == j { weight(i) } else { 0.0 });
+        let p = stein(&(identity(4) * 0.9 + &shift * unit), &q).unwrap().p;
+        for (k, exact) in exact.into_iter().enumerate() {
+            // 0.9 is rounded: seven factors 1 - .81.
+            let found = p[(k, k)] / weight(k);
+            assert!((found / exact - 1.0).abs() <= 1e-12, "2^{power}: {p}");
+        }
+    }
+}

@@ -18,6 +18,7 @@ mod factored;
 mod functional_observer;
 mod hessenberg;
 mod ill_conditioned;
+mod in_other_units;
 mod least_visible;
 mod observability;
 mod placement;

@@ -369,3 +369,69 @@ fn bad_input_is_named() {
         assert!(matches!(found, Err(LinalgError::NotFinite { what: "C", .. })));
     }
 }
+
+/// A slow mode that no output sees decays: it has no part in the gain, and its covariance is `w / (2 |lambda|)`. Also in
+/// other coordinates, where its covariance with the fast mode of `A = diag(-s, -1)` is `w12 / (s + 1 + l)`, l the gain.
+#[test]
+fn hidden_slow_modes_decay() {
+    let one = dmatrix![1.0];
+    let root = 2f64.sqrt() - 1.0;
+    for slow in [1e-3, 1e-6, 1e-8, 1e-10] {
+        let a = dmatrix![-slow, 0.0; 0.0, -1.0];
+        let c = dmatrix![0.0, 1.0];
+        let found = kalman_gain(&a, &c, &DMatrix::identity(2, 2), &one).unwrap();
+        assert!((found.p[(0, 0)] * 2.0 * slow - 1.0).abs() <= 1e-14, "{found}");
+        assert!((found.p[(1, 1)] - root).abs() <= 1e-15 && found.l[(0, 0)] == 0.0, "{found}");
+        // Seen, but without noise: the filter leaves it alone.
+        let found = kalman_gain(&a, &dmatrix![1.0, 1.0], &dmatrix![0.0, 0.0; 0.0, 1.0], &one).unwrap();
+        assert!((found.p - dmatrix![0.0, 0.0; 0.0, root]).amax() <= 1e-14, "{slow}");
+        // x = T z.
+        let (t, inverse) = (dmatrix![2.0, 1.0; 1.0, 1.0], dmatrix![1.0, -1.0; -1.0, 2.0]);
+        let (turned, w) = (&t * &a * &inverse, &t * t.transpose());
+        let found = kalman_gain(&turned, &(&c * &inverse), &w, &one).unwrap();
+        let p = &inverse * found.p * inverse.transpose();
+        // The data are rounded: the slow eigenvalue is known to 1e-16.
+        let known = 1e-14 + 1e-15 / slow;
+        assert!((p[(0, 0)] * 2.0 * slow - 1.0).abs() <= known, "{slow}: {p}");
+        let discrete = dmatrix![1.0 - slow, 0.0; 0.0, 0.5];
+        let found = discrete_kalman_gain(&discrete, &c, &DMatrix::identity(2, 2), &one).unwrap();
+        assert!((found.p[(0, 0)] * slow * (2.0 - slow) - 1.0).abs() <= 1e-15 / slow, "{found}");
+    }
+}
+
+/// Noise of outputs in volts and nanometres: P and L are those in one unit (x2 in nm is seen by y2 with 1e-9 m). The
+/// gain of the second output is what python-control's `lqe` gives for `C = diag(1, 1e9), V = I`, scaled back.
+#[test]
+fn the_unit_of_an_output_is_not_its_definiteness() {
+    let (a, w) = (dmatrix![0.0, 1.0; -1.0, -1.0], DMatrix::identity(2, 2));
+    for power in [0, 20, 30, 60, 300] {
+        let unit = 2f64.powi(power);
+        let v = dmatrix![1.0, 0.0; 0.0, 1.0 / unit / unit];
+        let found = kalman_gain(&a, &dmatrix![1.0, 0.0; 0.0, 1.0 / unit], &w, &v).unwrap();
+        let plain = kalman_gain(&a, &DMatrix::identity(2, 2), &w, &DMatrix::identity(2, 2)).unwrap();
+        assert_eq!(found.p, plain.p, "2^{power}");
+        assert_eq!(found.l, plain.l * dmatrix![1.0, 0.0; 0.0, unit], "2^{power}");
+    }
+    // y = x with V = diag(1, 1e-18): the error of x2 goes to zero with the noise of y2, p22 = 1e-9.
+    let found = kalman_gain(&a, &DMatrix::identity(2, 2), &w, &dmatrix![1.0, 0.0; 0.0, 1e-18]).unwrap();
+    assert!((found.p[(1, 1)] - 1e-9).abs() <= 2e-18, "{found}");
+    let refused = kalman_gain(&a, &dmatrix![1.0, 0.0], &dmatrix![1e6, 0.0; 0.0, -1e-10], &dmatrix![1.0]);
+    assert!(
+        matches!(refused, Err(LinalgError::NotPositiveSemidefinite { what: "W", lambda_min }) if lambda_min == -1e-10)
+    );
+    let correlated = dmatrix![1.0, 2e-9; 2e-9, 1e-18];
+    let refused = kalman_gain(&a, &DMatrix::identity(2, 2), &w, &correlated);
+    assert!(matches!(refused, Err(LinalgError::NotPositiveDefinite { what: "V", lambda_min }) if lambda_min < 0.0));
+}
+
+/// Without measurement noise, `xhat+ = A y`: python-control 0.10.2, `dlqe`, gives L = 0.9 and P = 1.
+#[test]
+fn a_filter_without_measurement_noise() {
+    let (a, one) = (dmatrix![0.9], dmatrix![1.0]);
+    let found = discrete_kalman_gain(&a, &one, &one, &dmatrix![0.0]).unwrap();
+    assert!((found.l[(0, 0)] - 0.9).abs() <= f64::EPSILON && (found.p[(0, 0)] - 1.0).abs() <= f64::EPSILON, "{found}");
+    assert!(matches!(
+        discrete_kalman_gain(&a, &dmatrix![0.0], &one, &dmatrix![0.0]),
+        Err(LinalgError::NotPositiveDefinite { what: "V", .. })
+    ));
+}

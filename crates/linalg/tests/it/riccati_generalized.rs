@@ -181,3 +181,17 @@ fn bad_input_is_named() {
         assert_eq!(nothing.solve(discrete).unwrap().poles, vec![]);
     }
 }
+
+/// Without a weight of the input, the zeros of the weighted output would be poles of the closed loop; one of them is at -1,
+/// and at 1: there is no stabilizing solution, and Newton's iteration ends near the boundary.
+#[test]
+fn a_pole_on_the_boundary_is_no_solution() {
+    let none = DMatrix::zeros(2, 1);
+    for (a, b) in
+        [(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1]), (dmatrix![2.0, 0.0; 0.0, 1.0], dmatrix![1.0; 1.0])]
+    {
+        let found =
+            generalized_dare(&a, &b, &dmatrix![1.0, 0.0; 0.0, 0.0], &dmatrix![0.0], &none, &DMatrix::identity(2, 2));
+        assert!(matches!(found, Err(LinalgError::NotStabilizing { .. })), "{found:?}");
+    }
+}

@@ -4,6 +4,7 @@
 //! Nothing in here depends on the time, the machine's paths or the computing time, so that the same study gives
 //! identical bytes.
 
+mod about_zero;
 mod coverage;
 mod log;
 pub(crate) mod report;
@@ -11,6 +12,7 @@ mod score_tables;
 mod scores;
 mod statement;
 
+pub use about_zero::{ABOUT_ZERO, ABOUT_ZERO_MEANS, is_about_zero};
 pub use coverage::{CoverageReport, StateCoverage};
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,

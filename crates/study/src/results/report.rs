@@ -16,8 +16,9 @@ use luenberger_live::page::{MODULE, SCRIPT, STYLE};
 use luenberger_proof::wording::{complex, counted, significant};
 
 use super::{
-    DesignReport, DesignVerdict, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport,
-    OperatingPointReport, Results, ScoreCell, ScoreTable, SweepReport,
+    ABOUT_ZERO, ABOUT_ZERO_MEANS, DesignReport, DesignVerdict, ModeReport, NamedMatrix, ObservabilityAt,
+    ObservabilityReport, ObserverReport, OperatingPointReport, Results, ScoreCell, ScoreTable, SweepReport,
+    is_about_zero,
 };
 use crate::error::StudyError;
 use crate::study::Study;
@@ -327,30 +328,10 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
 /// The maximal number of rows and columns of a matrix shown entry by entry.
 const LARGEST: usize = 12;
 
-/// An entry that rounding errors can account for.
-const ABOUT_ZERO: &str = "≈0";
-
-/// The entries of a matrix with six digits; [`ABOUT_ZERO`] for one that is below the rounding errors of its row and of
-/// its column, whatever the units of both are. Of a vector, below those of its largest entry.
+/// The entries of a matrix with six digits, [`ABOUT_ZERO`] for one that is [`is_about_zero`].
 fn entries(rows: &[Vec<f64>]) -> Vec<Vec<String>> {
-    let columns = rows.first().map_or(0, Vec::len);
-    let largest = |entries: &mut dyn Iterator<Item = f64>| entries.fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    let of_column: Vec<f64> =
-        (0..columns).map(|j| largest(&mut rows.iter().filter_map(|row| row.get(j).copied()))).collect();
-    let one = |row: &Vec<f64>| {
-        let of_row = largest(&mut row.iter().copied());
-        let entry = |(x, of_column): (&f64, &f64)| {
-            let beside = match (rows.len(), columns) {
-                (1, _) => of_row,
-                (_, 1) => *of_column,
-                _ => of_row.min(*of_column),
-            };
-            let is_noise = *x != 0.0 && x.abs() <= 8.0 * f64::EPSILON * beside;
-            if is_noise { ABOUT_ZERO.to_owned() } else { short(*x) }
-        };
-        row.iter().zip(&of_column).map(entry).collect()
-    };
-    rows.iter().map(one).collect()
+    let text = |(x, about): (&f64, bool)| if about { ABOUT_ZERO.to_owned() } else { short(*x) };
+    rows.iter().zip(is_about_zero(rows)).map(|(row, about)| row.iter().zip(about).map(text).collect()).collect()
 }
 
 /// Small matrices entry by entry; larger ones by their sizes.
@@ -368,14 +349,8 @@ fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a NamedMatrix
         }
     }
     let section = if formulas.is_empty() { section } else { section.formulas(formulas) };
-    let section = if about {
-        section.prose(
-            "≈ 0: not more than the rounding errors of the other entries of its row and its column; `study.json` has the \
-             digits.",
-        )
-    } else {
-        section
-    };
+    let section =
+        if about { section.prose(format!("≈ 0: {ABOUT_ZERO_MEANS}; `study.json` has the digits.")) } else { section };
     if large.is_empty() { section } else { section.prose(large.join(" ")) }
 }
 

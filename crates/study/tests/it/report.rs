@@ -74,3 +74,13 @@ fn the_front_is_drawn_through_errors_above_zero() {
     assert_eq!((heights(&two).len(), heights(&three)), (2, heights(&two)));
     assert!(three.contains(">fast<") && three.contains(">calm<") && !three.contains(">exact<"), "{three}");
 }
+
+/// A covariance in metres and pascals, and rounding beside it: what is zero depends on the row and the column.
+#[test]
+fn small_units_are_no_rounding() {
+    use luenberger_study::results::is_about_zero;
+    let covariance = [vec![2.25e-11, -0.033, 1e-26], vec![-0.033, 1.3e8, 1.0], vec![1e-26, 1.0, 1e-3]];
+    let found = is_about_zero(&covariance);
+    assert_eq!(found, [vec![false, false, true], vec![false; 3], vec![true, false, false]]);
+    assert_eq!(is_about_zero(&[vec![1.0, 1e-17, 0.0]]), [vec![false, true, false]]);
+}

@@ -1,0 +1,54 @@
+//! A matrix with its rows and columns in units, powers of two, in which the largest entry of each is about one.
+//!
+//! Whether `M x = b` has one solution does not depend on the units of the equations and of the unknowns; the condition
+//! number does, and is near its least value here (van der Sluis, Numer. Math. 14, 1969). Method: Ruiz (RAL-TR-2001-034),
+//! each step divides by the roots of the largest entries, in logarithms.
+
+use crate::balance::sizes;
+use crate::units::shift;
+use nalgebra::DMatrix;
+
+/// The distance of the logarithms from zero halves with each step: from 600, to less than one in ten.
+const STEPS: usize = 12;
+
+/// `R M C`.
+pub(crate) struct Equilibrated {
+    pub(crate) matrix: DMatrix<f64>,
+    /// Powers of two of R.
+    pub(crate) rows: Vec<i32>,
+    /// Powers of two of C.
+    pub(crate) columns: Vec<i32>,
+}
+
+impl Equilibrated {
+    pub(crate) fn new(m: &DMatrix<f64>) -> Self {
+        let logarithms = sizes(m);
+        let (mut rows, mut columns) = (vec![0.0; m.nrows()], vec![0.0; m.ncols()]);
+        let half = |largest: f64| if largest.is_finite() { 0.5 * largest } else { 0.0 };
+        for _ in 0..STEPS {
+            let scaled = DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| logarithms[(i, j)] + rows[i] + columns[j]);
+            for (row, entries) in rows.iter_mut().zip(scaled.row_iter()) {
+                *row -= half(entries.max());
+            }
+            for (column, entries) in columns.iter_mut().zip(scaled.column_iter()) {
+                *column -= half(entries.max());
+            }
+        }
+        // Factors within four gain nothing, and cost something in error bounds.
+        let powers = |list: Vec<f64>| {
+            let (least, most) = list.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, u), &x| (l.min(x), u.max(x)));
+            let common = (most - least <= 2.0).then_some(0.5 * (least + most));
+            list.into_iter().map(|x| common.unwrap_or(x).round() as i32).collect::<Vec<_>>()
+        };
+        let (rows, columns) = (powers(rows), powers(columns));
+        let matrix = DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], rows[i] + columns[j]));
+        Self { matrix, rows, columns }
+    }
+
+    /// `M^-1 = C (R M C)^-1 R`.
+    pub(crate) fn inverse_back(&self, inverse: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(inverse.nrows(), inverse.ncols(), |i, j| {
+            shift(inverse[(i, j)], self.columns[i] + self.rows[j])
+        })
+    }
+}
