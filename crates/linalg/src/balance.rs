@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 /// Powers of two for each state.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Balance(Vec<i32>);
+pub struct Balance(pub(crate) Vec<i32>);
 
 /// Cycles over the states. Each brings every row nearer to its column; a chain of n states may need n.
 const CYCLES: usize = 50;
@@ -25,8 +25,7 @@ pub fn sizes(m: &DMatrix<f64>) -> DMatrix<f64> {
     m.map(|e| e.abs().log2())
 }
 
-/// Ratio of entries, for each of them, below which units are not looked for: one in a thousand random matrices has a
-/// larger one.
+/// By how much units must make the largest entry smaller.
 const APART: f64 = 1024.0;
 
 /// The largest ratio of units, as a power of two, that is left as it is.
@@ -74,28 +73,39 @@ impl Balance {
         Self(e.into_iter().map(|e| (e - centre) as i32).collect())
     }
 
-    /// The fitted units of `a`, and `a` in them, if they differ by more than a factor of a thousand. (Below that three
-    /// digits are lost at most, and it might do harm: entries that are rounding are as good as others to it. Watkins,
-    /// ETNA 23, 2006.) Where no two entries are further apart than [`APART`] times their number, this takes one pass over them.
+    /// The fitted units of `a`, and `a` in them, if they make the largest entry a thousand times smaller. (Where they do
+    /// not, they might do harm: entries that are rounding are as good as others to them. Watkins, ETNA 23, 2006.)
     pub fn worthwhile(a: &DMatrix<f64>) -> Option<(Self, DMatrix<f64>)> {
-        let (least, most) = a.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), entry| {
-            let size = entry.abs();
-            (if size > 0.0 && size < least { size } else { least }, if size > most { size } else { most })
-        });
-        if most <= APART * (a.len() as f64) * least {
+        let target = a.amax() / APART;
+        // No units change the diagonal.
+        if target == 0.0 || (0..a.nrows()).any(|k| a[(k, k)].abs() > target) {
             return None;
         }
         let balance = Self::fitted(a);
-        if spread(&balance.0) <= NEARBY {
-            return None;
-        }
         let balanced = balance.similar(a);
-        Some((balance, balanced))
+        (balanced.amax() <= target).then_some((balance, balanced))
     }
 
     /// The units that fit the most entries ([`Units`]): they also find those of a triangular chain.
     pub(crate) fn fitted(a: &DMatrix<f64>) -> Self {
         Self(Units::of(a, &DMatrix::zeros(0, a.nrows())).state)
+    }
+
+    /// The units of the spaces of `A` and `B` that fit the most entries of the equation `A X + X B = C` (`A X B - X = C`).
+    pub(crate) fn fitted_pair(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> [Option<Self>; 2] {
+        let (n, m) = c.shape();
+        let mut all = DMatrix::zeros(n + m, n + m);
+        all.view_mut((0, 0), (n, n)).copy_from(a);
+        all.view_mut((n, n), (m, m)).copy_from(b);
+        all.view_mut((0, n), (n, m)).copy_from(c);
+        let Self(mut left) = Self::fitted(&all);
+        let right = left.split_off(n);
+        [Self(left).apart(), Self(right).apart()]
+    }
+
+    /// These units, if they differ by more than a factor of a thousand: below that three digits are lost at most.
+    pub(crate) fn apart(self) -> Option<Self> {
+        (spread(&self.0) > NEARBY).then_some(self)
     }
 
     /// Whether all states keep their units.

@@ -1,10 +1,11 @@
 //! A matrix with its rows and columns in units, powers of two, in which the largest entry of each is about one.
 //!
 //! Whether `M x = b` has one solution does not depend on the units of the equations and of the unknowns; the condition
-//! number does, and is near its least value here (van der Sluis, Numer. Math. 14, 1969). Method: Ruiz (RAL-TR-2001-034),
-//! each step divides by the roots of the largest entries, in logarithms.
+//! number does, and is near its least value here (van der Sluis, Numer. Math. 14, 1969). Method: first the units that fit
+//! the most entries ([`Balance::fitted`]), since largest entries of one say nothing of a diagonal beside couplings; then Ruiz
+//! (RAL-TR-2001-034), each step of which divides by the roots of the largest entries, in logarithms.
 
-use crate::balance::sizes;
+use crate::balance::{Balance, sizes};
 use crate::units::shift;
 use nalgebra::DMatrix;
 
@@ -23,7 +24,15 @@ pub(crate) struct Equilibrated {
 impl Equilibrated {
     pub(crate) fn new(m: &DMatrix<f64>) -> Self {
         let logarithms = sizes(m);
-        let (mut rows, mut columns) = (vec![0.0; m.nrows()], vec![0.0; m.ncols()]);
+        // Unknowns drive equations.
+        let (n, all) = (m.nrows(), m.nrows() + m.ncols());
+        let mut both = DMatrix::zeros(all, all);
+        both.view_mut((0, n), m.shape()).copy_from(m);
+        let mut fitted = Balance::fitted(&both).apart().map_or_else(|| vec![0; all], |balance| balance.0);
+        fitted[..n].iter_mut().for_each(|e| *e = -*e);
+        let mut powers = fitted.into_iter().map(f64::from);
+        let mut rows: Vec<f64> = powers.by_ref().take(n).collect();
+        let mut columns: Vec<f64> = powers.collect();
         let half = |largest: f64| if largest.is_finite() { 0.5 * largest } else { 0.0 };
         for _ in 0..STEPS {
             let scaled = DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| logarithms[(i, j)] + rows[i] + columns[j]);

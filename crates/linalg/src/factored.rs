@@ -17,6 +17,7 @@ use crate::argument::{RealMatrixView, finite, owned, square, unit_scale};
 use crate::balance::Balance;
 use crate::forward_error::relative;
 use crate::schur_operator::Kind;
+use crate::units::Units;
 use crate::{LinalgError, Result, Schur, schur};
 use nalgebra::{Complex, DMatrix};
 
@@ -82,13 +83,16 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
         return Err(LinalgError::DimensionMismatch { what: "C", expected: (c.nrows(), n), found: c.shape() });
     }
     finite("C", c)?;
+    let balance = Balance(Units::of(a, c).state).apart();
+    let (mut a, mut c) = (a.clone(), c.clone());
+    if let Some(balance) = &balance {
+        (a, c) = (balance.similar(&a), balance.seen(&c));
+    }
     // Time in units of an even power of two, so that its root, by which U is scaled back, is exact.
-    let root = if kind == Kind::Lyapunov { even_root(unit_scale(a)) } else { 1.0 };
-    let units_c = unit_scale(c);
-    let balance = Balance::worthwhile(a);
-    let (a, c) = (balance.as_ref().map_or(a, |(_, balanced)| balanced) * (root * root), c * units_c);
-    let balance = balance.map(|(balance, _)| balance);
-    let c = balance.as_ref().map_or(c.clone(), |balance| balance.seen(&c));
+    let root = if kind == Kind::Lyapunov { even_root(unit_scale(&a)) } else { 1.0 };
+    let units_c = unit_scale(&c);
+    a *= root * root;
+    c *= units_c;
     let form = schur(&a)?;
     if let Some(eigenvalue) = form.eigenvalues().into_iter().find(|&lambda| !is_stable(kind, lambda)) {
         return Err(LinalgError::NotStable { equation: kind.name(), eigenvalue: eigenvalue / (root * root) });

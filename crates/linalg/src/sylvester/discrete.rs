@@ -11,7 +11,7 @@
 
 use super::pair::{SchurPair, error_bound};
 use crate::Result;
-use crate::argument::{RealMatrixView, owned, shaped, square};
+use crate::argument::{RealMatrixView, owned};
 use crate::triangular::Equation;
 use nalgebra::DMatrix;
 
@@ -164,7 +164,5 @@ pub fn discrete_sylvester<'a>(
 }
 
 fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
-    let (n, m) = (square("A", a)?, square("B", b)?);
-    shaped("C", c, n, m)?;
-    DiscreteSylvesterEquation::new(a, b)?.solve(c)
+    DiscreteSylvesterEquation(SchurPair::of_all(Equation::Stein, a, b, c)?).solve(c)
 }

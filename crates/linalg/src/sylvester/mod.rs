@@ -15,7 +15,7 @@ mod pair;
 pub use discrete::{DiscreteSylvester, DiscreteSylvesterEquation, discrete_sylvester};
 
 use crate::Result;
-use crate::argument::{RealMatrixView, owned, shaped, square};
+use crate::argument::{RealMatrixView, owned};
 use crate::triangular::Equation;
 use nalgebra::DMatrix;
 use pair::{SchurPair, error_bound};
@@ -163,7 +163,5 @@ pub fn sylvester<'a>(
 }
 
 fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Sylvester> {
-    let (n, m) = (square("A", a)?, square("B", b)?);
-    shaped("C", c, n, m)?;
-    SylvesterEquation::new(a, b)?.solve(c)
+    SylvesterEquation(SchurPair::of_all(Equation::Sylvester, a, b, c)?).solve(c)
 }

@@ -128,12 +128,33 @@ fn units(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(f64,
 }
 
 impl SchurPair {
-    pub(super) fn new(equation: Equation, given_a: &DMatrix<f64>, given_b: &DMatrix<f64>) -> Result<Self> {
-        let (n, m) = (square("A", given_a)?, square("B", given_b)?);
-        let (balance_a, balance_b) = (Balance::worthwhile(given_a), Balance::worthwhile(given_b));
-        let given_a = balance_a.as_ref().map_or(given_a, |(_, balanced)| balanced);
-        let given_b = balance_b.as_ref().map_or(given_b, |(_, balanced)| balanced);
-        let balance = [balance_a.as_ref(), balance_b.as_ref()].map(|found| found.map(|(balance, _)| balance.clone()));
+    /// For any right-hand side: in balanced units where these make the coefficients smaller.
+    pub(super) fn new(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Self> {
+        square("A", a)?;
+        square("B", b)?;
+        let balance = [a, b].map(|m| Balance::worthwhile(m).map(|(balance, _)| balance));
+        Self::balanced(equation, a, b, balance)
+    }
+
+    /// For the right-hand side `c`, whose entries tell units from rounding.
+    pub(super) fn of_all(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Self> {
+        let (n, m) = (square("A", a)?, square("B", b)?);
+        shaped("C", c, n, m)?;
+        finite("C", c)?;
+        Self::balanced(equation, a, b, Balance::fitted_pair(a, b, c))
+    }
+
+    fn balanced(
+        equation: Equation,
+        given_a: &DMatrix<f64>,
+        given_b: &DMatrix<f64>,
+        balance: [Option<Balance>; 2],
+    ) -> Result<Self> {
+        let (n, m) = (given_a.nrows(), given_b.nrows());
+        let within = |m: &DMatrix<f64>, balance: &Option<Balance>| {
+            balance.as_ref().map_or_else(|| m.clone(), |balance| balance.similar(m))
+        };
+        let (given_a, given_b) = (&within(given_a, &balance[0]), &within(given_b, &balance[1]));
         let (units_a, units_b) = units(equation, given_a, given_b)?;
         let (a, b) = (given_a * units_a, given_b * units_b);
         let (mut left, mut right, mut workspace) = (Schur::default(), Schur::default(), SchurWorkspace::new());
