@@ -116,25 +116,26 @@ pub(crate) enum Command {
     /// Riccati equation A'X + X A - X B R^-1 B'X + Q = 0, and the regulator K = R^-1 B'X
     ///
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x",
-    /// "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the eigenvalues of
-    /// A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys: "s", n x m, the weight
-    /// 2 x'S u, and "e", n x n regular, of E x' = A x + B u.
+    /// "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the
+    /// eigenvalues of A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys:
+    /// "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x' = A x + B u.
     ///
     /// Kalman filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the intensities of process and
-    /// measurement noise; output {"p", "l", "poles", "residual", "condition", "forward_error"} with A P + P A' - P C'V^-1 C P + W = 0,
-    /// L = P C'V^-1. P is the covariance of the error, poles are the eigenvalues of A - L C.
+    /// measurement noise; output {"p", "l", "poles", "residual", "condition", "forward_error"} with A P + P A' - P
+    /// C'V^-1 C P + W = 0, L = P C'V^-1. P is the covariance of the error, poles are the eigenvalues of A - L C.
     #[command(after_help = CARE)]
     Care(MatrixInput),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
     ///
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x",
-    /// "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the eigenvalues of
-    /// A - B K. As `dare(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys: "s", n x m, the weight
-    /// 2 x'S u, and "e", n x n regular, of E x+ = A x + B u.
+    /// "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the
+    /// eigenvalues of A - B K. As `dare(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys:
+    /// "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x+ = A x + B u.
     ///
     /// Kalman predictor: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the covariances of process and
     /// measurement noise (v may be singular); output {"p", "l", "poles", "residual", "condition", "forward_error"} with
-    /// L = A P C'(V + C P C')^-1. P is the covariance of the one-step prediction error, poles are the eigenvalues of A - L C.
+    /// L = A P C'(V + C P C')^-1. P is the covariance of the one-step prediction error, poles are the eigenvalues of A
+    /// - L C.
     #[command(after_help = DARE)]
     Dare(MatrixInput),
     /// Pole placement: K such that A - B K, or L such that A - L C, has the specified eigenvalues
@@ -147,8 +148,8 @@ pub(crate) enum Command {
     ///
     /// The poles in the output are recomputed from this gain, in the order of the input, relative_errors are their
     /// distances from the desired ones, relative to these; condition is the condition number of the eigenvector matrix,
-    /// null for a defective closed loop. If a pole is missed by more than a tenth, or the closed loop is unstable and the
-    /// desired one is not, there is a warning, and the exit code is 1. The multiplicity of a pole is at most
+    /// null for a defective closed loop. If a pole is missed by more than a tenth, or the closed loop is unstable and
+    /// the desired one is not, there is a warning, and the exit code is 1. The multiplicity of a pole is at most
     /// rank(B) or rank(C); with one input or output it is not limited.
     #[command(after_help = PLACE)]
     Place(PlacementInput),

@@ -1,11 +1,11 @@
 //! Units of the state in which a plant and its quadratic forms have entries of comparable size.
 //!
-//! With `x = D z`, `D = diag(2^e_i)`, a plant `A` becomes `D^-1 A D`, a weight `Q` becomes `D Q D`, and a
-//! `G = B R^-1 B'` becomes `D^-1 G D^-1`. The exponents make the largest entry of each row of `[A, G]` equal to that of
-//! the column of `[A; Q]`, which is Osborne's balancing (J. ACM 7, 1960) in the maximum norm, for the Hamiltonian
-//! matrix `[A -G; -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact. A
-//! state that nothing drives (a hidden one, in the filter's equation), or that drives nothing, takes the unit in which its
-//! weight is as large as the largest of the others.
+//! With `x = D z`, `D = diag(2^e_i)`, a plant `A` becomes `D^-1 A D`, a weight `Q` becomes `D Q D`, and a `G = B R^-1
+//! B'` becomes `D^-1 G D^-1`. The exponents make the largest entry of each row of `[A, G]` equal to that of the column
+//! of `[A; Q]`, which is Osborne's balancing (J. ACM 7, 1960) in the maximum norm, for the Hamiltonian matrix `[A -G;
+//! -Q -A']` the symplectic balancing of Benner (SIAM J. Sci. Comput. 22, 2000). The scaling is exact. A state that
+//! nothing drives (a hidden one, in the filter's equation), or that drives nothing, takes the unit in which its weight
+//! is as large as the largest of the others.
 
 use crate::separation::norm;
 use crate::units::{Units, shift, spread};
@@ -73,8 +73,8 @@ impl Balance {
         Self(e.into_iter().map(|e| (e - centre) as i32).collect())
     }
 
-    /// The fitted units of `a`, and `a` in them, if they make the largest entry a thousand times smaller. (Where they do
-    /// not, they might do harm: entries that are rounding are as good as others to them. Watkins, ETNA 23, 2006.)
+    /// The fitted units of `a`, and `a` in them, if they make the largest entry a thousand times smaller. (Where they
+    /// do not, they might do harm: entries that are rounding are as good as others to them. Watkins, ETNA 23, 2006.)
     pub fn worthwhile(a: &DMatrix<f64>) -> Option<(Self, DMatrix<f64>)> {
         let target = a.amax() / APART;
         // No units change the diagonal.
@@ -91,7 +91,13 @@ impl Balance {
         Self(Units::of(a, &DMatrix::zeros(0, a.nrows())).state)
     }
 
-    /// The units of the spaces of `A` and `B` that fit the most entries of the equation `A X + X B = C` (`A X B - X = C`).
+    /// The units that fit the most entries of `a` and of the roots of the diagonal of the weight `q`.
+    pub(crate) fn fitted_with_weight(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Self {
+        Self(Units::of(a, &DMatrix::from_fn(1, a.nrows(), |_, j| q[(j, j)].abs().sqrt())).state)
+    }
+
+    /// The units of the spaces of `A` and `B` that fit the most entries of the equation `A X + X B = C` (`A X B - X =
+    /// C`).
     pub(crate) fn fitted_pair(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> [Option<Self>; 2] {
         let (n, m) = c.shape();
         let mut all = DMatrix::zeros(n + m, n + m);
@@ -116,6 +122,16 @@ impl Balance {
     /// `D^-1 A D`.
     pub fn similar(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| shift(a[(i, j)], self.0[j] - self.0[i]))
+    }
+
+    /// `D A D^-1`, back from the balanced states.
+    pub(crate) fn similar_back(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| shift(a[(i, j)], self.0[i] - self.0[j]))
+    }
+
+    /// The largest ratio of two units.
+    pub(crate) fn ratio(&self) -> f64 {
+        shift(1.0, spread(&self.0))
     }
 
     /// `D Q D`.

@@ -1,9 +1,9 @@
 //! Definiteness of a symmetric matrix, in units in which its diagonal is one.
 //!
-//! `V = diag(1, 1e-18)`, a noise in volts and nanometres, is as definite as `diag(1, 1)`, and `W = diag(1e6, -1e-10)` has
-//! a negative variance: with `D = diag(2^e_i)`, M is definite iff `D M D` is. The signs of its eigenvalues are judged
-//! where all variances are about one and the entries are correlations; rounding moves them by
-//! `4 n eps |D M D|` (van der Sluis, Numer. Math. 14, 1969: no diagonal scaling is much better).
+//! `V = diag(1, 1e-18)`, a noise in volts and nanometres, is as definite as `diag(1, 1)`, and `W = diag(1e6, -1e-10)`
+//! has a negative variance: with `D = diag(2^e_i)`, M is definite iff `D M D` is. The signs of its eigenvalues are
+//! judged where all variances are about one and the entries are correlations; rounding moves them by `4 n eps |D M D|`
+//! (van der Sluis, Numer. Math. 14, 1969: no diagonal scaling is much better).
 
 use crate::argument::{RealMatrixView, owned, symmetric};
 use crate::sequential::hermitian_eigen;

@@ -12,7 +12,8 @@
 use nalgebra::DMatrix;
 
 use crate::argument::{RealMatrixView, owned, shaped, square};
-use crate::{LinalgError, Result, balanced};
+use crate::balance::Balance;
+use crate::{Balanced, LinalgError, Result, balanced};
 
 /// Matrix exponential `e^A`.
 ///
@@ -241,44 +242,42 @@ const PADE_13: [f64; 14] = [
 /// each squaring: repeated squaring alone would leave a slow one `2^squarings eps` of its digits.
 ///
 /// Units of the state that are decades apart are balanced first. Where that does not make the matrix smaller, units and
-/// entries that are rounding look alike (Watkins, ETNA 23, 2006): then each entry is that of less error, of `eps ||e^A||`
-/// in the units given and of `eps ||e^B|| d_i / d_j` in balanced ones, `A = D B D^-1`.
+/// entries that are rounding look alike (Watkins, ETNA 23, 2006): then each entry is that of less error, of `eps
+/// ||e^A||` in the units given and of `eps ||e^B|| d_i / d_j` in balanced ones, `A = D B D^-1`.
 fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
     let size = one_norm(a);
     if is_balanced(a) && size <= FEW_SQUARINGS {
         return scaled_and_squared(a, &[]);
     }
-    let Ok(balanced) = balanced(a) else { return DMatrix::from_element(a.nrows(), a.nrows(), f64::NAN) };
-    let (n, order, scaling) = (a.nrows(), &balanced.permutation, &balanced.scaling);
-    let isolated: Vec<usize> = (0..n).filter(|k| !balanced.active.contains(k)).collect();
-    let in_order = |matrix: &DMatrix<f64>, units: &dyn Fn(usize, usize) -> f64| {
-        let e = scaled_and_squared(matrix, &isolated);
+    let Ok(Balanced { permutation: order, active, .. }) = balanced(a) else {
+        return DMatrix::from_element(a.nrows(), a.nrows(), f64::NAN);
+    };
+    let n = a.nrows();
+    let isolated: Vec<usize> = (0..n).filter(|k| !active.contains(k)).collect();
+    let of = |a: &DMatrix<f64>| {
+        let e = scaled_and_squared(&DMatrix::from_fn(n, n, |i, j| a[(order[i], order[j])]), &isolated);
         let mut back = DMatrix::zeros(n, n);
         for j in 0..n {
             for i in 0..n {
-                back[(order[i], order[j])] = e[(i, j)] * units(i, j);
+                back[(order[i], order[j])] = e[(i, j)];
             }
         }
-        (back, one_norm(&e))
+        back
     };
-    let given = || in_order(&DMatrix::from_fn(n, n, |i, j| a[(order[i], order[j])]), &|_, _| 1.0);
-    let (least, most) = scaling.iter().fold((f64::INFINITY, 0.0_f64), |(l, u), &d| (l.min(d), u.max(d)));
-    if most <= NEARBY * least {
-        return given().0;
+    let units = Balance::fitted(a);
+    if units.ratio() <= NEARBY {
+        return of(a);
     }
-    let ratio = |i: usize, j: usize| scaling[i] / scaling[j];
-    let (mut found, of_balanced) = in_order(&balanced.matrix, &ratio);
-    if one_norm(&balanced.matrix) * NEARBY > size {
-        let (other, of_given) = given();
-        for j in 0..n {
-            for i in 0..n {
-                if of_given < of_balanced * ratio(i, j) {
-                    found[(order[i], order[j])] = other[(order[i], order[j])];
-                }
-            }
-        }
+    let within = units.similar(a);
+    let balanced = of(&within);
+    let found = units.similar_back(&balanced);
+    if one_norm(&within) * NEARBY <= size {
+        return found;
     }
-    found
+    let (given, of_balanced) = (of(a), one_norm(&balanced));
+    let of_given = one_norm(&given);
+    let ratios = units.similar_back(&DMatrix::from_element(n, n, 1.0));
+    DMatrix::from_fn(n, n, |i, j| if of_given < of_balanced * ratios[(i, j)] { given[(i, j)] } else { found[(i, j)] })
 }
 
 /// Units whose ratio is less than this cost a digit at most.

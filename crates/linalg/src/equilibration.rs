@@ -1,9 +1,9 @@
 //! A matrix with its rows and columns in units, powers of two, in which the largest entry of each is about one.
 //!
 //! Whether `M x = b` has one solution does not depend on the units of the equations and of the unknowns; the condition
-//! number does, and is near its least value here (van der Sluis, Numer. Math. 14, 1969). Method: first the units that fit
-//! the most entries ([`Balance::fitted`]), since largest entries of one say nothing of a diagonal beside couplings; then Ruiz
-//! (RAL-TR-2001-034), each step of which divides by the roots of the largest entries, in logarithms.
+//! number does, and is near its least value here (van der Sluis, Numer. Math. 14, 1969). Method: first the units that
+//! fit the most entries ([`Balance::fitted`]), since largest entries of one say nothing of a diagonal beside couplings;
+//! then Ruiz (RAL-TR-2001-034), each step of which divides by the roots of the largest entries, in logarithms.
 
 use crate::balance::{Balance, sizes};
 use crate::units::shift;

@@ -1,11 +1,11 @@
-//! Largest singular value of a frequency response `C (z I - A)^-1 B + D`, in balanced units of the state, from one Schur
-//! form.
+//! Largest singular value of a frequency response `C (z I - A)^-1 B + D`, in balanced units of the state, from one
+//! Schur form.
 //!
-//! Units of the single outputs and inputs belong to the norm; those of the states, a factor common to all inputs and one
-//! common to all outputs do not, and are chosen here as powers of two, such that A is balanced and B and C have norms of
-//! about one. With `A = Q T Q'` each frequency takes one substitution with the quasi-triangular T, `O(n^2)` for each
-//! input. Near `z = 1` and `z = -1` the differences `z - t_kk` are formed as `(z -+ 1) - (t_kk -+ 1)`, so that a pole
-//! that is much nearer to the point than one keeps its digits.
+//! Units of the single outputs and inputs belong to the norm; those of the states, a factor common to all inputs and
+//! one common to all outputs do not, and are chosen here as powers of two, such that A is balanced and B and C have
+//! norms of about one. With `A = Q T Q'` each frequency takes one substitution with the quasi-triangular T, `O(n^2)`
+//! for each input. Near `z = 1` and `z = -1` the differences `z - t_kk` are formed as `(z -+ 1) - (t_kk -+ 1)`, so that
+//! a pole that is much nearer to the point than one keeps its digits.
 
 use nalgebra::{Complex, DMatrix};
 

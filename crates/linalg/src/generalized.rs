@@ -2,8 +2,9 @@
 //! equation `A'P A - E'P E + Q = 0` of `E x+ = A x`, E regular.
 //!
 //! With `F = A E^-1` and `W = E^-T Q E^-1` they are `F'P + P F + W = 0` and `F'P F - P + W = 0`. Multiplying out by
-//! `E^-1` costs digits by the condition of E: the answer carries it. All of this is done with the equations and the states
-//! in units in which the rows and columns of E have entries of about one: `R E C`, `R A C`, `C Q C` and `R^-1 P R^-1`.
+//! `E^-1` costs digits by the condition of E: the answer carries it. All of this is done with the equations and the
+//! states in units in which the rows and columns of E have entries of about one: `R E C`, `R A C`, `C Q C` and `R^-1 P
+//! R^-1`.
 
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
 use crate::definite::in_units;

@@ -47,22 +47,22 @@
 //!    not a proof.
 //!
 //! Norms do not see small entries. If units of the state are decades apart, an error that is small beside `||P||` may
-//! be larger than an entry of interest. Such units are balanced first; `forward_error` still speaks of the norm in the units
-//! given.
+//! be larger than an entry of interest. Such units are balanced first; `forward_error` still speaks of the norm in the
+//! units given.
 //!
 //! # What the answers do not depend on
 //!
 //! Multiply states, inputs, outputs, noise and time by powers of two: verdicts stay the same, and every number in its
 //! units, as far as it is determined by the plant.
 //!
-//! * *To the bit*: observability and detectability with their margins, decompositions, invariant zeros, placement with one
-//!   input (output), observers of lower order.
-//! * *To the claimed accuracy*: eigenvalues, Lyapunov, Stein, Sylvester and Riccati equations, exponentials, conversions,
-//!   noise of a period. Equations balance units that are more than a thousand apart.
+//! * *To the bit*: observability and detectability with their margins, decompositions, invariant zeros, placement with
+//!   one input (output), observers of lower order.
+//! * *To the claimed accuracy*: eigenvalues, Lyapunov, Stein, Sylvester and Riccati equations, exponentials,
+//!   conversions, noise of a period. Equations balance units that are more than a thousand apart.
 //! * *With one unit for all inputs and one for all outputs*: norms, which add outputs.
-//! * *Not*: the gain of a placement with several inputs, which makes the condition of the eigenvectors small in the units
-//!   given, if those are within a thousand of balanced ones; the condition itself; the distance to unobservability; a Schur
-//!   form; eigenvalues of a symmetric matrix.
+//! * *Not*: the gain of a placement with several inputs, which makes the condition of the eigenvectors small in the
+//!   units given, if those are within a thousand of balanced ones; the condition itself; the distance to
+//!   unobservability; a Schur form; eigenvalues of a symmetric matrix.
 //!
 //! If the data are exact (or you want to know what the method contributed), [`LyapunovEquation::refine`],
 //! [`SteinEquation::refine`], [`SylvesterEquation::refine`] and [`DiscreteSylvesterEquation::refine`] compute the

@@ -107,14 +107,15 @@ impl LyapunovEquation {
     /// refinement does not converge for this `q`.
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Lyapunov> {
         shaped("Q", q, self.0.order(), self.0.order())?;
-        self.solve_symmetric(symmetric("Q", q)?)
+        let mut p = symmetric("Q", q)?;
+        let residual = self.0.solve_in_place(&mut p)?;
+        Ok(self.solution(p, residual))
     }
 
-    /// For an exactly symmetric matrix of the right order.
-    fn solve_symmetric(&mut self, mut p: DMatrix<f64>) -> Result<Lyapunov> {
-        let residual = self.0.solve_in_place(&mut p)?;
+    /// What is known of the solution `p`, found with this residual.
+    fn solution(&self, p: DMatrix<f64>, residual: f64) -> Lyapunov {
         let spread = self.0.spread(&p);
-        Ok(Lyapunov { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread })
+        Lyapunov { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread }
     }
 
     /// As [`solve`](Self::solve), into `p`, and returns the relative residual. Allocates nothing if `p` is n x n
@@ -211,6 +212,7 @@ fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
     let n = square("A", a)?;
     shaped("Q", q, n, n)?;
     // Before the Schur form is paid for.
-    let q = symmetric("Q", q)?;
-    LyapunovEquation::new(a)?.solve_symmetric(q)
+    let mut q = symmetric("Q", q)?;
+    let (equation, residual) = SchurEquation::solved(Kind::Lyapunov, a, &mut q)?;
+    Ok(LyapunovEquation(equation).solution(q, residual))
 }

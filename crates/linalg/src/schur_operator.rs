@@ -168,6 +168,16 @@ impl SchurEquation {
         Ok(equation)
     }
 
+    /// The equation for `a`, and its solution for the exactly symmetric matrix in `q`, which replaces it, with the
+    /// relative residual: in the units that fit both matrices, if they differ by decades.
+    pub(crate) fn solved(kind: Kind, a: &DMatrix<f64>, q: &mut DMatrix<f64>) -> Result<(Self, f64)> {
+        let mut equation = Self::vacant(kind);
+        square("A", a)?;
+        equation.factor_in_some_units(a, Balance::fitted_with_weight(a, q).apart())?;
+        let residual = equation.solve_in_place(q)?;
+        Ok((equation, residual))
+    }
+
     /// The equation for a finite, square `a`, without the test for singularity.
     pub(crate) fn untested(kind: Kind, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Self> {
         let mut equation = Self::vacant(kind);
@@ -177,26 +187,30 @@ impl SchurEquation {
 
     /// Replaces the equation by that for `a`, in the same memory. After an error every solution is an error.
     pub(crate) fn refactor(&mut self, a: &DMatrix<f64>) -> Result<()> {
-        let done = self.factor_in_some_units(a);
+        let done = square("A", a)
+            .and_then(|_| self.factor_in_some_units(a, Balance::worthwhile(a).map(|(balance, _)| balance)));
         if done.is_err() {
             self.units = f64::NAN;
         }
         done
     }
 
-    fn factor_in_some_units(&mut self, a: &DMatrix<f64>) -> Result<()> {
-        square("A", a)?;
+    /// For a square `a`, in these units if they serve.
+    fn factor_in_some_units(&mut self, a: &DMatrix<f64>, preferred: Option<Balance>) -> Result<()> {
         if self.kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
+        let given = preferred.is_none();
+        let first = self.factor_and_test(a, preferred)?;
         // Units of the state that differ by decades make an equation look singular.
-        let (first, mut others) = if let Some((balance, balanced)) = Balance::worthwhile(a) {
-            let standing = self.factor_and_test(&balanced, Some(balance))?;
-            (standing, if standing == Standing::Rounding { vec![None] } else { Vec::new() })
-        } else {
-            let standing = self.factor_and_test(a, None)?;
-            let balance = (standing == Standing::Rounding).then(|| Balance::of(&sizes(a), None));
-            (standing, balance.filter(|balance| !balance.is_trivial()).map(Some).into_iter().collect())
+        let mut others = match (first, given) {
+            (Standing::Rounding, true) => Some(Balance::of(&sizes(a), None))
+                .filter(|balance| !balance.is_trivial())
+                .map(Some)
+                .into_iter()
+                .collect(),
+            (Standing::Rounding, false) => vec![None],
+            _ => Vec::new(),
         };
         if first == Standing::Clear {
             return Ok(());
@@ -217,8 +231,7 @@ impl SchurEquation {
         // A triangular chain has rows and columns that balancing leaves alone.
         others.push(Some(Balance::fitted(a)));
         for balance in others {
-            let matrix = balance.as_ref().map(|balance| balance.similar(a));
-            let standing = self.factor_and_test(matrix.as_ref().unwrap_or(a), balance)?;
+            let standing = self.factor_and_test(a, balance)?;
             self.regularity = known;
             if standing == Standing::Clear || self.contracts() || standing == Standing::Doubtful {
                 return Ok(());
@@ -267,8 +280,10 @@ impl SchurEquation {
         Ok(())
     }
 
+    /// The given `a`, in these units.
     fn factor_and_test(&mut self, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Standing> {
-        self.factor(a, balance)?;
+        let balanced = balance.as_ref().map(|balance| balance.similar(a));
+        self.factor(balanced.as_ref().unwrap_or(a), balance)?;
         self.rounding = false;
         let (n, kind) = (a.nrows(), self.kind);
         let (separation, regular) = if self.stable {

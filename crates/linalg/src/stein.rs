@@ -93,14 +93,15 @@ impl SteinEquation {
     /// and refinement does not converge for this `q`.
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
         shaped("Q", q, self.0.order(), self.0.order())?;
-        self.solve_symmetric(symmetric("Q", q)?)
+        let mut p = symmetric("Q", q)?;
+        let residual = self.0.solve_in_place(&mut p)?;
+        Ok(self.solution(p, residual))
     }
 
-    /// The solution for an exactly symmetric matrix of the right order, given in `p`.
-    fn solve_symmetric(&mut self, mut p: DMatrix<f64>) -> Result<Stein> {
-        let residual = self.0.solve_in_place(&mut p)?;
+    /// What is known of the solution `p`, found with this residual.
+    fn solution(&self, p: DMatrix<f64>, residual: f64) -> Stein {
         let spread = self.0.spread(&p);
-        Ok(Stein { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread })
+        Stein { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread }
     }
 
     /// As [`solve`](Self::solve), into `p`, and returns the relative residual. Allocates nothing if `p` is n x n
@@ -176,6 +177,7 @@ pub fn stein<'a>(a: impl Into<RealMatrixView<'a>>, q: impl Into<RealMatrixView<'
 fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
     let n = square("A", a)?;
     shaped("Q", q, n, n)?;
-    let q = symmetric("Q", q)?;
-    SteinEquation::new(a)?.solve_symmetric(q)
+    let mut q = symmetric("Q", q)?;
+    let (equation, residual) = SchurEquation::solved(Kind::Stein, a, &mut q)?;
+    Ok(SteinEquation(equation).solution(q, residual))
 }

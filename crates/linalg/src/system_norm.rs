@@ -10,14 +10,14 @@
 //! ```
 //! Two-step method of N. A. Bruinsma and M. Steinbuch, Systems & Control Letters 14, 1990: gamma is set slightly above
 //! the largest value found so far; the imaginary eigenvalues bound the frequency intervals with larger values, and the
-//! midpoints of these intervals are evaluated next. Rounding moves eigenvalues that are about to meet on the axis by the
-//! root of eps, so that none is excluded for its real part: the frequencies of all are evaluated, `O(n^2)` each, and the
-//! largest value is followed to its local maximum.
+//! midpoints of these intervals are evaluated next. Rounding moves eigenvalues that are about to meet on the axis by
+//! the root of eps, so that none is excluded for its real part: the frequencies of all are evaluated, `O(n^2)` each,
+//! and the largest value is followed to its local maximum.
 //!
 //! In discrete time the same holds on the unit circle for the eigenvalues z of the pencil `[F G; 0 I] - z [I 0; H F']`.
 //! The frequency is `tau = tan(angle/2)`, `z = (1 + j tau)/(1 - j tau)`, and the eigenvalues are computed as those of
-//! the pencil transformed by `(z - 1)/(z + 1)` or by its inverse, whichever is regular at the largest value found so far.
-//! A itself is not transformed, which would lose the digits of a pole near -1.
+//! the pencil transformed by `(z - 1)/(z + 1)` or by its inverse, whichever is regular at the largest value found so
+//! far. A itself is not transformed, which would lose the digits of a pole near -1.
 //!
 //! All of this is done in balanced units of the state, the inputs and the outputs (`frequency_response.rs`).
 
@@ -125,9 +125,9 @@ fn discrete_h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f
 
 /// The H-infinity norm of `C(sI - A)^-1 B + D` for a Hurwitz A.
 ///
-/// `a` is n x n, `b` n x m, `c` p x n, `d` p x m. Whether A is Hurwitz is not tested; at a pole on the imaginary axis the
-/// value is infinite. Powers of two as units of time and of the states change nothing, and as units common to all inputs
-/// or to all outputs change the norm by that factor.
+/// `a` is n x n, `b` n x m, `c` p x n, `d` p x m. Whether A is Hurwitz is not tested; at a pole on the imaginary axis
+/// the value is infinite. Powers of two as units of time and of the states change nothing, and as units common to all
+/// inputs or to all outputs change the norm by that factor.
 ///
 /// ```
 /// use luenberger_linalg::h_infinity_norm;

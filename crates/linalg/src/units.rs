@@ -9,11 +9,10 @@
 //! ```
 //!
 //! Only `D` is taken from the minimiser; `t` and `R` then bring the largest entry of `A` and of each row of `C` to
-//! about one. The result changes with the units of the data, so that later decisions do not depend on those units: not by
-//! a single bit, if these units are powers of two.
-//! Least squares (Curtis and Reid, J. Inst. Maths Applics 10, 1972) has this property too, but absolute values are
-//! robust against a minority of entries that are rounding noise. Method: iteratively reweighted least squares,
-//! equivariant in each step, with a bounded number of steps.
+//! about one. The result changes with the units of the data, so that later decisions do not depend on those units: not
+//! by a single bit, if these units are powers of two. Least squares (Curtis and Reid, J. Inst. Maths Applics 10, 1972)
+//! has this property too, but absolute values are robust against a minority of entries that are rounding noise. Method:
+//! iteratively reweighted least squares, equivariant in each step, with a bounded number of steps.
 
 use nalgebra::DMatrix;
 
@@ -46,8 +45,8 @@ impl Units {
     pub fn of(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
         let (n, p) = (a.nrows(), c.nrows());
         let Some(best) = fit(&Logarithms::of(a, c), n, p) else { return Self::given(n, p) };
-        // A common shift of connected states and outputs changes nothing. The fit chooses it by the units given, so that
-        // only differences may be rounded; then each connected part is centred.
+        // A common shift of connected states and outputs changes nothing. The fit chooses it by the units given, so
+        // that only differences may be rounded; then each connected part is centred.
         let parts = parts(a, c);
         let limit = |x: f64| x.clamp(-LARGEST, LARGEST);
         let mut units = Self::given(n, p);

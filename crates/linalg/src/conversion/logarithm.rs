@@ -36,8 +36,8 @@ const STEPS: usize = 60;
 ///
 /// # Errors
 /// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`], [`LinalgError::NoLogarithm`] with the eigenvalue;
-/// [`LinalgError::NotConverged`] if `e^X` misses `A` by more than `1e-9 |A|` in balanced units, for an eigenvalue very near the negative
-/// axis.
+/// [`LinalgError::NotConverged`] if `e^X` misses `A` by more than `1e-9 |A|` in balanced units, for an eigenvalue very
+/// near the negative axis.
 ///
 /// # Cost
 /// `O(n^3)`, about 200 n^3 flops.

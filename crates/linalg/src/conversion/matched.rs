@@ -26,9 +26,9 @@ pub struct ZerosPolesGain {
 ///
 /// Zeros at infinity stay there, as in python-control's `c2d` (Franklin, Powell and Workman, section 6.2, place them at
 /// -1). With a pole or zero of multiplicity k at `s = 0` the gain of `s^k H(s)` or `s^-k H(s)` is kept, `(z - 1)/h` for
-/// `s`: of a small pole or zero the same factor is kept, up to the order of `s h`, so that it does not matter which of the
-/// two it is. Poles and zeros are exactly 1 where the matrices as stored have them at 0. Hidden modes are poles and zeros
-/// at once, and cancel.
+/// `s`: of a small pole or zero the same factor is kept, up to the order of `s h`, so that it does not matter which of
+/// the two it is. Poles and zeros are exactly 1 where the matrices as stored have them at 0. Hidden modes are poles and
+/// zeros at once, and cancel.
 ///
 /// # Errors
 /// [`LinalgError::DimensionMismatch`] for more than one input or output; [`LinalgError::InvalidPeriod`];

@@ -1,9 +1,9 @@
 //! A Riccati equation in units in which its terms are of comparable size.
 //!
-//! With `x = D z` for a diagonal `D` (see `balance`), `X = rho D^-1 X^ D^-1`, each input in other units and, in continuous
-//! time, time in units of `1/tau`, the equation keeps its form. `rho` is chosen so that `rho G` and `Q / rho` have
-//! equal norms, `G = B R^-1 B'` (Kenney, Laub and Wette, Systems and Control Letters 12, 1989). All scales are powers
-//! of two, hence exact, and are stored as exponents, so that even `R = 1e-300` loses no digits.
+//! With `x = D z` for a diagonal `D` (see `balance`), `X = rho D^-1 X^ D^-1`, each input in other units and, in
+//! continuous time, time in units of `1/tau`, the equation keeps its form. `rho` is chosen so that `rho G` and `Q /
+//! rho` have equal norms, `G = B R^-1 B'` (Kenney, Laub and Wette, Systems and Control Letters 12, 1989). All scales
+//! are powers of two, hence exact, and are stored as exponents, so that even `R = 1e-300` loses no digits.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
 use crate::balance::{Balance, sizes};

@@ -132,8 +132,8 @@ fn matched_as_python_control() {
     near(&model.c, &dmatrix![-0.0077395085764449464, 0.010447243818224225, 0.0]);
 }
 
-/// The double integrator in other coordinates: `H = c A b / s^2` exactly, and the gain `c A b h^2`. Eigenvalues that are
-/// computed as 1e-8, or as 0, must not matter.
+/// The double integrator in other coordinates: `H = c A b / s^2` exactly, and the gain `c A b h^2`. Eigenvalues that
+/// are computed as 1e-8, or as 0, must not matter.
 #[test]
 fn matched_double_integrators_in_any_coordinates() {
     for (a, gain) in [
@@ -332,8 +332,8 @@ fn tustin_in_other_units() {
     entries_near(&back.a, &system.a);
 }
 
-/// The logarithm of `[.5 1e6; -1e-8 .5]` is `[l w 1e7; -w 1e-7, l]` with `l = ln |z|, w = arg z` of `z = .5 + .1i`: mpmath
-/// with 50 digits.
+/// The logarithm of `[.5 1e6; -1e-8 .5]` is `[l w 1e7; -w 1e-7, l]` with `l = ln |z|, w = arg z` of `z = .5 + .1i`:
+/// mpmath with 50 digits.
 #[test]
 fn to_continuous_time_in_other_units() {
     let a = dmatrix![0.5, 1e6; -1e-8, 0.5];

@@ -14,8 +14,8 @@ use scaling::{Answer, Unit, Units, difference, unit};
 
 /// Powers of two change no bit of what is computed in balanced units.
 const EXACT: f64 = 0.0;
-/// Units up to 2^10 apart are left as they are: an error of rounding relative to a norm grows by that much for the row and
-/// for the column of an entry.
+/// Units up to 2^10 apart are left as they are: an error of rounding relative to a norm grows by that much for the row
+/// and for the column of an entry.
 const LEFT: f64 = 1024.0 * 1024.0 * f64::EPSILON;
 /// The same for plants of order five with entries of about one, whose conditions are below a hundred as a rule.
 const ACCURATE: f64 = 100.0 * LEFT;

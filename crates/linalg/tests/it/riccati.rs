@@ -370,8 +370,9 @@ fn bad_input_is_named() {
     }
 }
 
-/// A slow mode that no output sees decays: it has no part in the gain, and its covariance is `w / (2 |lambda|)`. Also in
-/// other coordinates, where its covariance with the fast mode of `A = diag(-s, -1)` is `w12 / (s + 1 + l)`, l the gain.
+/// A slow mode that no output sees decays: it has no part in the gain, and its covariance is `w / (2 |lambda|)`. Also
+/// in other coordinates, where its covariance with the fast mode of `A = diag(-s, -1)` is `w12 / (s + 1 + l)`, l the
+/// gain.
 #[test]
 fn hidden_slow_modes_decay() {
     let one = dmatrix![1.0];

@@ -182,8 +182,8 @@ fn bad_input_is_named() {
     }
 }
 
-/// Without a weight of the input, the zeros of the weighted output would be poles of the closed loop; one of them is at -1,
-/// and at 1: there is no stabilizing solution, and Newton's iteration ends near the boundary.
+/// Without a weight of the input, the zeros of the weighted output would be poles of the closed loop; one of them is at
+/// -1, and at 1: there is no stabilizing solution, and Newton's iteration ends near the boundary.
 #[test]
 fn a_pole_on_the_boundary_is_no_solution() {
     let none = DMatrix::zeros(2, 1);

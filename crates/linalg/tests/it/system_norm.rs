@@ -58,8 +58,8 @@ fn the_peak_of_a_resonance_in_any_unit() {
     }
 }
 
-/// `1/(z - p)` has the norm `1/(1 - |p|)`; `1/((z - p)(z + p))` has `1/(1 - p^2)`, at 0 and at pi. The numbers are exact in
-/// binary, so that nothing of `1 - |p|` is lost.
+/// `1/(z - p)` has the norm `1/(1 - |p|)`; `1/((z - p)(z + p))` has `1/(1 - p^2)`, at 0 and at pi. The numbers are
+/// exact in binary, so that nothing of `1 - |p|` is lost.
 #[test]
 fn discrete_poles_at_the_edge() {
     let one = dmatrix![1.0];
@@ -119,7 +119,8 @@ proptest! {
             prop_assert!(value <= found.norm * (1.0 + 2e-9), "{value} at {w}, {found:?}");
         }
         if found.frequency.is_finite() {
-            // The frequency is rounded, and the response in units of the test's own has errors of eps over the distance.
+            // The frequency is rounded, and the response in units of the test's own has errors of eps over the
+            // distance.
             let value = response([&a, &b, &c, &d], point(found.frequency));
             prop_assert!((value - found.norm).abs() <= 1e-6 * found.norm, "{value}, {found:?}");
         }

@@ -1,9 +1,9 @@
-//! The property that units do not matter: *states, inputs, outputs, disturbances and time are multiplied by powers of two
-//! between 2^-40 and 2^40; the verdict, the gain and every number in its units stay the same.*
+//! The property that units do not matter: *states, inputs, outputs, disturbances and time are multiplied by powers of
+//! two between 2^-40 and 2^40; the verdict, the gain and every number in its units stay the same.*
 //!
-//! A plant is a list of matrices, each with its [`Unit`]; a routine is a function from a plant to an [`Answer`], a verdict
-//! and matrices with their units. [`unchanged`] asks it for the plant and for the same plant in other units, takes the
-//! second answer back, and compares. Used by the tests of this crate and, by its path, by those of others.
+//! A plant is a list of matrices, each with its [`Unit`]; a routine is a function from a plant to an [`Answer`], a
+//! verdict and matrices with their units. [`unchanged`] asks it for the plant and for the same plant in other units,
+//! takes the second answer back, and compares. Used by the tests of this crate and, by its path, by those of others.
 
 #![allow(unreachable_pub, dead_code, reason = "shared by path; no crate uses all of it")]
 
@@ -42,7 +42,8 @@ impl Unit {
     }
 }
 
-/// The units in which a plant is written, as powers of two: a number x of the state j becomes `2^state[j] x`, and so on.
+/// The units in which a plant is written, as powers of two: a number x of the state j becomes `2^state[j] x`, and so
+/// on.
 #[derive(Debug, Clone)]
 pub struct Units {
     pub state: Vec<i32>,

@@ -6,8 +6,8 @@ pub const ABOUT_ZERO: &str = "≈0";
 /// What that means.
 pub const ABOUT_ZERO_MEANS: &str = "not more than the rounding errors of the other entries of its row and its column";
 
-/// For each entry whether it is not zero and below the rounding errors of its row and of its column, whatever the units of
-/// both are. Of a vector, below those of its largest entry.
+/// For each entry whether it is not zero and below the rounding errors of its row and of its column, whatever the units
+/// of both are. Of a vector, below those of its largest entry.
 pub fn is_about_zero(rows: &[Vec<f64>]) -> Vec<Vec<bool>> {
     let columns = rows.first().map_or(0, Vec::len);
     let largest = |entries: &mut dyn Iterator<Item = f64>| entries.fold(0.0, |largest: f64, x| largest.max(x.abs()));

@@ -514,8 +514,8 @@ period = 1
     assert_eq!(instead, "a shorter `period`");
 }
 
-/// `T A = 0` by hand: `C E = 16`, `H = (1/16, 0)`, `T = [0 3/8; 0 1]`, and (A, C) is observable. The mode 0 that stays is
-/// the invariant zero of (A, E, C): `det [A - s I, E; C, 0] = 16 s`.
+/// `T A = 0` by hand: `C E = 16`, `H = (1/16, 0)`, `T = [0 3/8; 0 1]`, and (A, C) is observable. The mode 0 that stays
+/// is the invariant zero of (A, E, C): `det [A - s I, E; C, 0] = 16 s`.
 #[test]
 fn a_mode_of_the_decoupled_plant_is_not_said_of_the_plant() {
     let (why, instead) = refused(
@@ -626,7 +626,8 @@ fn modes_that_floating_point_hides_are_not_counted_as_hidden() {
     assert!(instead.starts_with("the unobservable modes are stable"), "{instead}");
 }
 
-/// Entries from 3.4e-5 to 2.2e9: in the units given, `P^-1` of the bound would leave the range in which binary64 inverts it.
+/// Entries from 3.4e-5 to 2.2e9: in the units given, `P^-1` of the bound would leave the range in which binary64
+/// inverts it.
 #[test]
 fn a_bound_of_a_plant_in_distant_units_is_proved() {
     all_proved(
