@@ -18,10 +18,11 @@
 //! SIAM 1994, sections 6.3 and 7.3.
 
 use luenberger_lmi::{Expression, Problem, Settings, Variable, block, he, identity, trace};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::check;
 use crate::error::DesignError;
+use crate::gain_lmi::NoiseUnits;
 
 /// Solver, bound of the gain and noise of a design by linear matrix inequality.
 ///
@@ -93,7 +94,7 @@ impl GainOptions {
             }
             None => None,
         };
-        Ok(Checked { max_gain: self.max_gain, precision })
+        Ok(Checked { max_gain: self.max_gain, precision, back: None })
     }
 }
 
@@ -102,21 +103,35 @@ impl GainOptions {
 pub(crate) struct Checked {
     max_gain: Option<f64>,
     precision: Option<DMatrix<f64>>,
+    /// From the units of the program, if it has its own: see [`NoiseUnits::back`].
+    back: Option<(DVector<f64>, DMatrix<f64>)>,
 }
 
 impl Checked {
+    /// The same for a program in these units.
+    pub(crate) fn within(&self, units: &NoiseUnits) -> Self {
+        let precision = self.precision.as_ref().map(|v| DMatrix::identity(v.nrows(), v.ncols()));
+        Self { max_gain: self.max_gain, back: precision.is_some().then(|| units.back()), precision }
+    }
+
+    /// The square of the largest unit of a state as part of each: one in the units given.
+    fn weights(&self, n: usize) -> DMatrix<f64> {
+        self.back.as_ref().map_or_else(|| DMatrix::identity(n, n), |(weights, _)| DMatrix::from_diagonal(weights))
+    }
+
     /// The constraints on P and Y alone, once in a problem.
     pub(crate) fn constrain(&self, lmi: &mut Problem, p: &Variable, y: &Variable, n: usize, outputs: usize) {
         if let Some(bound) = self.max_gain {
             let s = lmi.scalar("s");
-            lmi.constrain("P > s", (p - s.identity(n)) >> 0.0);
+            lmi.constrain("P > s", (p - s.identity(n) * self.weights(n)) >> 0.0);
             let scaled = (bound * bound) * s.identity(outputs);
+            let y = self.back.as_ref().map_or_else(|| Expression::from(y), |(_, back)| y * back);
             lmi.constrain("|L| < max_gain", block![[scaled, y.transpose()], [y, p]] >> 0.0);
         }
         if self.precision.is_some() {
             let z = lmi.symmetric("Z", n);
             lmi.constrain("P^-1 < Z", block![[&z, identity(n)], [identity(n), p]] >> 0.0);
-            lmi.minimise(trace(&z));
+            lmi.minimise(trace(self.weights(n) * &z));
         }
     }
 

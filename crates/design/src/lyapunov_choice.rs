@@ -13,7 +13,7 @@
 //! F is `A - L C` rounded once from its exact value, and each solution has a residual correction.
 
 use luenberger_linalg::{
-    LyapunovEquation, SteinEquation, balanced, spectral_abscissa, spectral_radius, symmetric_part,
+    LyapunovEquation, SteinEquation, balanced, spectral_abscissa, spectral_radius, state_units, symmetric_part,
 };
 use luenberger_proof::certificate::Certificate;
 use luenberger_proof::statement::TimeDomain;
@@ -67,14 +67,15 @@ pub(crate) fn others<T>(
     of(Some(units.form_back(&symmetric_part(&(t.transpose() * t)))))
 }
 
-/// Coordinates in which F and its P are of moderate size, the balanced ones first.
+/// Coordinates in which F and its P are of moderate size, the balanced ones first, of F with and without its isolated
+/// states.
 pub(crate) fn coordinates(time: TimeDomain, f: &DMatrix<f64>) -> Vec<Powers> {
-    let Ok(found) = balanced(f) else { return Vec::new() };
+    let (Ok(found), Ok(fitted)) = (balanced(f), state_units(f)) else { return Vec::new() };
     let mut powers = vec![0; f.nrows()];
     for (&state, scale) in found.permutation.iter().zip(&found.scaling) {
         powers[state] = scale.log2().round() as i32;
     }
-    let mut all = vec![Powers(powers)];
+    let mut all = vec![Powers(fitted), Powers(powers)];
     for _ in 0..ROUNDS {
         let last = &all[all.len() - 1];
         let Some(p) = Equation::new(time, f, last, false).and_then(|mut equation| equation.of_identity()) else {

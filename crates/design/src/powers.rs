@@ -22,6 +22,11 @@ impl Powers {
         DMatrix::from_fn(e.nrows(), e.ncols(), |i, j| shift(e[(i, j)], -self.0[i]))
     }
 
+    /// `D E`.
+    pub(crate) fn rows_back(&self, e: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(e.nrows(), e.ncols(), |i, j| shift(e[(i, j)], self.0[i]))
+    }
+
     /// `C D`.
     pub(crate) fn columns(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], self.0[j]))

@@ -112,21 +112,18 @@ fn chain(plant: &StateSpace, e: &DMatrix<f64>, order: usize) -> Result<StateSpac
     })
 }
 
-/// `count` poles for the bandwidth `omega`: with one output all of them at `-omega`; with more, equal ones as often as
-/// there are outputs, from `-0.8 omega` to `-1.25 omega` in geometric progression, since more equal ones would make the
-/// error system defective.
+/// `count` poles for the bandwidth `omega`: with one output all of them at `-omega`; with more, from `-0.8 omega` to
+/// `-1.25 omega` in geometric progression, since equal ones can make the error system defective.
 ///
 /// ```
 /// use luenberger_design::bandwidth_poles;
 /// assert_eq!(bandwidth_poles(3, 1, 10.0), [-10.0; 3]);
-/// assert_eq!(bandwidth_poles(4, 2, 10.0), [-8.0, -8.0, -12.5, -12.5]);
+/// assert_eq!(bandwidth_poles(3, 2, 10.0), [-8.0, -10.0, -12.5]);
 /// ```
 pub fn bandwidth_poles(count: usize, outputs: usize, omega: f64) -> Vec<f64> {
-    let groups = if outputs > 1 { count.div_ceil(outputs) } else { 1 };
     let pole = |k: usize| {
-        let group = if outputs > 1 { k / outputs } else { 0 };
         // Between -1 and 1.
-        let place = if groups > 1 { 2.0 * group as f64 / (groups - 1) as f64 - 1.0 } else { 0.0 };
+        let place = if outputs > 1 && count > 1 { 2.0 * k as f64 / (count - 1) as f64 - 1.0 } else { 0.0 };
         -omega * 1.25f64.powf(place)
     };
     (0..count).map(pole).collect()

@@ -11,6 +11,7 @@ use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver, UnknownInputObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, StoredCubicTerm, UnknownInputConvergence};
+use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, plant};
@@ -18,6 +19,7 @@ use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
 use crate::error::{DesignError, Pair};
 use crate::linear::LinearDesign;
+use crate::lyapunov_choice::proved_or_first;
 use crate::proportional_integral::{exact_product, has_full_column_rank, least_seen};
 
 /// The plant that remains when the unknown input is decoupled: (TA, TB, C), with the H of the estimate.
@@ -181,7 +183,11 @@ impl UnknownInputDesign<LinearObserver<f64, Dyn, Dyn, Dyn>> {
     /// [`DesignError::Observer`] and [`DesignError::Proof`] for a design of another plant.
     pub fn linear(of: &DecoupledPlant, design: &LinearDesign) -> Result<Self, DesignError> {
         let observer = UnknownInputObserver::new(design.observer.clone(), of.h.clone(), of.plant.d.clone())?;
-        let certificate = of.theorem((design.l(), &design.p, design.rate), None)?;
+        // The design proves its P for the T in double precision.
+        let f = check::closed_loop((&of.reduced.a, design.l(), &of.reduced.c))?;
+        let (_, certificate) = proved_or_first(TimeDomain::Continuous, &f, Ok(design.p.clone()), |p| {
+            of.theorem((design.l(), p, design.rate), None)
+        })?;
         Ok(Self { observer, certificate })
     }
 

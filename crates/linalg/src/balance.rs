@@ -7,6 +7,8 @@
 //! nothing drives (a hidden one, in the filter's equation), or that drives nothing, takes the unit in which its weight
 //! is as large as the largest of the others.
 
+use crate::Result;
+use crate::argument::{RealMatrixView, owned, square};
 use crate::separation::norm;
 use crate::units::{Units, shift, spread};
 use nalgebra::DMatrix;
@@ -30,6 +32,28 @@ const APART: f64 = 1024.0;
 
 /// The largest ratio of units, as a power of two, that is left as it is.
 pub(crate) const NEARBY: i32 = 10;
+
+/// Units of the states of `x' = A x` or `x+ = A x`, as powers of two, in which the entries of A are as near to each
+/// other as they can be: with `x_j = 2^k_j z_j`, the A of z is `D^-1 A D`, `D = diag(2^k_j)`. Isolated states have
+/// theirs too, other than in [`balanced`](crate::balanced).
+///
+/// The exponents minimise the sum of `|log2|a_ij| + k_j - k_i - t|` over the nonzero entries and a unit of time;
+/// `O(n^3)`.
+/// ```
+/// use luenberger_linalg::state_units;
+/// use nalgebra::dmatrix;
+/// let k = state_units(&dmatrix![-1.0, 1024.0; 1.0 / 1024.0, -1.0])?;
+/// assert_eq!(k[0] - k[1], 10);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+/// # Errors
+/// [`LinalgError::NotSquare`](crate::LinalgError::NotSquare),
+/// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite).
+pub fn state_units<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<Vec<i32>> {
+    let a = owned(a);
+    square("A", &a)?;
+    Ok(Balance::fitted(&a).0)
+}
 
 impl Balance {
     /// Balances `a`, with `q` and `g` if they are there; all three are [`sizes`].

@@ -299,19 +299,19 @@ pub enum LinalgError {
         /// The pole.
         pole: Complex<f64>,
     },
-    /// A pole repeated more often than there are independent inputs (for an observer, outputs), which only a defective
-    /// closed loop could have.
-    #[error(
-        "the pole {pole} is repeated {multiplicity} times; with {rank} independent inputs (outputs) it may be repeated \
-         {rank} times: separate the others by a little",
-        pole = complex(*.pole)
-    )]
+    /// Poles repeated more often than only a defective closed loop could have them: with sorted multiplicities `m_i`
+    /// and `s_i` the number of inputs that reach states after i integrations (the conjugates of the controllability
+    /// indices), `m_1 + .. + m_k <= s_1 + .. + s_k` for all k; `s_1` is the rank of B. (Rosenbrock, State-Space and
+    /// Multivariable Theory, 1970.) For an observer, outputs and observability.
+    #[error("{}", repeated(*.pole, *.poles, *.multiplicity, *.rank))]
     PoleMultiplicity {
-        /// The pole.
+        /// The pole, the last of them.
         pole: Complex<f64>,
-        /// Its requested multiplicity.
+        /// The number k of poles that are repeated too often together.
+        poles: usize,
+        /// Their requested multiplicity, all together.
         multiplicity: usize,
-        /// The rank of B (for an observer, of C).
+        /// The one allowed; for one pole the rank of B (for an observer, of C).
         rank: usize,
     },
     /// A pole that no gain with the zeros asked for can move, and that is not asked for.
@@ -391,6 +391,21 @@ pub enum LinalgError {
         /// The tolerance.
         tolerance: f64,
     },
+}
+
+fn repeated(pole: Complex<f64>, poles: usize, multiplicity: usize, allowed: usize) -> String {
+    let pole = complex(pole);
+    if poles == 1 {
+        format!(
+            "the pole {pole} is repeated {multiplicity} times; with {allowed} independent inputs (outputs) it may be repeated \
+             {allowed} times: separate the others by a little"
+        )
+    } else {
+        format!(
+            "the {poles} poles repeated most, {pole} among them, are {multiplicity} together; the pair allows {allowed}, since \
+             its inputs (outputs) reach unlike numbers of states: separate some of them by a little"
+        )
+    }
 }
 
 impl LinalgError {

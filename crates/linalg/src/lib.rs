@@ -130,6 +130,7 @@ mod units;
 pub mod zeros;
 
 pub use argument::{RealMatrixView, symmetric, symmetric_part};
+pub use balance::state_units;
 pub use conversion::{
     Discretization, Realization, ZerosPolesGain, c2d, c2d_matched, continuous_process_noise, d2c,
     discrete_process_noise, logm, measurement_intensity, sampled_measurement_covariance,

@@ -25,13 +25,16 @@ pub struct Staircase {
     pub g: DMatrix<f64>,
     /// Order of the controllable part.
     pub rank: usize,
+    /// The heights of the stairs, which sum up to the rank and do not increase: how many inputs reach a state after so
+    /// many integrations.
+    pub stairs: Vec<usize>,
 }
 
 impl Staircase {
     /// Staircase of `f` (n x n) and `g` (n x m).
     pub fn new(f: &DMatrix<f64>, g: &DMatrix<f64>, tolerance: f64) -> Self {
         let n = f.nrows();
-        let mut s = Self { q: DMatrix::identity(n, n), f: f.clone(), g: g.clone(), rank: 0 };
+        let mut s = Self { q: DMatrix::identity(n, n), f: f.clone(), g: g.clone(), rank: 0, stairs: Vec::new() };
         let mut block = s.g.clone();
         let mut stair = s.compress(&mut block, tolerance);
         s.g.copy_from(&block);
@@ -39,6 +42,7 @@ impl Staircase {
         while stair > 0 {
             let before = s.rank;
             s.rank += stair;
+            s.stairs.push(stair);
             let below = n - s.rank;
             if below == 0 {
                 break;

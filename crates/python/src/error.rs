@@ -86,7 +86,7 @@ fn class_of<'py>(py: Python<'py>, error: &LinalgError) -> PyResult<(&'static str
         E::PoleCount { order, found } => ("InvalidPole", dictionary!(py; expected = order, found)),
         E::PoleNotFinite { index, pole } => ("InvalidPole", dictionary!(py; index, pole = *pole)),
         E::PoleUnpaired { pole } => ("InvalidPole", dictionary!(py; pole = *pole)),
-        E::PoleMultiplicity { pole, multiplicity, rank } => {
+        E::PoleMultiplicity { pole, multiplicity, rank, .. } => {
             ("InvalidPole", dictionary!(py; pole = *pole, found = multiplicity, expected = rank))
         }
         E::Singular { what, condition } => ("LinAlgError", dictionary!(py; what, condition)),

@@ -20,7 +20,7 @@
 mod programs;
 mod reached;
 
-use luenberger_linalg::{LyapunovEquation, RealMatrixView, lambda_max, symmetric_part};
+use luenberger_linalg::{LyapunovEquation, RealMatrixView, lambda_max, state_units, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver};
 use luenberger_proof::certificate::{Certificate, DisturbedPlant, InputToStateStability};
@@ -32,6 +32,7 @@ use crate::certificate::certified;
 use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
+use crate::powers::{Powers, shift};
 use reached::{Reached, golden};
 
 /// Disturbances and noise of a plant with their bounds: `x' = A x + B u + E w`, `y = C x + D w`, `|w_i(t)| <= W_i`.
@@ -270,6 +271,8 @@ impl ErrorSystem {
     fn linear(&self) -> Result<Candidate, DesignError> {
         let Some((f, g)) = self.flows().into_iter().next() else { return Err(DesignError::NoVertices) };
         let n = f.nrows();
+        let units = Powers(state_units(&f)?);
+        let (f, g) = (units.similar(&f), units.rows(&g));
         let fastest = -self.abscissa;
         check::positive("the decay rate of A - L C", fastest)?;
         let e = &self.vertices[0].1;
@@ -314,7 +317,8 @@ impl ErrorSystem {
         let inverse = z.clone().cholesky().map(|root| symmetric_part(&root.inverse()));
         let p = inverse.filter(|p| p.iter().all(|x| x.is_finite())).ok_or_else(unproved)?;
         let lambda = d.iter().zip(&self.bounds).map(|(d, w)| (1.0 / d) / (w * w)).collect();
-        let limsup = (0..n).map(|k| z[(k, k)].max(0.0).sqrt()).collect();
+        let limsup = (0..n).map(|k| shift(z[(k, k)].max(0.0).sqrt(), units.0[k])).collect();
+        let p = units.form_back(&p);
         // A little less than the rate, for which the inequality holds strictly.
         Ok(Candidate { p, rate: rate * (1.0 - 1e-6), lambda, x: 0.0, limsup })
     }

@@ -157,22 +157,19 @@ impl IntervalDesign {
     }
 }
 
-/// Modal coordinates, T and its blocks: in the units given, or where these hide the poles in balanced ones.
+/// Modal coordinates, T and its blocks, found in balanced units, or where these do not serve in those given.
 ///
 /// # Errors
 /// [`DesignError::NoModalCoordinates`] for poles that are not distinct, [`DesignError::DependentModes`] for
 /// eigenvectors that are nearly dependent.
 fn modal_coordinates(time: TimeDomain, f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
-    let mut found = modal::in_units(f);
     for units in coordinates(time, f) {
-        if found.is_ok() {
-            break;
-        }
         // With x = D z, z being modal in T~ z: T = T~ D^-1.
-        let balanced = modal::in_units(&units.similar(f));
-        found = balanced.map(|(t, blocks)| (units.outputs_back(&t), blocks));
+        if let Ok((t, blocks)) = modal::in_units(&units.similar(f)) {
+            return Ok((units.outputs_back(&t), blocks));
+        }
     }
-    found
+    modal::in_units(f)
 }
 
 /// T and its blocks for `A - LC`.

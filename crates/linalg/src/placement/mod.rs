@@ -296,7 +296,14 @@ fn assign(
         let (gain, vectors) = single_input::assign(&hessenberg, &scaled);
         (1, gain, vectors)
     } else {
-        assign_several(&scaled_a, &scaled_b, &scaled).map_err(|error| error.in_time(units.time))?
+        let stairs = staircase.map_or_else(
+            || {
+                let tolerance = default_tolerance(n, m) * scaled_a.norm().hypot(scaled_b.norm());
+                Staircase::new(&scaled_a, &scaled_b, tolerance).stairs
+            },
+            |staircase| staircase.stairs,
+        );
+        assign_several(&scaled_a, &scaled_b, &scaled, &stairs).map_err(|error| error.in_time(units.time))?
     };
     let gain = DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
     if gain.iter().any(|x| !x.is_finite()) {
@@ -329,6 +336,7 @@ fn assign_several(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
     requested: &RequestedPoles,
+    stairs: &[usize],
 ) -> Result<(usize, DMatrix<f64>, Eigenvectors)> {
     let (n, m) = b.shape();
     let svd = svd(view(b)).ok_or_else(|| LinalgError::NotConverged {
@@ -341,7 +349,9 @@ fn assign_several(
     let floor = default_tolerance(n, m) * sigma.first().copied().unwrap_or(0.0);
     // B of a controllable pair is not zero.
     let rank = sigma.iter().filter(|s| **s > floor).count().max(1);
-    requested.allowed_by(rank)?;
+    if rank > 1 {
+        requested.allowed_by(stairs)?;
+    }
 
     let u = svd.u;
     let inputs = DMatrix::from_fn(n, rank, |i, j| u[(i, j)]);

@@ -76,24 +76,35 @@ impl RequestedPoles {
         }
     }
 
-    /// The pole repeated most often, and how often.
-    fn most_repeated(&self) -> (Complex<f64>, usize) {
-        let count = |p: &Complex<f64>| self.given.iter().filter(|q| *q == p).count();
-        self.given.iter().map(|p| (*p, count(p))).fold((Complex::from(0.0), 0), |x, y| if y.1 > x.1 { y } else { x })
+    /// The poles and how often they are repeated, those first that are repeated most.
+    fn repeated(&self) -> Vec<(Complex<f64>, usize)> {
+        let mut all: Vec<(Complex<f64>, usize)> = Vec::new();
+        for pole in &self.given {
+            match all.iter_mut().find(|(other, _)| other == pole) {
+                Some((_, times)) => *times += 1,
+                None => all.push((*pole, 1)),
+            }
+        }
+        all.sort_by_key(|(_, times)| core::cmp::Reverse(*times));
+        all
     }
 
-    /// Error if a pole is repeated more than `rank` times, with several inputs.
-    pub(super) fn allowed_by(&self, rank: usize) -> Result<()> {
-        let (pole, multiplicity) = self.most_repeated();
-        if rank > 1 && multiplicity > rank {
-            return Err(LinalgError::PoleMultiplicity { pole, multiplicity, rank });
+    /// Error if every closed loop with these poles is defective: see [`LinalgError::PoleMultiplicity`].
+    pub(super) fn allowed_by(&self, stairs: &[usize]) -> Result<()> {
+        let (mut multiplicity, mut allowed) = (0, 0);
+        for (k, (pole, times)) in self.repeated().into_iter().enumerate() {
+            multiplicity += times;
+            allowed += stairs.get(k).copied().unwrap_or(0);
+            if multiplicity > allowed {
+                return Err(LinalgError::PoleMultiplicity { pole, poles: k + 1, multiplicity, rank: allowed });
+            }
         }
         Ok(())
     }
 
     /// Whether a closed loop with these poles and `rank` inputs is defective.
     pub(super) fn is_defective(&self, rank: usize) -> bool {
-        self.most_repeated().1 > rank
+        self.repeated().first().is_some_and(|(_, times)| *times > rank)
     }
 
     /// For each requested pole, the index of the achieved pole matched to it (equal numbers): nearest pairs first.

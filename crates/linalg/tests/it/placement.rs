@@ -135,7 +135,7 @@ fn repeated_poles_up_to_the_number_of_outputs() {
     assert_placed(&placed, &twice, observer_terms(&a, &outputs, &placed));
     assert_eq!(
         place_observer(&a, &outputs, &real(&[-1.0, -1.0, -2.0, -1.0])).unwrap_err(),
-        LinalgError::PoleMultiplicity { pole: c(-1.0, 0.0), multiplicity: 3, rank: 2 }
+        LinalgError::PoleMultiplicity { pole: c(-1.0, 0.0), poles: 1, multiplicity: 3, rank: 2 }
     );
 }
 
@@ -246,8 +246,21 @@ fn bad_input_is_named() {
 #[test]
 fn a_pole_repeated_too_often_is_named_in_the_units_given() {
     let (a, b) = (dmatrix![0.0, 8.0, 0.0; 0.0, 0.0, 8.0; 0.0, 0.0, 0.0], dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 1.0]);
-    let expected = LinalgError::PoleMultiplicity { pole: c(-1.0, 0.0), multiplicity: 3, rank: 2 };
+    let expected = LinalgError::PoleMultiplicity { pole: c(-1.0, 0.0), poles: 1, multiplicity: 3, rank: 2 };
     assert_eq!(place(&a, &b, &real(&[-1.0; 3])), Err(expected));
+}
+
+/// Controllability indices 3 and 1: two double poles would take invariant polynomials of degrees 2 and 2 (Rosenbrock),
+/// with 3 and 1 they exist.
+#[test]
+fn repetitions_of_several_poles_together_are_limited_by_the_indices() {
+    let mut a = DMatrix::zeros(4, 4);
+    (a[(0, 1)], a[(1, 2)], a[(2, 0)], a[(3, 1)]) = (1.0, 1.0, 0.5, 0.25);
+    let b = dmatrix![0.0, 0.0; 0.0, 0.0; 1.0, 0.0; 0.0, 1.0];
+    let expected = LinalgError::PoleMultiplicity { pole: c(-2.0, 0.0), poles: 2, multiplicity: 4, rank: 3 };
+    assert_eq!(place(&a, &b, &real(&[-1.0, -1.0, -2.0, -2.0])), Err(expected));
+    let placed = place(&a, &b, &real(&[-1.0, -1.0, -2.0, -3.0])).unwrap();
+    assert!(placed.deviation < 1e-12 && placed.gain.norm() < 100.0, "{placed}");
 }
 
 /// A mode that no input moves is an error even if it is asked for, real or a pair, with one input or two: no gain

@@ -25,8 +25,13 @@ fn a_subspace_that_is_off_is_brought_back() {
     let c = DMatrix::from_row_slice(1, 5, &[1.0, 0.5, 0.0, 0.0, 0.0]);
     let off = DMatrix::from_fn(5, 5, |i, j| f64::from(u8::from(i == j)) + 1e-6 * ((3 * i + 5 * j) as f64).sin());
     let q = QR::new(off).q();
-    let mut staircase =
-        Staircase { f: q.transpose() * a.transpose() * &q, g: q.transpose() * c.transpose(), q, rank: 2 };
+    let mut staircase = Staircase {
+        f: q.transpose() * a.transpose() * &q,
+        g: q.transpose() * c.transpose(),
+        q,
+        rank: 2,
+        stairs: vec![1, 1],
+    };
     let size = a.norm().hypot(c.norm());
     assert!(residual(&a, &c, &staircase.q, 2) > 1e-7);
     refine(&mut staircase, &a, &c, size).unwrap();

@@ -156,11 +156,19 @@ impl BlockCoordinates {
 
 /// An enclosure of `T^-1`; `None` if none is found.
 ///
-/// With X near `T^-1` and `E = I - X T`, `h = |E|_inf < 1`: `T^-1 - X = E (I - E)^-1 X`, whose entry (i, j) is at most
-/// the sum of row i of |E| times the largest absolute entry of column j of X, divided by 1 - h.
+/// In units of the states in which the columns of T have entries of about one: `T^-1 = S (T S)^-1`, S of powers of two.
+/// There, with X near `T^-1` and `E = I - X T`, `h = |E|_inf < 1`: `T^-1 - X = E (I - E)^-1 X`, whose entry (i, j) is
+/// at most the sum of row i of |E| times the largest absolute entry of column j of X, divided by 1 - h.
 fn inverse(t: &Matrix<f64>, enclosed: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let n = t.rows();
-    let Some(x) = eliminated(t) else { return Ok(None) };
+    let units: Vec<f64> = (0..n)
+        .map(|j| match (0..n).fold(0.0, |m: f64, i| m.max(t[(i, j)].abs())) {
+            0.0 => 1.0,
+            largest => 2f64.powi(-(largest.log2().round() as i32).clamp(-1000, 1000)),
+        })
+        .collect();
+    let Some(x) = eliminated(&Matrix::from_fn(n, n, |i, j| t[(i, j)] * units[j])) else { return Ok(None) };
+    let enclosed = &Matrix::from_fn(n, n, |i, j| enclosed[(i, j)].mul(&Interval::of(units[j])));
     let near = Matrix::<Interval>::embed(&x, "an approximate inverse")?;
     let defect = Matrix::scalar(n, &Interval::point(1.0)).difference(&near.product(enclosed)?)?;
     let sums: Vec<f64> = (0..n).map(|i| sum_up(defect.row(i).iter().map(Interval::magnitude))).collect();
@@ -172,7 +180,8 @@ fn inverse(t: &Matrix<f64>, enclosed: &Matrix<Interval>) -> Result<Option<Matrix
     let largest: Vec<f64> = (0..n).map(|j| (0..n).fold(0.0, |m: f64, i| m.max(x[(i, j)].abs()))).collect();
     let found = Matrix::from_fn(n, n, |i, j| {
         let radius = ((sums[i] * largest[j]).next_up() / left).next_up();
-        Interval::around(x[(i, j)], if sums[i] == 0.0 { 0.0 } else { radius }).unwrap_or(Interval::UNBOUNDED)
+        let entry = Interval::around(x[(i, j)], if sums[i] == 0.0 { 0.0 } else { radius });
+        entry.unwrap_or(Interval::UNBOUNDED).mul(&Interval::of(units[i]))
     });
     Ok(found.as_slice().iter().all(Interval::is_bounded).then_some(found))
 }

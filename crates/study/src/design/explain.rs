@@ -453,9 +453,7 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Failu
 /// What to do about a hidden mode of a pair that is not hidden in the plant.
 fn instead_of(error: &DesignError) -> Vec<String> {
     let instead = match error {
-        DesignError::Linalg(LinalgError::PoleMultiplicity { .. }) => {
-            "fewer repeated poles: the multiplicity of a pole is at most the number of independent outputs"
-        }
+        DesignError::Linalg(LinalgError::PoleMultiplicity { .. }) => "fewer repeated poles",
         DesignError::OfPair { pair: Pair::Sampled, .. } => "a shorter `period`",
         DesignError::OfPair { pair: Pair::Decoupled, .. } => {
             "proportional-integral: for a disturbance that is constant or varies slowly"

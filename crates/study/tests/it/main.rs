@@ -17,6 +17,7 @@ mod functional;
 mod gain_limits;
 mod high_gain;
 mod import;
+mod in_other_units;
 mod interval;
 mod kkl_numerical;
 mod limits;

@@ -49,6 +49,26 @@ d = [[0, 1e-4]]
 gamma = 6.76e-5
 "#;
 
+/// The least noise gain with a rate is one gain for every intensity; 2.33692 by a general solver of such programs for V
+/// = 1.
+#[test]
+fn the_quietest_gain_with_a_rate_does_not_depend_on_the_intensity() {
+    for v in ["1e-14", "1", "1e8"] {
+        let found = all_proved(&format!(
+            r#"[plant]
+a = [[0, 1], [-1, -0.2]]
+c = [[1, 0]]
+[[observer]]
+kind = "luenberger"
+decay_rate = 2
+noise = [{v}]
+"#
+        ));
+        let gain = found[0].report.number("noise gain").unwrap();
+        assert!((gain - 2.33692).abs() < 1e-4, "{v}: {gain}");
+    }
+}
+
 /// By hand: `L = sqrt(2) - 1`, the norm `1e-4 sqrt(sqrt(2) - 1)`.
 #[test]
 fn the_least_h2_norm_is_the_least() {
