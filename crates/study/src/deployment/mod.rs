@@ -305,9 +305,8 @@ pub(crate) fn sampled_of(
             let hypothesis = format!("{} is in filter form, which has no export at an operating point", observer.name);
             return Err(failure(hypothesis).hint("form = \"predictor\""));
         }
-        let design = names
-            .with(|| at_point(gain, point, period, &study.plant.reading(), &options))
-            .map_err(&failure)?;
+        let design =
+            names.with(|| at_point(gain, point, period, &study.plant.reading(), &options)).map_err(&failure)?;
         return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }
     let step = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;

@@ -171,10 +171,15 @@ pub(super) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
     }
     let advised = study.advise.as_ref().and_then(|advise| advise.region.clone());
     let region = requested.kind.region().or(advised).and_then(|region| region_key(&region));
+    // A kind that takes a region says itself that it needs a bounded one.
+    let takes_region = matches!(
+        requested.kind,
+        ObserverKind::Lpv { .. } | ObserverKind::Lipschitz { .. } | ObserverKind::MeanValue { .. }
+    );
     let bounded = "lpv over a bounded `region` in which the state is known to stay; over all states it was refused";
     let mut kinds = vec![
         Proposal::kind("lpv", region.clone(), "one gain for all Jacobians over the region, with a proof")
-            .otherwise(region.is_none().then_some(bounded)),
+            .otherwise((region.is_none() && !takes_region).then_some(bounded)),
     ];
     if !is_discrete {
         kinds.push(Proposal::kind("lipschitz", region.clone(), "one gain for all slopes within sectors, with a proof"));
