@@ -1,13 +1,13 @@
 //! What to do in place of an observer that is refused: alternatives, and hints.
 //!
-//! - An *alternative* is an observer of the same plant, given by the keys to write into the study. Its design was tried,
-//!   has succeeded, and all its facts are verified: `tried` alone makes an [`Alternative`]. What it prints are the keys
-//!   that were read and designed.
+//! - An *alternative* is an observer of the same plant, given by the keys to write into the study. Its design was
+//!   tried, has succeeded, and all its facts are verified: `tried` alone makes an [`Alternative`]. What it prints are
+//!   the keys that were read and designed.
 //! - A *hint* names a remedy that cannot be tried: another plant or sensor, maps or numbers of the user's choice, or a
 //!   kind whose design takes minutes.
 //!
-//! A refusal states its alternatives as [`Proposal`]s. They are designed by [`attempt`], which tries no further ones, and
-//! only where a user reads the refusal: not in a sweep, nor for the candidates of `luenberger advise`.
+//! A refusal states its alternatives as [`Proposal`]s. They are designed by [`attempt`], which tries no further ones,
+//! and only where a user reads the refusal: not in a sweep, nor for the candidates of `luenberger advise`.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

@@ -70,8 +70,8 @@ impl From<FailureReport> for NoDesign {
     }
 }
 
-/// The design of one observer of a study; of one that is refused, the alternatives that have a design. A design of kind `kkl-numerical` takes minutes; it checks `cancel`
-/// continuously and stops once it is true.
+/// The design of one observer of a study; of one that is refused, the alternatives that have a design. A design of
+/// kind `kkl-numerical` takes minutes; it checks `cancel` continuously and stops once it is true.
 ///
 /// # Errors
 /// [`NoDesign`].
