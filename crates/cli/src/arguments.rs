@@ -54,8 +54,8 @@ pub(crate) enum Command {
     Observe(StudyInput),
     /// Design the observers of a study: gains, poles, verified properties
     ///
-    /// For an observer that is not applicable to the plant, the violated hypothesis and applicable alternatives are
-    /// reported; the exit code is then 1.
+    /// For an observer that is not applicable to the plant, the violated hypothesis is reported, with
+    /// alternatives that were designed on this plant, and hints; the exit code is then 1.
     #[command(after_help = DESIGN)]
     Design(StudyInput),
     /// Design the observers and write their certificates as files for `luenberger verify`
@@ -86,7 +86,7 @@ pub(crate) enum Command {
     Sweep(SweepInput),
     /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
     ///
-    /// All kinds but functional; what has no export is refused with the reason and an alternative. A linear observer in
+    /// All kinds but functional; what has no export is refused with the reason and a hint. A linear observer in
     /// continuous time is designed for the plant sampled at --period. The folder contains the source, a test with
     /// golden vectors, a build file, a README and the certificate. An observer without a certificate needs --unproved.
     /// Output {"observer", "folder", "files", "period", "operations", "bytes", "proved", "statement", "digest"}.

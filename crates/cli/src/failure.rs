@@ -52,8 +52,8 @@ pub(crate) enum Failure {
     #[error("{error}")]
     Stopped { error: StudyError, finished: Box<Answer> },
     /// An observer without an exported form.
-    #[error("{observer} cannot be exported: {why}{}", alternatives(instead))]
-    NotExported { observer: String, why: String, instead: Vec<String> },
+    #[error("{observer} cannot be exported: {why}{}", lines(advice))]
+    NotExported { observer: String, why: String, advice: Vec<String> },
     /// Numbers or names that the target does not take.
     #[error("{observer} cannot be exported: {error}")]
     Export { observer: String, error: Box<luenberger_export::ExportError> },
@@ -74,9 +74,9 @@ pub(crate) enum Failure {
     Unwritable(#[from] serde_json::Error),
 }
 
-/// One line for each alternative.
-fn alternatives(texts: &[String]) -> String {
-    texts.iter().fold(String::new(), |lines, text| lines + "\n  alternative: " + text)
+/// One line for each alternative and hint.
+fn lines(advice: &[String]) -> String {
+    advice.iter().fold(String::new(), |lines, text| lines + "\n  " + text)
 }
 
 impl Failure {

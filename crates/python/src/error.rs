@@ -2,6 +2,8 @@
 
 use luenberger_design::DesignError;
 use luenberger_linalg::LinalgError;
+use luenberger_study::design::Alternative;
+use luenberger_study::results::FailureReport;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -96,9 +98,9 @@ fn class_of<'py>(py: Python<'py>, error: &LinalgError) -> PyResult<(&'static str
     })
 }
 
-/// The error of a design, with what is applicable instead.
-pub(crate) fn design(py: Python<'_>, cause: Option<&DesignError>, message: String, alternatives: Vec<String>) -> PyErr {
-    let cause = match cause {
+/// The error of a design, with what is applicable instead, and hints.
+pub(crate) fn design(py: Python<'_>, why: &FailureReport) -> PyErr {
+    let cause = match why.cause.as_deref() {
         Some(DesignError::OfPair { error, .. }) => Some(error.as_ref()),
         cause => cause,
     };
@@ -123,11 +125,18 @@ pub(crate) fn design(py: Python<'_>, cause: Option<&DesignError>, message: Strin
         Ok(found) => found,
         Err(error) => return error,
     };
-    let text = match &alternatives[..] {
-        [] => message,
-        some => format!("{message}. Instead: {}", some.join("; ")),
+    let alternatives: Vec<&str> = why.alternatives.iter().map(Alternative::words).collect();
+    let mut text = why.hypothesis.clone();
+    for (title, some) in [("Instead", alternatives.join("; ")), ("Hint", why.hints.join("; "))] {
+        if !some.is_empty() {
+            text = format!("{text}. {title}: {some}");
+        }
+    }
+    let noted = || -> PyResult<()> {
+        numbers.set_item("alternatives", pyo3::types::PyTuple::new(py, alternatives)?)?;
+        numbers.set_item("hints", pyo3::types::PyTuple::new(py, &why.hints)?)
     };
-    match pyo3::types::PyTuple::new(py, alternatives).and_then(|all| numbers.set_item("alternatives", all)) {
+    match noted() {
         Ok(()) => raise(py, class, text, &numbers),
         Err(error) => error,
     }

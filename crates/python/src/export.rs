@@ -45,7 +45,7 @@ impl Refusal {
     pub(crate) fn raised(self, py: Python<'_>) -> PyErr {
         match self {
             Self::Misfit(why) if why.cause.is_some() => {
-                error::design(py, why.cause.as_deref(), why.hypothesis, why.alternatives)
+                error::design(py, &why)
             }
             Self::Misfit(why) => error::plain(py, "ExportRefused", why.hypothesis),
             Self::Export(why) => error::plain(py, "ExportRefused", why),

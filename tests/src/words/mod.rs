@@ -68,7 +68,7 @@ pub enum Class {
     Unknown,
     /// The tool panics, or reads a plant as another one.
     Crash,
-    /// An alternative of a failure is refused for the same reason.
+    /// An alternative of a failure is refused.
     Alternative,
 }
 
@@ -79,7 +79,7 @@ impl Class {
             Self::Rounding => "rounded to the wrong side",
             Self::Unknown => "a sentence without a check",
             Self::Crash => "a crash",
-            Self::Alternative => "an alternative that is refused for the same reason",
+            Self::Alternative => "an alternative that is refused",
         }
     }
 }
@@ -420,7 +420,7 @@ fn observed(study: &Study, plant: &Plant, text: &str) -> Option<Finding> {
     })
 }
 
-/// Alternatives of a failure that are refused for the same reason.
+/// Alternatives of a failure that are refused in turn, each applied as it is printed.
 fn alternatives(
     document: &document::Table,
     own: &document::Table,
@@ -429,53 +429,59 @@ fn alternatives(
     text: &str,
 ) -> Vec<Finding> {
     let Some(reason) = &said.reason else { return Vec::new() };
-    let mut found = Vec::new();
-    for alternative in &said.alternatives {
-        let Some((kind, _)) = alternative.split_once(": ") else { continue };
-        if !kinds().contains(&kind) {
-            continue;
-        }
-        let mut observer = document::Table::default();
-        observer.insert("kind", Value::Text(kind.to_owned()));
-        if let Some(region) = own.get("region") {
-            if kind == "kkl-numerical" {
-                continue;
-            }
-            observer.insert("region", region.clone());
-        } else if kind == "kkl-numerical" {
-            continue;
-        }
-        if kind == "extended-kalman" {
-            let plant = document.get("plant").and_then(Value::table);
-            let count = |key: &str| plant.and_then(|plant| plant.get(key)).and_then(Value::list).map_or(1, Vec::len);
-            let ones = |n: usize| Value::List(vec![Value::Number(1.0); n]);
-            observer.remove("region");
-            observer.insert("w", ones(count("f")));
-            observer.insert("v", ones(count("h")));
-            observer.insert("period", Value::Number(0.1));
-        }
-        let mut other = document.clone();
-        other.insert("observer", Value::List(vec![Value::Table(observer)]));
-        let other = document::write(&other);
-        let Ok(study) = Study::from_text("study.toml", &other, Format::Toml, Path::new(".")) else { continue };
-        let Some(tried) = study.observers.first() else { continue };
+    let refused = |alternative: &String| {
+        let other = document::write(&applied(document, own, alternative)?);
+        let study = match Study::from_text("study.toml", &other, Format::Toml, Path::new(".")) {
+            Ok(study) => study,
+            Err(error) => return Some(error.to_string()),
+        };
         let end = Some(Instant::now() + PATIENCE);
-        if let Err(NoDesign::Misfit(failure)) = design_until(&study, tried, &AtomicBool::new(false), end) {
-            let of = |reason: &str, kind: &str| reason.replace(kind, "KIND");
-            if of(&failure.hypothesis, kind) == of(reason, spec.kind.name()) {
-                found.push(Finding {
-                    class: Class::Alternative,
-                    kind: spec.kind.name().to_owned(),
-                    observer: spec.name.clone(),
-                    claim: None,
-                    sentence: format!("{reason}; alternative: {alternative}"),
-                    why: format!("{kind}: {}", failure.hypothesis),
-                    study: text.to_owned(),
-                });
-            }
+        match design_until(&study, study.observers.first()?, &AtomicBool::new(false), end) {
+            Err(NoDesign::Misfit(failure)) => Some(failure.hypothesis),
+            Err(NoDesign::Interrupted) | Ok(_) => None,
         }
+    };
+    let finding = |alternative: &String| {
+        Some(Finding {
+            class: Class::Alternative,
+            kind: spec.kind.name().to_owned(),
+            observer: spec.name.clone(),
+            claim: None,
+            why: refused(alternative)?,
+            sentence: format!("{reason}; alternative: {alternative}"),
+            study: text.to_owned(),
+        })
+    };
+    said.alternatives.iter().filter_map(finding).collect()
+}
+
+/// The document with an alternative, `KEYS in place of NAMES and [operating_point] with KEYS: WHY`, in place of its
+/// observers.
+fn applied(document: &document::Table, own: &document::Table, alternative: &str) -> Option<document::Table> {
+    let (head, _) = alternative.rsplit_once(": ")?;
+    let keys = |text: &str| document::read(&format!("x = {{ {text} }}"))?.get("x")?.table().cloned();
+    let mut other = document.clone();
+    let head = match head.split_once("[operating_point] with ") {
+        Some((head, point)) => {
+            other.insert("operating_point", Value::Table(keys(point)?));
+            head.trim_end().trim_end_matches(" and")
+        }
+        None => head,
+    };
+    let (head, replaced) = match head.split_once(" in place of ") {
+        Some(parts) => parts,
+        None => head.strip_prefix("without ").map_or((head, ""), |replaced| ("", replaced)),
+    };
+    let new = keys(head)?;
+    let mut observer = if new.has("kind") { document::Table::default() } else { own.clone() };
+    for key in replaced.split(", ") {
+        observer.remove(key);
     }
-    found
+    for (key, value) in new.0 {
+        observer.insert(&key, value);
+    }
+    other.insert("observer", Value::List(vec![Value::Table(observer)]));
+    Some(other)
 }
 
 /// Scores beside the verdict: an error that is proved to decay settles in a run of many of its time constants.

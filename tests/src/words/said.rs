@@ -27,6 +27,7 @@ pub struct Said {
     pub sealed: Option<Sealed>,
     pub reason: Option<String>,
     pub alternatives: Vec<String>,
+    pub hints: Vec<String>,
     /// The sentences of the header of exported code.
     pub header: Vec<String>,
 }
@@ -67,8 +68,12 @@ impl Said {
     }
 
     fn of_failure(failure: &FailureReport) -> Self {
-        let FailureReport { hypothesis, alternatives, .. } = failure;
-        Self { reason: Some(hypothesis.clone()), alternatives: alternatives.clone(), ..Self::default() }
+        Self {
+            reason: Some(failure.hypothesis.clone()),
+            alternatives: failure.alternatives.iter().map(|alternative| alternative.words().to_owned()).collect(),
+            hints: failure.hints.clone(),
+            ..Self::default()
+        }
     }
 
     /// The number of this name.
@@ -86,7 +91,7 @@ impl Said {
 
     /// All other sentences.
     pub fn others(&self) -> Vec<Sentence> {
-        let mut all = whole(self.alternatives.iter(), &[ALTERNATIVES]);
+        let mut all = whole(self.alternatives.iter().chain(&self.hints), &[ALTERNATIVES]);
         if let Some(evidence) = &self.evidence {
             all.extend(split(evidence, &[EVIDENCE]));
         }

@@ -507,7 +507,7 @@ pub const REASONS: &[Form] = &[
     form("the kind {}", Claim::Nothing),
 ];
 
-/// The forms of the alternatives to a design that there is not.
+/// The forms of the alternatives to a design that there is not, and of hints.
 pub const ALTERNATIVES: &[Form] = &[
     form(
         "the plant is not detectable, no observer exists: add an output that depends on this direction",

@@ -57,8 +57,8 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let observer = chosen(&study, input.observer.as_deref())?;
     let not_exported = |why: FailureReport| Failure::NotExported {
         observer: observer.name.clone(),
+        advice: why.advice(),
         why: why.hypothesis,
-        instead: why.alternatives,
     };
     let gain = if input.feedback { Some(closed_loop::gain(&study, observer).map_err(not_exported)?) } else { None };
     let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
@@ -68,12 +68,8 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let design = sampled.design.clone();
     let predicted = if input.feedback { "the feedback" } else { "fixed point" };
     if design.update_gain(observer).is_some() && (input.feedback || matches!(numbers, Numbers::Fixed(_))) {
-        return Err(not_exported(FailureReport {
-            hypothesis: format!("it is in filter form, and {predicted} takes the prediction"),
-            alternatives: vec!["form = \"predictor\"".to_owned()],
-            line: observer.place.line,
-            cause: None,
-        }));
+        let hypothesis = format!("it is in filter form, and {predicted} takes the prediction");
+        return Err(not_exported(FailureReport::new(hypothesis, observer.place.line).hint("form = \"predictor\"")));
     }
     let formats = numbers.formats();
     design.stored_in(observer, formats.stored).map_err(not_exported)?;
@@ -93,7 +89,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         return Err(Failure::NotExported {
             observer: observer.name.clone(),
             why,
-            instead: vec!["--unproved exports it all the same, and the header says so".to_owned()],
+            advice: vec!["hint: --unproved exports it all the same, and the header says so".to_owned()],
         });
     }
     let mut certificates: Vec<(String, Vec<u8>)> = Vec::new();

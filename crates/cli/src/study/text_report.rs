@@ -210,8 +210,8 @@ fn observer(text: &mut String, report: &ObserverReport) {
         let failure = report.failure.iter();
         for failure in failure {
             _ = writeln!(text, ": not applicable (line {}): {}", failure.line, failure.hypothesis);
-            for alternative in &failure.alternatives {
-                text.extend(["  alternative: ", alternative, "\n"]);
+            for line in failure.advice() {
+                text.extend(["  ", &line, "\n"]);
             }
         }
         return;

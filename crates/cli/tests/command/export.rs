@@ -255,7 +255,7 @@ fn an_observer_with_its_feedback_is_one_block() {
         assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
         assert!(ran.stderr.contains(says), "{}", ran.stderr);
     };
-    refused(&file, "cubic", "the study feeds back the estimate of linear\n  alternative: feedback = {");
+    refused(&file, "cubic", "the study feeds back the estimate of linear\n  hint: feedback = {");
     let (_, unstable) = study("export-feedback-unstable", Some(&LOOP.replace("[[4, 4]]", "[[-1, 0]]")));
     refused(&unstable, "linear", "its feedback has no stability certificate");
     let out = format!("{unstable}-out");
@@ -349,14 +349,8 @@ fn a_kalman_filter_in_filter_form_is_exported() {
         let readme = std::fs::read_to_string(fmu.join("README.md")).unwrap();
         assert!(readme.contains("the estimate at the last sample, with its measurement"), "{readme}");
         for (options, says) in [
-            (
-                &["--feedback"][..],
-                "it is in filter form, and the feedback takes the prediction\n  alternative: form = ",
-            ),
-            (
-                &["--format", "q8.24"],
-                "it is in filter form, and fixed point takes the prediction\n  alternative: form = ",
-            ),
+            (&["--feedback"][..], "it is in filter form, and the feedback takes the prediction\n  hint: form = "),
+            (&["--format", "q8.24"], "it is in filter form, and fixed point takes the prediction\n  hint: form = "),
         ] {
             let out = folder.join("refused");
             let arguments = [&["export", &file, "--to", "c", "-o", out.to_str().unwrap()], options].concat();
@@ -412,14 +406,14 @@ fn what_cannot_be_exported_says_why() {
     refused(&file, &["--observer", "sampled", "--period", "0.5"], 1, "has the period 0.02 in the study, not 0.5");
     refused(&file, &["--observer", "linear", "--period", "0"], 2, "a positive finite number is expected");
     let (_, other) = study("export-converter", Some(&luenberger(&["new", "--plant", "cuk", "-o", "-"], "").stdout));
-    refused(&other, &["--observer", "filter"], 1, "no stability certificate\n  alternative: --unproved");
+    refused(&other, &["--observer", "filter"], 1, "no stability certificate\n  hint: --unproved");
     refused(&other, &["--observer", "filter", "--period", "1"], 1, "filter has the period 0.00005 in the study, not 1");
     let (_, other) = study("export-point", Some(REACTOR));
     refused(
         &other,
         &["--observer", "cubic", "--period", "0.01"],
         1,
-        "a cubic observer in deviations from an operating point has no export\n  alternative: kind = \"luenberger\"",
+        "a cubic observer in deviations from an operating point has no export\n  hint: kind = \"luenberger\"",
     );
     let (_, other) =
         study("export-joint", Some(&luenberger(&["new", "--plant", "flexible-joint", "-o", "-"], "").stdout));
@@ -427,7 +421,7 @@ fn what_cannot_be_exported_says_why() {
     refused(&other, &["--observer", "sector", "--substeps", "0"], 2, "0 is not in 1..");
     let plant = "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n";
     let (_, still) = study("export-no-period", Some(plant));
-    refused(&still, &[], 1, "no period is given\n  alternative: --period, or simulation.hold in the study");
+    refused(&still, &[], 1, "no period is given\n  hint: --period, or simulation.hold in the study");
     let large = plant.replace("[[0, 1], [0, 0]]", "[[0, 1e39], [0, 0]]");
     let (_, large) = study("export-large", Some(&large));
     refused(&large, &["--period", "1", "--format", "f32"], 2, "is beyond the range of f32");

@@ -185,9 +185,11 @@ class InvalidPole(LinAlgError):
 
 
 class DesignError(LuenbergerError):
-    """An observer has no design. `alternatives` lists what is applicable instead."""
+    """An observer has no design. `alternatives` lists observers that have one on this plant, `hints` what may help
+    besides."""
 
     alternatives: tuple[str, ...] = ()
+    hints: tuple[str, ...] = ()
 
 
 class NotApplicable(DesignError):

@@ -13,7 +13,7 @@ use super::ranking::{Criterion, Ranked, UNPROVED_FACTOR};
 use super::rules::Rule;
 use super::tuning::Context;
 use crate::deployment;
-use crate::design::{Designed, NoDesign, design_until};
+use crate::design::{Designed, NoDesign, attempt};
 use crate::execute::Scored;
 use crate::statistics;
 use crate::study::{ObserverSpec, Study};
@@ -71,7 +71,7 @@ pub(super) fn by_rule(
             }
         };
         let Some(spec) = with.observer(&block.name).cloned() else { continue };
-        match design_until(&with, &spec, cancel, end) {
+        match attempt(&with, &spec, cancel, end) {
             Ok(designed) => {
                 let cost = cost(&with, &spec, &designed, (information.period, end));
                 let (runs, information) = (Vec::new(), rule.information.to_vec());
@@ -105,7 +105,7 @@ pub(super) fn of_study(
     }
     // All start from one estimate.
     let spec = ObserverSpec { initial: information.initial.clone(), ..spec.clone() };
-    match design_until(study, &spec, cancel, end) {
+    match attempt(study, &spec, cancel, end) {
         Ok(designed) => {
             let cost = cost(study, &spec, &designed, (information.period, end));
             Outcome::Designed(Box::new(Candidate {

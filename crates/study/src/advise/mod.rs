@@ -252,7 +252,7 @@ fn fed<'a>(study: &'a Study, run: &RunOptions<'_>) -> Result<Option<(&'a Observe
     let Some(spec) = study.observers.iter().find(|observer| trajectory::is_fed(study, &observer.name)) else {
         return Ok(None);
     };
-    match design::design_until(study, spec, run.cancel, run.until) {
+    match design::attempt(study, spec, run.cancel, run.until) {
         Ok(designed) => Ok(Some((spec, designed))),
         Err(design::NoDesign::Interrupted) => Err(StudyError::Interrupted),
         Err(design::NoDesign::Misfit(_)) => {

@@ -205,7 +205,7 @@ fn unit_strength(context: &Context<'_>, poles: &Keys, normalised: bool) -> Resul
     };
     let with = study_with(study, std::slice::from_ref(&block)).map_err(|error| error.to_string())?;
     let spec = with.observer(&block.name).ok_or("no design")?;
-    let designed = design::design(&with, spec, &AtomicBool::new(false)).map_err(|none| match none {
+    let designed = design::attempt(&with, spec, &AtomicBool::new(false), None).map_err(|none| match none {
         NoDesign::Misfit(failure) => failure.hypothesis,
         NoDesign::Interrupted => "interrupted".to_owned(),
     })?;

@@ -13,11 +13,9 @@ use crate::study::{ObserverKind, ObserverSpec, Simulation, Study};
 /// # Errors
 /// [`FailureReport`] if the study feeds back another estimate or none.
 pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix<f64>, FailureReport> {
-    let failure = |hypothesis: String| FailureReport {
-        hypothesis,
-        alternatives: vec![format!("feedback = {{ k = [[..]], observer = \"{}\" }} in [input]", observer.name)],
-        line: observer.place.line,
-        cause: None,
+    let failure = |hypothesis: String| {
+        FailureReport::new(hypothesis, observer.place.line)
+            .hint(format!("feedback = {{ k = [[..]], observer = \"{}\" }} in [input]", observer.name))
     };
     let has_bounds = matches!(observer.kind, ObserverKind::Interval(_));
     if has_bounds || !observer.kind.estimated_disturbances().is_empty() {
@@ -27,7 +25,7 @@ pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix
             "an observer that estimates disturbances too has no export with its feedback"
         };
         let instead = "without --feedback: the first states of the exported observer are xhat of u = r - K xhat";
-        return Err(FailureReport { alternatives: vec![instead.to_owned()], ..failure(hypothesis.to_owned()) });
+        return Err(FailureReport::new(hypothesis, observer.place.line).hint(instead));
     }
     match &study.input {
         Input::Feedback { observer: fed, gain, .. } if *fed == observer.name => Ok(gain),

@@ -127,15 +127,14 @@ impl SampledDesign {
             return Ok(());
         };
         match spectral_radius(&(a - l * c)) {
-            Ok(radius) if radius >= 1.0 => Err(FailureReport {
-                hypothesis: format!(
+            Ok(radius) if radius >= 1.0 => {
+                let hypothesis = format!(
                     "rounded to {format}, A - L C has the spectral radius {}, which is not below 1",
                     at_least(radius, 6)
-                ),
-                alternatives: vec!["--format f64, or a shorter settling time in relation to the period".to_owned()],
-                line: observer.place.line,
-                cause: None,
-            }),
+                );
+                Err(FailureReport::new(hypothesis, observer.place.line)
+                    .hint("--format f64, or a shorter settling time in relation to the period"))
+            }
             _ => Ok(()),
         }
     }
@@ -198,21 +197,16 @@ pub(crate) fn sampled_of(
     substeps: Option<usize>,
     end: Option<Instant>,
 ) -> Result<Sampled, FailureReport> {
-    let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
-        hypothesis,
-        alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
-        line: observer.place.line,
-        cause: None,
-    };
+    let failure = |hypothesis: String| FailureReport::new(hypothesis, observer.place.line);
     let own = observer.kind.period().or(study.plant.dt);
     let period = match (own, period) {
         (Some(own), Some(period)) if own != period => {
-            return Err(failure(format!("{} has the period {own} in the study, not {period}", observer.name), &[]));
+            return Err(failure(format!("{} has the period {own} in the study, not {period}", observer.name)));
         }
         (Some(period), _) | (None, Some(period)) => period,
         (None, None) => {
             let hypothesis = format!("{} is an observer in continuous time, and no period is given", observer.name);
-            return Err(failure(hypothesis, &["--period, or simulation.hold in the study"]));
+            return Err(failure(hypothesis).hint("--period, or simulation.hold in the study"));
         }
     };
     let linear = study.plant.model.linear();
@@ -230,7 +224,7 @@ pub(crate) fn sampled_of(
             Some(dt) => in_discrete_time(study, observer, plant, gain, dt),
             None => held(observer, (plant, gain), period, &options).map_err(|error| error.to_string()),
         });
-        let design = design.map_err(|why| failure(why, &[]))?;
+        let design = design.map_err(&failure)?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
     if let (ObserverKind::ProportionalIntegral { e, chain, linear: gain, .. }, Some(plant)) = (&observer.kind, &linear)
@@ -239,7 +233,7 @@ pub(crate) fn sampled_of(
             let both = luenberger_design::with_disturbance_chain(plant, e, chain.unwrap_or(1))?;
             held(observer, (&both, gain), period, &options)
         });
-        let design = design.map_err(|error| failure(error.to_string(), &[]))?;
+        let design = design.map_err(|error| failure(error.to_string()))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
     if let (ObserverKind::Interval(spec), Some(plant)) = (&observer.kind, &linear) {
@@ -258,7 +252,7 @@ pub(crate) fn sampled_of(
             };
             IntervalDeployment::new(study, observer, spec, (plant, gain), period)
         });
-        let design = design.map_err(|why| failure(why, &[]))?;
+        let design = design.map_err(&failure)?;
         return Ok(Sampled { design: SampledDesign::Interval(Box::new(design)), period, of_the_study: None });
     }
     if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
@@ -275,7 +269,7 @@ pub(crate) fn sampled_of(
                 None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, period)?)),
             })
         });
-        let design = design.map_err(|error| failure(error.to_string(), &[]))?;
+        let design = design.map_err(|error| failure(error.to_string()))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
     if let ObserverKind::NormFilter(spec) = &observer.kind {
@@ -294,29 +288,25 @@ pub(crate) fn sampled_of(
             }
             (None, ..) => Err(format!("the kind {} needs a linear plant", observer.kind.name())),
         });
-        return Ok(Sampled { design: design.map_err(|why| failure(why, &[]))?, period, of_the_study: None });
+        return Ok(Sampled { design: design.map_err(&failure)?, period, of_the_study: None });
     }
-    let in_words =
-        |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
+    let in_words = |(hypothesis, hints): Refusal| hints.into_iter().fold(failure(hypothesis), FailureReport::hint);
     let designed = match designed {
         Some(designed) => designed.clone(),
         None => design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
             NoDesign::Misfit(failure) => failure,
-            NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
+            NoDesign::Interrupted => failure("interrupted".to_owned()),
         })?,
     };
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {
         if gain.is_filter {
-            return Err(failure(
-                format!("{} is in filter form, which has no export at an operating point", observer.name),
-                &["form = \"predictor\""],
-            ));
+            let hypothesis = format!("{} is in filter form, which has no export at an operating point", observer.name);
+            return Err(failure(hypothesis).hint("form = \"predictor\""));
         }
-        let design = names
-            .with(|| at_point(gain, point, period, &study.plant.reading(), &options))
-            .map_err(|why| failure(why, &[]))?;
+        let design =
+            names.with(|| at_point(gain, point, period, &study.plant.reading(), &options)).map_err(&failure)?;
         return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }
     let step = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;

@@ -6,7 +6,7 @@ use luenberger_proof::wording::at_most;
 use luenberger_sim::Trajectory;
 
 use super::Sampled;
-use crate::design::{Designed, design};
+use crate::design::{Designed, attempt};
 use crate::study::{ObserverSpec, Study};
 use crate::trajectory::{self, Member};
 
@@ -35,7 +35,7 @@ pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Opti
         study.observers.iter().filter(|other| trajectory::is_fed(study, &other.name) || other.name == observer.name);
     let of_the_study = |other: &ObserverSpec| match &sampled.of_the_study {
         Some(designed) if other.name == observer.name => Some(designed.clone()),
-        _ => design(study, other, &cancel).ok(),
+        _ => attempt(study, other, &cancel, None).ok(),
     };
     let designed: Vec<(&ObserverSpec, Designed)> =
         others.filter_map(|other| Some((other, of_the_study(other)?))).collect();

@@ -8,11 +8,11 @@ use luenberger_design::{
 use luenberger_observers::Prediction;
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_plants::StateSpace;
-use luenberger_proof::certificate::Reading;
 use luenberger_proof::statement::Format;
-use luenberger_proof::wording::significant;
+use luenberger_proof::wording::{shortest, significant};
 use nalgebra::DMatrix;
 
+use super::alternative::{Advice, Proposal, another_gain, other_kinds};
 use super::explain::{self, Misfit};
 use super::interval::{self, Sampling};
 use super::{
@@ -22,9 +22,6 @@ use crate::operation;
 use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES, Statement};
 use crate::runnable::Runnable;
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
-
-/// The kinds that there are.
-const KINDS: &str = "luenberger, kalman, interval, h-infinity, h2, sampled-cubic, lpv, extended-kalman, ukf and mhe";
 
 pub(super) fn design(
     study: &Study,
@@ -40,17 +37,13 @@ pub(super) fn design(
             return Ok(());
         }
         let hypothesis = format!("period = {period}, and the plant is in discrete time with dt = {dt}");
-        Err(explain::failure(requested, hypothesis, vec![format!("period = {dt}")]))
+        let same = Proposal::keys([format!("period = {}", shortest(dt))], &["period"], "that of the plant");
+        Err(explain::failure(requested, hypothesis, Advice::of([same])))
     };
     Ok(match &requested.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             let plant = linear()?;
-            in_loop(
-                study,
-                requested,
-                &plant,
-                self::linear((&plant, &study.plant.reading()), gain, dt, requested)?.map_err(explained)?,
-            )
+            in_loop(study, requested, &plant, self::linear(study, &plant, (gain, dt), requested)?.map_err(explained)?)
         }
         ObserverKind::NormFilter(spec) => {
             let options = requested.limits.options(study.solver, end);
@@ -61,21 +54,24 @@ pub(super) fn design(
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
             if varying.is_some() {
                 let hypothesis = "`jitter` and `misses` are for plants in continuous time".to_owned();
-                let alternative = "the plant in continuous time, whose motion over every period is known".to_owned();
-                return Err(explain::failure(requested, hypothesis, vec![alternative]).into());
+                let hint = Advice::hint("the plant in continuous time, whose motion over every period is known");
+                let constant = Proposal::keys([], &["jitter", "misses"], "at constant periods");
+                return Err(explain::failure(requested, hypothesis, Advice::of([constant]).and(hint)).into());
             }
             same(*period)?;
-            let gain = gain_of(&linear()?, gain, dt, requested)?.map_err(explained)?;
+            let gain = gain_of(study, &linear()?, (gain, dt), requested)?.map_err(explained)?;
             cubic(study, &gain, (theta, correction), dt).map_err(explained)?
         }
         ObserverKind::Interval(spec) => {
             let plant = linear()?;
             if plant.d.is_some() {
                 let hypothesis = "the kind interval has no step for outputs with feedthrough D".to_owned();
-                return Err(explain::failure(requested, hypothesis, vec!["y - D u as the output".to_owned()]).into());
+                return Err(explain::failure(requested, hypothesis, Advice::hint("y - D u as the output")).into());
             }
             let gain = match &spec.gain {
-                Some(gain) => Some(gain_of(&plant, gain, dt, requested)?.map_err(explained)?.observer.l().clone()),
+                Some(gain) => {
+                    Some(gain_of(study, &plant, (gain, dt), requested)?.map_err(explained)?.observer.l().clone())
+                }
                 None => None,
             };
             let sampling = Sampling {
@@ -107,12 +103,7 @@ pub(super) fn design(
         }
         _ => {
             let hypothesis = format!("the kind {kind} is for plants in continuous time, and this one has dt = {dt}");
-            return Err(explain::failure(
-                requested,
-                hypothesis,
-                vec![format!("{KINDS} are for discrete time as well")],
-            )
-            .into());
+            return Err(explain::failure(requested, hypothesis, other_kinds(study, requested)).into());
         }
     })
 }
@@ -130,12 +121,15 @@ fn in_loop(study: &Study, requested: &ObserverSpec, plant: &StateSpace, designed
 
 /// The gain; a failure for a specification that is of continuous time.
 pub(super) fn gain_of(
+    study: &Study,
     plant: &StateSpace,
-    spec: &LinearSpec,
-    dt: f64,
+    (spec, dt): (&LinearSpec, f64),
     requested: &ObserverSpec,
 ) -> Result<Result<DiscreteDesign, Misfit>, FailureReport> {
-    let instead = || vec!["`poles` inside the unit circle, `w` and `v` per sample, or `gain`".to_owned()];
+    let instead = || {
+        let hint = "`poles` inside the unit circle, `w` and `v` per sample, or `gain`";
+        another_gain(study, requested).and(Advice::hint(hint))
+    };
     if spec.weight.is_some() {
         let hypothesis = "`rho` and `q` are for plants in continuous time".to_owned();
         return Err(explain::failure(requested, hypothesis, instead()));
@@ -153,12 +147,12 @@ pub(super) fn gain_of(
 }
 
 fn linear(
-    (plant, reading): (&StateSpace, &Reading<'_>),
-    spec: &LinearSpec,
-    dt: f64,
+    study: &Study,
+    plant: &StateSpace,
+    (spec, dt): (&LinearSpec, f64),
     requested: &ObserverSpec,
 ) -> Result<Result<Designed, Misfit>, FailureReport> {
-    Ok(gain_of(plant, spec, dt, requested)?.map(|design| {
+    Ok(gain_of(study, plant, (spec, dt), requested)?.map(|design| {
         let filter = design.filter().filter(|_| spec.is_filter);
         let radius = design.spectral_radius();
         let mut matrices = vec![matrix("L", design.l())];
@@ -178,7 +172,7 @@ fn linear(
             None => "",
         };
         let report = DesignReport {
-            statement: proved_of(&design.certificate, reading)
+            statement: proved_of(&design.certificate, &study.plant.reading())
                 .remark(form)
                 .remark(super::linear::measurement(plant))
                 .remark(asymptotic_factor(radius)),

@@ -1,5 +1,5 @@
-//! Diagnosis of an observer that is not applicable: the violated hypothesis with its numbers, and applicable
-//! alternatives.
+//! Diagnosis of an observer that is not applicable: the violated hypothesis with its numbers, alternatives to be tried,
+//! and hints.
 
 use luenberger_design::kkl::ResidualWitness;
 use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError, Pair, UnseenModes};
@@ -10,7 +10,8 @@ use luenberger_plants::{Dimensions, PlantError};
 use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
-use crate::model::{Builtin, Model};
+use super::alternative::{Advice, Proposal, another_gain, list, other_kinds, rows, slower};
+use crate::model::Model;
 use crate::results::FailureReport;
 use crate::results::report::eigenvalue;
 use crate::runnable::Chains;
@@ -92,33 +93,9 @@ impl From<ObserverError> for Misfit {
     }
 }
 
-pub(super) fn failure(requested: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
-    FailureReport { hypothesis, alternatives, line: requested.place.line, cause: None }
-}
-
-/// The kinds of observers for nonlinear plants that are applicable to this one.
-pub(super) fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
-    let (size, structure) = (study.plant.model.size(), study.plant.model.structure());
-    let is_of_the_state = structure.feedthrough().is_none();
-    let mut kinds = vec![("lpv", "one gain for all Jacobians over a bounded `region`, with a proof")];
-    if study.plant.dt.is_none() {
-        if structure.has_linear_outputs() {
-            kinds.push(("lipschitz", "one gain for all slopes within sectors, with a proof"));
-        }
-        if is_of_the_state && not_measured_first(&structure, size).is_none() && size.outputs < size.states {
-            kinds.push(("mean-value", "for a plant that measures its first states, with a proof"));
-        }
-        if is_of_the_state && structure.explicit_time().is_none() && has_table(size) {
-            let why = if size.inputs == 0 {
-                "by simulation, without assumptions on f; its errors are measured"
-            } else {
-                "by simulation, without assumptions on f, for inputs that are held; its errors are measured"
-            };
-            kinds.push(("kkl-numerical", why));
-        }
-    }
-    kinds.push(("extended-kalman", "without a proof"));
-    kinds.into_iter().filter(|(kind, _)| *kind != but).map(|(kind, why)| format!("{kind}: {why}")).collect()
+pub(super) fn failure(requested: &ObserverSpec, hypothesis: String, advice: Advice) -> FailureReport {
+    let Advice { proposals, hints } = advice;
+    FailureReport { hints, proposals, ..FailureReport::new(hypothesis, requested.place.line) }
 }
 
 pub(super) fn not_linear(study: &Study, requested: &ObserverSpec) -> FailureReport {
@@ -130,22 +107,13 @@ pub(super) fn not_linear(study: &Study, requested: &ObserverSpec) -> FailureRepo
     };
     let kind = requested.kind.name();
     let hypothesis = format!("the kind {kind} needs a linear plant, x' = A x + B u and y = C x + D u, and {what}");
-    let mut instead = for_nonlinear(study, kind);
-    if study.plant.model.structure().explicit_time().is_none() {
-        let at_point = match kind {
-            "optimal-cubic" | "proportional-integral" | "unknown-input" => "luenberger",
-            kind => kind,
-        };
-        instead
-            .push(format!("{at_point} with an [operating_point]: of the linearisation there, in deviations from it"));
-    }
-    failure(requested, hypothesis, instead)
+    failure(requested, hypothesis, other_kinds(study, requested))
 }
 
 /// The diagnosis, with the names of the study.
 pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -> FailureReport {
     let kind = requested.kind.name();
-    let (hypothesis, alternatives) = match misfit {
+    let (hypothesis, advice) = match misfit {
         Misfit::Design(DesignError::VaryingOutput { output, state, low, high }) => {
             let hypothesis = format!(
                 "the kind {kind} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
@@ -154,10 +122,11 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 shortest(*low),
                 shortest(*high)
             );
-            (hypothesis, for_nonlinear(study, kind))
+            (hypothesis, other_kinds(study, requested))
         }
         Misfit::Design(error) => {
-            let alternatives = match error {
+            let others = || other_kinds(study, requested);
+            let advice = match error {
                 DesignError::NotDetectable { .. }
                 | DesignError::OfPair { .. }
                 | DesignError::Linalg(
@@ -165,78 +134,78 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                     | LinalgError::NotDetectable { .. }
                     | LinalgError::PoleMultiplicity { .. },
                 ) => return hidden(study, requested, error).caused_by(misfit),
-                DesignError::Linalg(error) => of_functional(error).unwrap_or_default(),
-                DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
+                DesignError::Linalg(error) => of_functional(study, requested, error),
+                DesignError::Infeasible { .. } => with_smaller_rate(study, requested),
                 DesignError::VaryingPeriods { largest: Some(periods), .. } => {
-                    vec![format!(
-                        "jitter = [{}, {}] and misses = {}, which are proved; or slower `poles`",
-                        at_most(periods.shortest, 4),
-                        at_least(periods.longest, 4),
-                        periods.misses
-                    )]
+                    let keys = [
+                        format!("jitter = [{}, {}]", at_most(periods.shortest, 4), at_least(periods.longest, 4)),
+                        format!("misses = {}", periods.misses),
+                    ];
+                    let proved = Proposal::keys(keys, &["jitter", "misses"], "for which convergence is proved");
+                    Advice::of([proved]).and(Advice::hint("slower `poles`"))
                 }
-                DesignError::VaryingPeriods { largest: None, .. } => {
-                    vec!["a shorter `period`; other `poles`".to_owned()]
-                }
-                DesignError::Undecided { .. } if kind == "interval" => {
-                    vec!["`poles`, with modal coordinates".to_owned()]
-                }
+                DesignError::VaryingPeriods { largest: None, .. } => Advice::hint("a shorter `period`; other `poles`"),
+                DesignError::Undecided { .. } if kind == "interval" => Advice::hint("`poles`, with modal coordinates"),
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
-                    vec!["a smaller `decay_rate` or `region`".to_owned()]
+                    slower(requested).and(others()).and(Advice::hint("a smaller `decay_rate` or `region`"))
                 }
                 DesignError::NotHurwitz { .. }
                 | DesignError::NotSchur { .. }
-                | DesignError::StabilityUndecided { .. } => another_gain(kind),
+                | DesignError::StabilityUndecided { .. } => another_gain(study, requested),
                 DesignError::UnseenDisturbance { .. } => {
-                    vec!["fewer columns of `e`, or an output that depends on this state".to_owned()]
+                    Advice::hint("fewer columns of `e`, or an output that depends on this state")
                 }
-                DesignError::NothingReachesTheError => vec!["the same observer without `bounds`".to_owned()],
+                DesignError::NothingReachesTheError => {
+                    Advice::of([Proposal::keys([], &["bounds"], "nothing acts that would have to be bounded")])
+                }
                 DesignError::NormTooSmall { best, .. } => of_larger_gamma(*best, false),
                 DesignError::NormNotFound { best, is_limited, .. } => of_larger_gamma(*best, *is_limited),
                 DesignError::NoiselessOutput { .. } => {
-                    vec!["`gamma` or `max_gain`, which bound the gain; or a row of `d` for each output".to_owned()]
+                    Advice::hint("`gamma` or `max_gain`, which bound the gain; or a row of `d` for each output")
                 }
                 DesignError::FixedPoles { .. } => {
-                    vec!["`poles` with these zeros among them".to_owned(), "`lmi` or `kalman`".to_owned()]
+                    another_gain(study, requested).and(Advice::hint("`poles` with these zeros among them"))
                 }
                 DesignError::NoModalCoordinates { .. } | DesignError::DependentModes { .. } => {
-                    vec!["distinct `poles`, or coordinates = \"plant\"".to_owned()]
+                    Advice::of([in_coordinates("plant")]).and(Advice::hint("distinct `poles`"))
                 }
-                DesignError::WidthGrows { plant: true, .. } => vec![
-                    "coordinates = \"modal\"".to_owned(),
-                    "least_width = true, which looks for a gain with a stable width".to_owned(),
-                ],
+                DesignError::WidthGrows { plant: true, .. } => Advice::of([
+                    in_coordinates("modal"),
+                    Proposal::keys(
+                        ["least_width = true".to_owned()],
+                        &["poles", "decay_rate", "lmi", "kalman", "gain", "coordinates"],
+                        "a gain with a stable width",
+                    ),
+                ]),
                 DesignError::WidthGrows { plant: false, .. } | DesignError::ComparisonUndecided => {
-                    vec!["faster or more separate `poles`".to_owned()]
+                    Advice::hint("faster or more separate `poles`")
                 }
-                DesignError::NoLeastWidth { .. } => vec!["`poles`, with modal coordinates".to_owned()],
+                DesignError::NoLeastWidth { .. } => Advice::hint("`poles`, with modal coordinates"),
                 DesignError::QuietOutput { .. } => {
-                    vec!["`noise` in `bounds` with a bound above 0 for each output, or `poles`".to_owned()]
+                    Advice::hint("`noise` in `bounds` with a bound above 0 for each output, or `poles`")
                 }
                 DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. } => {
-                    vec!["proportional-integral: for a disturbance that is constant or varies slowly".to_owned()]
+                    with_slow_disturbance(requested)
                 }
-                _ => Vec::new(),
+                _ => Advice::default(),
             };
-            (error.to_string(), alternatives)
+            (error.to_string(), advice)
         }
-        Misfit::Enclosure(error) => {
-            let mut kinds = vec!["a smaller, bounded `region` in which the state is known to stay".to_owned()];
-            kinds.extend(for_nonlinear(study, kind).into_iter().filter(|other| {
-                !["lpv", "lipschitz", "mean-value"].iter().any(|enclosing| other.starts_with(enclosing))
-            }));
-            (format!("{error}; the derivatives must be bounded over the region"), kinds)
-        }
+        Misfit::Enclosure(error) => (
+            format!("{error}; the derivatives must be bounded over the region"),
+            other_kinds(study, requested)
+                .and(Advice::hint("a smaller, bounded `region` in which the state is known to stay")),
+        ),
         Misfit::Lpv(error) => {
-            let alternatives = match error {
+            let advice = match error {
                 LpvError::TooManyVertices { .. } => {
-                    vec!["a smaller `region`, in which fewer entries vary".to_owned()]
+                    other_kinds(study, requested).and(Advice::hint("a smaller `region`, in which fewer entries vary"))
                 }
-                LpvError::HiddenMode(_) | LpvError::Conflict(_) => with_smaller_rate(study, kind),
-                LpvError::UnstableVertex { .. } => another_gain(kind),
-                _ => Vec::new(),
+                LpvError::HiddenMode(_) | LpvError::Conflict(_) => with_smaller_rate(study, requested),
+                LpvError::UnstableVertex { .. } => another_gain(study, requested),
+                _ => Advice::default(),
             };
-            (error.to_string(), alternatives)
+            (error.to_string(), advice)
         }
         Misfit::NumericalKkl(error) => {
             let is_held = matches!(&requested.kind, ObserverKind::KklNumerical(spec) if !spec.inputs.is_empty());
@@ -268,9 +237,8 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 }
                 _ => None,
             };
-            let mut alternatives: Vec<String> = remedy.into_iter().map(str::to_owned).collect();
-            alternatives.extend(for_nonlinear(study, kind));
-            (error.to_string(), alternatives)
+            let remedy = remedy.map_or_else(Advice::default, Advice::hint);
+            (error.to_string(), other_kinds(study, requested).and(remedy))
         }
         Misfit::Kkl(error) => (error.to_string(), another_map(study, error)),
         Misfit::NotLeftInverse { state, found, point, time, missed } => {
@@ -286,11 +254,11 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 significant(*found, 6),
                 significant(*missed, 3)
             );
-            (hypothesis, vec!["a `left_inverse` with phi^L(phi(x), h(x)) = x on the whole region".to_owned()])
+            (hypothesis, Advice::hint("a `left_inverse` with phi^L(phi(x), h(x)) = x on the whole region"))
         }
         Misfit::UndefinedLeftInverse { point } => (
             format!("`left_inverse` has no finite value at {}, in the region", at_state(study, point)),
-            vec!["a smaller `region`, in which phi^L(phi(x), h(x)) is defined".to_owned()],
+            Advice::hint("a smaller `region`, in which phi^L(phi(x), h(x)) is defined"),
         ),
         Misfit::Rank { needed, smallest, point } => {
             let hypothesis = format!(
@@ -300,7 +268,7 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
             );
             (
                 hypothesis,
-                vec!["a `beta` whose Jacobian by chi has full row rank, such as chi plus a function of y".to_owned()],
+                Advice::hint("a `beta` whose Jacobian by chi has full row rank, such as chi plus a function of y"),
             )
         }
         Misfit::NotRegression { worst, inputs } => {
@@ -313,7 +281,7 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 significant(*at_least, 4),
                 place.state
             );
-            (hypothesis, vec!["other `s`, `g`, `m` or `missing`: the two sides differ at the point named".to_owned()])
+            (hypothesis, Advice::hint("other `s`, `g`, `m` or `missing`: the two sides differ at the point named"))
         }
         Misfit::Silent { delta, window, from, direction } => {
             let direction: Vec<String> = direction.iter().map(|x| significant(*x, 3)).collect();
@@ -324,20 +292,18 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 significant(*delta, 3),
                 direction.join(", ")
             );
-            let remedies = [
-                "an input or an initial state that excites the regressor m, or a longer `window`",
-                "kkl: a Lambda that is stable, where there is one, needs no excitation",
-            ];
-            (hypothesis, remedies.map(str::to_owned).to_vec())
+            let exciting = "an input or an initial state that excites the regressor m, or a longer `window`";
+            let kkl = "the kind kkl: a Lambda that is stable, where there is one, needs no excitation";
+            (hypothesis, Advice::hint(exciting).and(Advice::hint(kkl)))
         }
-        Misfit::Expressions(error) => (error.to_string(), Vec::new()),
+        Misfit::Expressions(error) => (error.to_string(), Advice::default()),
         Misfit::UnnamedMaps => (
             "a state, an input or an output has a name that no expression can have, or that of another variable"
                 .to_owned(),
-            vec!["other names in [plant]; xi1, xi2, .. are those of the observer".to_owned()],
+            Advice::hint("other names in [plant]; xi1, xi2, .. are those of the observer"),
         ),
     };
-    failure(requested, hypothesis, alternatives).caused_by(misfit)
+    failure(requested, hypothesis, advice).caused_by(misfit)
 }
 
 /// A state with the names of the study.
@@ -355,24 +321,41 @@ impl FailureReport {
     }
 }
 
-fn with_smaller_rate(study: &Study, kind: &str) -> Vec<String> {
-    let mut kinds = vec!["a smaller `region` or a smaller `decay_rate`".to_owned()];
-    kinds.extend(for_nonlinear(study, kind));
-    kinds
+fn with_smaller_rate(study: &Study, requested: &ObserverSpec) -> Advice {
+    let bounds_region = matches!(
+        requested.kind,
+        ObserverKind::Lpv { .. } | ObserverKind::Lipschitz { .. } | ObserverKind::MeanValue { .. }
+    );
+    let hint = if bounds_region { Advice::hint("a smaller `region`") } else { Advice::default() };
+    slower(requested).and(other_kinds(study, requested)).and(hint)
+}
+
+/// The same bounds in other coordinates.
+fn in_coordinates(coordinates: &str) -> Proposal {
+    Proposal::keys([format!("coordinates = \"{coordinates}\"")], &["coordinates"], "the error bounded in these")
+}
+
+/// The disturbance of an unknown-input observer as a state, or seen by another output.
+fn with_slow_disturbance(requested: &ObserverSpec) -> Advice {
+    let ObserverKind::UnknownInput { e, .. } = &requested.kind else { return Advice::default() };
+    let keys = [format!("e = {}", rows(e)), "lmi = true".to_owned()];
+    let why = "for a disturbance that is constant or varies slowly";
+    Advice::of([Proposal::kind("proportional-integral", keys, why)])
+        .and(Advice::hint("a further output, whose derivative depends on the disturbance"))
 }
 
 /// What to change of the maps.
-fn another_map(study: &Study, error: &KklError) -> Vec<String> {
+fn another_map(study: &Study, error: &KklError) -> Advice {
     if let (KklError::ResidualUndecided { .. }, Some(row)) = (error, study.plant.model.structure().explicit_time()) {
         let row = study.plant.row(row);
         let maps = format!("other `phi`, `lambda` or `b`, in which t may occur: {row} depends on the time t");
-        return vec![maps, "a smaller `region`, its `time` included".to_owned()];
+        return Advice::hint(maps).and(Advice::hint("a smaller `region`, its `time` included"));
     }
     let remedy = match error {
         KklError::NotASolution(_) => "other `phi`, `lambda` or `b`: the two sides differ at the point named",
         KklError::ResidualUndecided { .. } => "a smaller `region`, or maps without kinks, jumps and lookup tables",
         KklError::NotHurwitz { eigenvalue, .. } if eigenvalue.re == 0.0 && eigenvalue.im == 0.0 => {
-            "kkl-peb: rows of `lambda` that are zero leave a constant, which it estimates"
+            "the kind kkl-peb: rows of `lambda` that are zero leave a constant, which it estimates"
         }
         KklError::NotHurwitz { .. } | KklError::HurwitzUndecided { .. } => {
             "another `lambda`, or a smaller `region` of the inputs"
@@ -384,25 +367,19 @@ fn another_map(study: &Study, error: &KklError) -> Vec<String> {
             "a `phi` with more rows, or a smaller `region` on which (phi, h) distinguishes all states"
         }
         KklError::Undefined { .. } => "a smaller `region`, in which plant and maps are defined",
-        _ => return Vec::new(),
+        _ => return Advice::default(),
     };
-    vec![remedy.to_owned()]
+    Advice::hint(remedy)
 }
 
-/// The ways to a gain that the kind has beside a given one.
-fn another_gain(kind: &str) -> Vec<String> {
-    let ways = match kind {
-        "lpv" => "`decay_rate` or `fastest`",
-        "lipschitz" => "`decay_rate`",
-        _ => "`poles`, `decay_rate` or `lmi`",
-    };
-    vec![format!("{ways} in place of a given gain")]
-}
-
-/// The bounds of a norm that a gain is known to keep.
-fn of_larger_gamma(best: Option<f64>, is_limited: bool) -> Vec<String> {
-    let gamma = best.map(|best| format!("`gamma` above {}", at_most(best, 5)));
-    gamma.into_iter().chain(is_limited.then(|| "a larger `max_gain`".to_owned())).collect()
+/// A bound of a norm that a gain is known to keep, with a hundredth to spare.
+fn of_larger_gamma(best: Option<f64>, is_limited: bool) -> Advice {
+    let gamma = best.map(|best| {
+        let gamma = format!("gamma = {}", at_most(1.01 * best, 4));
+        Proposal::keys([gamma], &["gamma"], "a norm that was found")
+    });
+    let hint = if is_limited { Advice::hint("a larger `max_gain`") } else { Advice::default() };
+    Advice::of(gamma).and(hint)
 }
 
 /// A plant with an unobservable mode, or a pair made of it: the mode, its direction, and which observers still exist.
@@ -411,7 +388,7 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Failu
         study.plant.model.linear().filter(|_| !matches!(error, DesignError::OfPair { pair: Pair::Decoupled, .. }));
     let seen = plant.and_then(|plant| observability(&plant.a, &plant.c).ok().map(|seen| (plant, seen)));
     let Some((plant, seen)) = seen.filter(|(_, seen)| !seen.unobservable.is_empty()) else {
-        return failure(requested, error.to_string(), instead_of(error));
+        return failure(requested, error.to_string(), instead_of(study, requested, error));
     };
     let unseen = UnseenModes::of(&plant.a, &plant.c, study.plant.time());
     let modes = seen.unobservable.iter().map(|mode| {
@@ -431,41 +408,47 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Failu
         UnseenModes::Decay | UnseenModes::Remain => ", and to working precision its unobservable modes are",
         UnseenModes::None | UnseenModes::Undecided => " to working precision: unobservable modes",
     };
-    let instead = match unseen {
-        UnseenModes::Decay if !are_all => {
-            "an observer exists, since the plant as stored is detectable, and its gain is large: other units, or an output that depends more on these directions"
-        }
+    let others = || another_gain(study, requested).and(other_kinds(study, requested));
+    let advice = match unseen {
+        UnseenModes::Decay if !are_all => others().and(Advice::hint(
+            "an observer exists, since the plant as stored is detectable, and its gain is large: other units, or an output that depends more on these directions",
+        )),
         UnseenModes::Decay => {
-            "the unobservable modes are stable (the plant is detectable): `lmi = true`, `kalman`, or `poles` that contain them"
+            others().and(Advice::hint("the unobservable modes are stable (the plant is detectable): no gain changes them"))
         }
-        UnseenModes::Remain => {
-            "the plant is not detectable, no observer exists: add an output that depends on this direction"
-        }
-        UnseenModes::None => {
-            "an observer exists, since the plant as stored is observable, and its gain is large: other units, or an output that depends more on this direction"
-        }
-        UnseenModes::Undecided => "an output that depends on this direction",
+        UnseenModes::Remain => Advice::hint(
+            "the plant is not detectable, no observer exists: add an output that depends on this direction",
+        ),
+        UnseenModes::None => others().and(Advice::hint(
+            "an observer exists, since the plant as stored is observable, and its gain is large: other units, or an output that depends more on this direction",
+        )),
+        UnseenModes::Undecided => others().and(Advice::hint("an output that depends on this direction")),
     };
     let hypothesis = format!("the plant is not observable{how} {}", modes.join(", "));
-    failure(requested, hypothesis, vec![instead.to_owned()])
+    failure(requested, hypothesis, advice)
 }
 
 /// What to do about a hidden mode of a pair that is not hidden in the plant.
-fn instead_of(error: &DesignError) -> Vec<String> {
-    let instead = match error {
+fn instead_of(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Advice {
+    // The other kinds do not estimate a disturbance.
+    let others = match &requested.kind {
+        ObserverKind::ProportionalIntegral { .. } | ObserverKind::UnknownInput { .. } => another_gain(study, requested),
+        _ => another_gain(study, requested).and(other_kinds(study, requested)),
+    };
+    let hint = match error {
         DesignError::Linalg(LinalgError::PoleMultiplicity { .. }) => "fewer repeated poles",
         DesignError::OfPair { pair: Pair::Sampled, .. } => "a shorter `period`",
         DesignError::OfPair { pair: Pair::Decoupled, .. } => {
-            "proportional-integral: for a disturbance that is constant or varies slowly"
+            return with_slow_disturbance(requested).and(others);
         }
         DesignError::OfPair { pair: Pair::WithDisturbance, .. } => {
             "other units, or an output that depends more on the disturbance"
         }
         DesignError::NotDetectable { .. } => "an output that depends on this mode",
-        DesignError::OfPair { error, .. } => return instead_of(error),
+        DesignError::OfPair { error, .. } => return instead_of(study, requested, error),
         _ => "other units, or an output that depends more on this mode",
     };
-    vec![instead.to_owned()]
+    others.and(Advice::hint(hint))
 }
 
 /// Observers whose theory is for outputs without the input.
@@ -474,7 +457,7 @@ pub(super) fn output_of_the_state(study: &Study, requested: &ObserverSpec) -> Re
     let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
     let hypothesis =
         format!("the kind {kind} is for outputs of the state alone, y = h(t, x): {output} depends on the input");
-    Err(failure(requested, hypothesis, for_nonlinear(study, kind)))
+    Err(failure(requested, hypothesis, other_kinds(study, requested)))
 }
 
 /// Observers whose theory takes the derivative of the output along f alone.
@@ -483,7 +466,7 @@ pub(super) fn output_without_time(study: &Study, requested: &ObserverSpec) -> Re
     let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
     let hypothesis =
         format!("the kind {kind} is for outputs y = h(x) without the time: {output} depends on the time t");
-    Err(failure(requested, hypothesis, for_nonlinear(study, kind)))
+    Err(failure(requested, hypothesis, other_kinds(study, requested)))
 }
 
 /// That a row is not the state that it should be, or is not shown to be it.
@@ -517,13 +500,13 @@ pub(super) fn first_states_measured(study: &Study, requested: &ObserverSpec) -> 
     if size.outputs >= size.states {
         let hypothesis =
             format!("the kind {kind} needs unmeasured states; this plant measures {} of {}", size.outputs, size.states);
-        return Err(failure(requested, hypothesis, for_nonlinear(study, kind)));
+        return Err(failure(requested, hypothesis, other_kinds(study, requested)));
     }
     let structure = study.plant.model.structure();
     let Some(k) = not_measured_first(&structure, size) else { return Ok(()) };
     let why = measured_in_place_of(study, &structure, k, k);
     let hypothesis = format!("the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {why}");
-    Err(failure(requested, hypothesis, for_nonlinear(study, kind)))
+    Err(failure(requested, hypothesis, other_kinds(study, requested)))
 }
 
 /// Why the plant has no chains of these lengths: each begins at its output, and each equation of a chain depends on the
@@ -560,7 +543,7 @@ pub(super) fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize])
     let (model, size) = (&study.plant.model, study.plant.model.size());
     let (states, kind) = (&study.plant.states, requested.kind.name());
     if let Some(hypothesis) = no_chains(study, &model.structure(), kind, lengths) {
-        return Err(failure(requested, hypothesis, for_nonlinear(study, kind)));
+        return Err(failure(requested, hypothesis, other_kinds(study, requested)));
     }
     let mut input = DVector::zeros(size.inputs);
     if let Some(program) = study.input.program() {
@@ -574,7 +557,7 @@ pub(super) fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize])
             shortest(coefficient)
         );
         let remedy = "`initial` at a state where this derivative is finite and not 0, such as the operating point";
-        failure(requested, hypothesis, vec![remedy.to_owned()])
+        failure(requested, hypothesis, Advice::hint(remedy))
     })
 }
 
@@ -585,7 +568,7 @@ const MOST_STATES: (usize, usize) = (6, 3);
 const MOST_INPUTS: usize = 2;
 
 /// Whether there is a numerical KKL observer for a plant of this size.
-fn has_table(size: Dimensions) -> bool {
+pub(super) fn has_table(size: Dimensions) -> bool {
     let most = if size.inputs == 0 { MOST_STATES.0 } else { MOST_STATES.1 };
     size.outputs == 1 && (2..=most).contains(&size.states) && size.inputs <= MOST_INPUTS
 }
@@ -621,30 +604,42 @@ pub(super) fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec)
     } else {
         return Ok(());
     };
-    let linear = matches!(study.plant.model, Model::Linear(_) | Model::Builtin(Builtin::DoubleIntegrator(_)));
-    let mut alternatives = Vec::new();
+    let mut advice = other_kinds(study, requested);
     if has_table(size) && study.plant.model.structure().explicit_time().is_none() {
         let range = vec!["[lower, upper]"; size.inputs].join(", ");
-        alternatives.push(format!("inputs = [{range}], if the input is held at constant values"));
+        advice = advice.and(Advice::hint(format!("inputs = [{range}], if the input is held at constant values")));
     }
-    if linear {
-        alternatives.push("luenberger or cubic: the plant is linear".to_owned());
-    } else {
-        alternatives.extend(for_nonlinear(study, kind));
-    }
-    Err(failure(requested, hypothesis, alternatives))
+    Err(failure(requested, hypothesis, advice))
 }
 
-/// What to do where Darouach's conditions of a functional observer do not hold; none for other errors.
-fn of_functional(error: &LinalgError) -> Option<Vec<String>> {
-    match error {
-        LinalgError::NotFunctional { row, .. } => Some(vec![
-            format!("row {} of K A as a further row of `k`, and a further pole", row + 1),
-            "reduced-order, for the whole state".to_owned(),
-        ]),
-        LinalgError::FixedObserverMode { .. } => {
-            Some(vec!["this eigenvalue among `poles`, if it is stable; other rows of `k`".to_owned()])
-        }
-        _ => None,
+/// What to do where Darouach's conditions of a functional observer do not hold.
+fn of_functional(study: &Study, requested: &ObserverSpec, error: &LinalgError) -> Advice {
+    let hint = match error {
+        LinalgError::NotFunctional { .. } => None,
+        LinalgError::FixedObserverMode { .. } => Some("other rows of `k`"),
+        _ => return Advice::default(),
+    };
+    let (ObserverKind::Functional { k, poles }, Some(plant)) = (&requested.kind, study.plant.model.linear()) else {
+        return Advice::default();
+    };
+    let fastest = poles.iter().map(|pole| pole.re).fold(0.0, f64::min);
+    // Poles a tenth apart, from the fastest one on.
+    let further = |count: usize| (0..count).map(move |i| significant_value(fastest * (1.0 + 0.1 * (i + 1) as f64)));
+    let mut ways = Vec::new();
+    if let (LinalgError::NotFunctional { row, .. }, true) = (error, poles.iter().all(|pole| pole.im == 0.0)) {
+        let mut longer = k.clone().insert_row(k.nrows(), 0.0);
+        longer.row_mut(k.nrows()).copy_from(&(k.row(*row) * &plant.a));
+        let poles = poles.iter().map(|pole| pole.re).chain(further(1));
+        let keys = [format!("k = {}", rows(&longer)), format!("poles = {}", list(poles))];
+        ways.push(Proposal::keys(keys, &["k", "poles"], "with the rate of a function among the functions"));
     }
+    let left = plant.a.nrows().saturating_sub(plant.c.nrows());
+    let poles = format!("poles = {}", list(further(left)));
+    ways.push(Proposal::kind("reduced-order", [poles], "for the whole state"));
+    Advice::of(ways).and(other_kinds(study, requested)).and(hint.map_or_else(Advice::default, Advice::hint))
+}
+
+/// A number with three digits.
+fn significant_value(x: f64) -> f64 {
+    significant(x, 3).parse().unwrap_or(x)
 }

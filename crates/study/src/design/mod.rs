@@ -1,5 +1,6 @@
 //! Design of each `[[observer]]`, or the reason why it has none.
 
+mod alternative;
 mod discrete;
 mod disturbance;
 mod error_bound;
@@ -27,6 +28,8 @@ mod varying_periods;
 pub use crate::designed::Designed;
 pub use crate::runnable::{At, Chains, Kkl, Runnable, VaryingPeriods, WithDisturbance, WithoutDisturbance};
 pub use crate::study::PrintedMean;
+pub use alternative::Alternative;
+pub(crate) use alternative::Proposal;
 pub(crate) use interval::{Sampling, sampled_design as sampled_interval};
 pub use kkl_maps::candidate;
 pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
@@ -55,7 +58,7 @@ use crate::study::{LinearSpec, ObserverKind, ObserverSpec, Study};
 /// Why an observer has no design.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoDesign {
-    /// The observer is not applicable to the plant: violated hypothesis and alternatives.
+    /// The observer is not applicable to the plant: violated hypothesis, alternatives and hints.
     Misfit(FailureReport),
     /// Interrupted by the user.
     Interrupted,
@@ -67,8 +70,8 @@ impl From<FailureReport> for NoDesign {
     }
 }
 
-/// The design of one observer of a study. A design of kind `kkl-numerical` takes minutes; it checks `cancel`
-/// continuously and stops once it is true.
+/// The design of one observer of a study; of one that is refused, the alternatives that have a design. A design of
+/// kind `kkl-numerical` takes minutes; it checks `cancel` continuously and stops once it is true.
 ///
 /// # Errors
 /// [`NoDesign`].
@@ -82,6 +85,19 @@ pub fn design(study: &Study, requested: &ObserverSpec, cancel: &AtomicBool) -> R
 /// # Errors
 /// [`NoDesign`].
 pub fn design_until(
+    study: &Study,
+    requested: &ObserverSpec,
+    cancel: &AtomicBool,
+    end: Option<Instant>,
+) -> Result<Designed, NoDesign> {
+    attempt(study, requested, cancel, end).map_err(|none| match none {
+        NoDesign::Misfit(refusal) => alternative::tried(study, requested, refusal, (cancel, end)).into(),
+        NoDesign::Interrupted => NoDesign::Interrupted,
+    })
+}
+
+/// As [`design_until`], without the alternatives of a refusal, which have to be designed themselves.
+pub(crate) fn attempt(
     study: &Study,
     requested: &ObserverSpec,
     cancel: &AtomicBool,
@@ -251,7 +267,7 @@ pub(crate) fn discrete_design(
     dt: f64,
     observer: &ObserverSpec,
 ) -> Result<DiscreteDesign, String> {
-    match discrete::gain_of(plant, gain, dt, observer) {
+    match discrete::gain_of(study, plant, (gain, dt), observer) {
         Ok(design) => design.map_err(|misfit| explain::misfit(study, observer, &misfit).hypothesis),
         Err(failure) => Err(failure.hypothesis),
     }

@@ -7,6 +7,7 @@ use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::{at_most, significant};
 use nalgebra::{DMatrix, DVector};
 
+use super::alternative::{Advice, Proposal, other_kinds};
 use super::explain::{self, Misfit};
 use super::{Designed, NoDesign, facts, matrix, number, proved_of, upper_bound};
 use crate::model::Model;
@@ -34,19 +35,14 @@ pub(super) fn chain(study: &Study, requested: &ObserverSpec) -> Result<(), Failu
     let hypothesis = format!(
         "the kind {kind} is for a chain of integrators, x1' = x2, .., with the output x1 and the input in the last: {why}"
     );
-    let mut alternatives = vec!["states that are the output and its derivatives, where the plant has them".to_owned()];
     let is_triangular = study.plant.outputs.len() == 1
         && structure.feedthrough().is_none()
         && explain::no_chains(study, &structure, kind, &[study.plant.states.len()]).is_none();
-    if is_triangular {
-        alternatives.push("high-gain, for triangular plants".to_owned());
-    }
-    if study.plant.model.linear().is_some() {
-        alternatives.push("luenberger: the plant is linear".to_owned());
-    } else {
-        alternatives.extend(explain::for_nonlinear(study, kind));
-    }
-    Err(explain::failure(requested, hypothesis, alternatives))
+    let high_gain = Proposal::kind("high-gain", ["r = 0.1".to_owned()], "for triangular plants; r is to be chosen");
+    let advice = Advice::of(is_triangular.then_some(high_gain))
+        .and(other_kinds(study, requested))
+        .and(Advice::hint("states that are the output and its derivatives, where the plant has them"));
+    Err(explain::failure(requested, hypothesis, advice))
 }
 
 /// The gains of a specification.

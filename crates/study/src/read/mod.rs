@@ -27,6 +27,7 @@ mod toml;
 mod tree;
 mod truth;
 mod units;
+mod varied;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -47,6 +48,7 @@ use crate::study::Study;
 pub use crate::study::Format;
 pub(crate) use observer::file_name;
 use tree::Node;
+pub(crate) use varied::varied;
 
 impl Study {
     /// Reads a study: JSON from `.json`, TOML from everything else.

@@ -92,7 +92,8 @@ pub(crate) fn file_name(name: &str) -> String {
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
 }
 
-fn observer(
+/// An observer from its table.
+pub(super) fn observer(
     node: &Node,
     plant: &PlantModel,
     start: &[f64],

@@ -32,6 +32,8 @@ use luenberger_proof::wording::{at_least, at_most, rounded, shortest, significan
 use nalgebra::DMatrix;
 use serde::Serialize;
 
+use crate::design::{Alternative, Proposal};
+
 /// Results of the executed steps. Parts that were not requested, or for which the study has no table, are absent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Results {
@@ -324,7 +326,7 @@ pub struct ObserverReport {
     /// Its design; none if the observer is not applicable to the plant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignReport>,
-    /// Why there is no design: violated hypothesis and alternatives.
+    /// Why there is no design: violated hypothesis, alternatives and hints.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<FailureReport>,
 }
@@ -449,13 +451,39 @@ impl FactReport {
 pub struct FailureReport {
     /// The violated hypothesis, with its numbers.
     pub hypothesis: String,
-    /// Applicable alternatives; empty if none is known.
-    pub alternatives: Vec<String>,
+    /// Observers that have a design on this plant, tried; empty if none is known.
+    pub alternatives: Vec<Alternative>,
+    /// What may help besides, and was not tried.
+    pub hints: Vec<String>,
     /// Position of the observer in the file.
     pub line: usize,
     /// The error of the design with its numbers, where one is the reason.
     #[serde(skip)]
     pub cause: Option<Box<DesignError>>,
+    /// Alternatives to be tried.
+    #[serde(skip)]
+    pub(crate) proposals: Vec<Proposal>,
+}
+
+impl FailureReport {
+    /// Why the observer at this line of its file is not applicable.
+    pub fn new(hypothesis: impl Into<String>, line: usize) -> Self {
+        let (alternatives, hints, proposals) = (Vec::new(), Vec::new(), Vec::new());
+        Self { hypothesis: hypothesis.into(), alternatives, hints, line, cause: None, proposals }
+    }
+
+    /// With a hint.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hints.push(hint.into());
+        self
+    }
+
+    /// The alternatives and the hints, one line each: `alternative: ..`, `hint: ..`.
+    pub fn advice(&self) -> Vec<String> {
+        let alternatives = self.alternatives.iter().map(|alternative| format!("alternative: {}", alternative.words()));
+        alternatives.chain(self.hints.iter().map(|hint| format!("hint: {hint}"))).collect()
+    }
 }
 
 impl DesignReport {

@@ -262,7 +262,11 @@ fn observer(section: Section, observer: &ObserverReport) -> Section {
     if let Some(failure) = &observer.failure {
         section = section.facts([("design", Cell::badge("not applicable", Tone::Failed))]).prose(&failure.hypothesis);
         if !failure.alternatives.is_empty() {
-            section = section.prose("Alternatives:").list(failure.alternatives.clone());
+            let alternatives = failure.alternatives.iter().map(|alternative| alternative.words().to_owned());
+            section = section.prose("Alternatives:").list(alternatives.collect::<Vec<_>>());
+        }
+        if !failure.hints.is_empty() {
+            section = section.prose("Hints:").list(failure.hints.clone());
         }
     }
     match &observer.design {

@@ -15,5 +15,6 @@ mod truth;
 pub use json::{json_schema, schema};
 pub use keys::STUDY;
 pub(crate) use keys::{QUANTITIES, SWEPT};
+pub(crate) use observers::OBSERVER;
 pub use sources::{ObserverSource, observer_sources};
 pub use table::{Key, Kind, Range, Table, Variant, Variants};

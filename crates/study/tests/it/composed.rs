@@ -170,7 +170,7 @@ fn an_iteration_has_no_export_and_says_what_has() {
         let study = read(&JOINT.replace("\"integral\"", &format!("\"{printed}\""))).unwrap();
         let refused = deployment::sampled(&study, &study.observers[0], Some(0.01), None).unwrap_err();
         assert!(refused.hypothesis.contains("its number of steps depends on the data"), "{}", refused.hypothesis);
-        assert!(refused.alternatives[0].starts_with("as_printed = \"integral\""));
+        assert!(refused.hints[0].starts_with("as_printed = \"integral\""));
     }
 }
 

@@ -114,7 +114,7 @@ fn conditions_that_fail_are_named() {
     let why = |kind: &str, e: &str, rest: &str| {
         let text = format!("{CARTS}[[observer]]\nname = \"o\"\nkind = \"{kind}\"\ne = {e}\n{rest}\n");
         match designed(&read(&text).unwrap(), "o") {
-            Err(NoDesign::Misfit(failure)) => (failure.hypothesis, failure.alternatives.join("; ")),
+            Err(NoDesign::Misfit(failure)) => (failure.hypothesis.clone(), failure.advice().join("; ")),
             other => panic!("{other:?}"),
         }
     };

@@ -153,7 +153,7 @@ fn mistakes_and_misfits_are_named() {
         let study = read(&format!("{MOTOR}{}", observer(rest))).unwrap();
         let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
         let failure = results.observers[0].failure.clone().unwrap();
-        (failure.hypothesis, failure.alternatives.join("; "))
+        (failure.hypothesis.clone(), failure.advice().join("; "))
     };
     let (hypothesis, instead) = why(&format!("poles = [-6, -6]\n{BOUNDS}"));
     assert!(hypothesis.contains("not distinct enough for modal coordinates"), "{hypothesis}");

@@ -217,13 +217,13 @@ fn what_has_no_table_is_refused_with_its_memory() {
     let refused = |text: &str| {
         let study = study(text);
         match design(&study, &study.observers[0], &AtomicBool::new(false)) {
-            Err(NoDesign::Misfit(failure)) => (failure.hypothesis, failure.alternatives.join("; ")),
+            Err(NoDesign::Misfit(failure)) => (failure.hypothesis.clone(), failure.advice().join("; ")),
             other => panic!("{other:?}"),
         }
     };
     let (hypothesis, alternative) = refused(&FORCED.replace("inputs = [[-0.5, 0.5]]\nnodes = 4\n", ""));
     assert!(hypothesis.contains("needs their range, `inputs`; this plant has 1 input"), "{hypothesis}");
-    assert!(alternative.starts_with("inputs = [[lower, upper]], if"), "{alternative}");
+    assert!(alternative.contains("hint: inputs = [[lower, upper]], if"), "{alternative}");
 
     let seven = DISTURBED
         .replace("\"x5\"]\nf", "\"x5\", \"x6\", \"x7\"]\nf")

@@ -1,6 +1,7 @@
 //! One test binary, a module a subject.
 
 mod advise;
+mod alternatives;
 mod battery;
 mod blocks;
 mod choices;

@@ -105,7 +105,7 @@ fn refused(text: &str) -> (String, String) {
     match design(&study, &study.observers[0], &AtomicBool::new(false)) {
         Err(NoDesign::Misfit(failure)) => {
             messages::misfit(&failure);
-            (failure.hypothesis, failure.alternatives.join("; "))
+            (failure.hypothesis.clone(), failure.advice().join("; "))
         }
         other => panic!("{other:?}"),
     }

@@ -32,9 +32,8 @@ pub(crate) fn mistake(located: &Located) {
 
 /// Notes an observer that does not apply.
 pub(crate) fn misfit(failure: &FailureReport) {
-    let alternatives: String =
-        failure.alternatives.iter().fold(String::new(), |lines, other| lines + "    alternative: " + other + "\n");
-    MISFITS.with_borrow_mut(|seen| seen.insert(format!("{}\n{alternatives}", failure.hypothesis)));
+    let advice = failure.advice().iter().fold(String::new(), |lines, line| lines + "    " + line + "\n");
+    MISFITS.with_borrow_mut(|seen| seen.insert(format!("{}\n{advice}", failure.hypothesis)));
 }
 
 fn folder() -> PathBuf {
@@ -197,8 +196,8 @@ fn said(text: &str, step: Step) -> String {
         }
         if let Some(failure) = &observer.failure {
             _ = writeln!(said, "{} ({}): not applicable: {}", observer.name, observer.kind, failure.hypothesis);
-            for alternative in &failure.alternatives {
-                _ = writeln!(said, "  alternative: {alternative}");
+            for line in failure.advice() {
+                _ = writeln!(said, "  {line}");
             }
         }
     }

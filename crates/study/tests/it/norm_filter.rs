@@ -72,13 +72,13 @@ fn the_exported_filter_is_that_of_the_sampled_plant() {
 #[test]
 fn what_fails_is_named() {
     let why = |kind: &str, rest: &str| match designed(&read(&scalar(kind, rest)).unwrap()) {
-        Err(NoDesign::Misfit(failure)) => (failure.hypothesis, failure.alternatives.join("; ")),
+        Err(NoDesign::Misfit(failure)) => (failure.hypothesis.clone(), failure.advice().join("; ")),
         other => panic!("{other:?}"),
     };
     let (why_not, instead) = why("h-infinity", "d = [[0, 1]]\ngamma = 0.5");
     assert!(why_not.starts_with("no gain makes the H-infinity norm of the error less than 0.5 (the best"), "{why_not}");
     assert!(why_not.contains("no values satisfy"), "{why_not}");
-    assert!(instead.contains("`gamma` above 0.7071"), "{instead}");
+    assert!(instead.contains("gamma = 0.7142 in place of gamma"), "{instead}");
     let (why_not, instead) = why("h2", "d = [[0, 0]]");
     assert!(why_not.contains("D does not have full row rank"), "{why_not}");
     assert!(instead.contains("max_gain"), "{instead}");

@@ -90,5 +90,5 @@ fn mistakes_are_named() {
     let refused = design(&study, &study.observers[0], &AtomicBool::new(false)).unwrap_err();
     let said = format!("{refused:?}");
     assert!(said.contains("the kind optimal-cubic needs a linear plant"), "{said}");
-    assert!(said.contains("luenberger with an [operating_point]"), "{said}");
+    assert!(said.contains("v = 1 and [operating_point] with x = [0]"), "{said}");
 }

@@ -65,7 +65,7 @@ fn beta_by_an_iteration_has_no_export() {
     let study = study("as_printed = \"root\"");
     let refused = deployment::sampled(&study, &study.observers[0], Some(0.01), None).unwrap_err();
     assert!(refused.hypothesis.contains("as printed has no export"), "{refused:?}");
-    assert!(refused.alternatives[1].contains("without `as_printed`"));
+    assert!(refused.hints[1].contains("without `as_printed`"));
     let small =
         read("[plant]\nbuiltin = \"chaotic\"\n[[observer]]\nkind = \"mean-value\"\neta = 0.5\nas_printed = \"root\"\n");
     assert!(matches!(designed(&small.unwrap()), Err(NoDesign::Misfit(failure)) if failure.hypothesis.contains("0.5")));

@@ -60,8 +60,8 @@ fn what_is_not_proved_says_what_is() {
     let found = executed(&wide, Step::Design);
     let failure = found.observers[0].failure.as_ref().unwrap();
     assert!(failure.hypothesis.contains("it is proved for periods from"), "{failure:?}");
-    let alternative = &failure.alternatives[0];
-    let proved = alternative.strip_prefix("jitter = ").unwrap().split(" and misses").next().unwrap();
+    let alternative = failure.alternatives[0].words();
+    let proved = alternative.strip_prefix("jitter = ").unwrap().split(", misses").next().unwrap();
     let narrower = STUDY.replacen("[0.07, 0.14]", proved, 1);
     assert!(executed(&narrower, Step::Design).observers[0].failure.is_none(), "{alternative}");
 }

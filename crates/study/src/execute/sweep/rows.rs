@@ -3,7 +3,7 @@
 use luenberger_random::{Purpose, Stream};
 
 use super::super::options::RunOptions;
-use crate::design::{Designed, NoDesign, design_until};
+use crate::design::{Designed, NoDesign, attempt};
 use crate::error::StudyError;
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
 use crate::trajectory::{self, Member, member};
@@ -102,7 +102,7 @@ impl RowDesign {
         if !parameter.redesigns() {
             return Ok(designs);
         }
-        let design = |requested: &ObserverSpec| match design_until(study, requested, options.cancel, options.until) {
+        let design = |requested: &ObserverSpec| match attempt(study, requested, options.cancel, options.until) {
             Ok(designed) => Ok(Ok(designed)),
             Err(NoDesign::Interrupted) => Err(StudyError::Interrupted),
             Err(NoDesign::Misfit(failure)) => Ok(Err(failure.hypothesis)),
