@@ -117,8 +117,8 @@ pub(crate) enum Command {
     ///
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, may be indefinite, "r": m x m symmetric, definite}; output
     /// {"x", "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the
-    /// eigenvalues of A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys: "s",
-    /// n x m, the weight 2 x'S u, and "e", n x n regular, of E x' = A x + B u.
+    /// eigenvalues of A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys:
+    /// "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x' = A x + B u.
     ///
     /// Kalman filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the intensities of process and
     /// measurement noise; output {"p", "l", "poles", "residual", "condition", "forward_error"} with A P + P A' - P C'V^-1 C P + W = 0,
@@ -128,17 +128,18 @@ pub(crate) enum Command {
     Care(MatrixInput),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
     ///
-    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, may be indefinite, "r": m x m symmetric, definite, or singular
-    /// with R + B'X B definite}; output {"x", "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing
-    /// solution, poles are the eigenvalues of A - B K. As `dare(A, B, Q, R)` of python-control, which returns (X, poles,
-    /// K). Optional keys: "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x+ = A x + B u.
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, may be indefinite, "r": m x m symmetric, definite, or
+    /// singular with R + B'X B definite}; output {"x", "k", "poles", "residual", "condition", "forward_error"}. X is
+    /// the stabilizing solution, poles are the eigenvalues of A - B K. As `dare(A, B, Q, R)` of python-control, which
+    /// returns (X, poles, K). Optional keys: "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x+ = A x + B
+    /// u.
     ///
-    /// Kalman predictor and filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the covariances of process and
-    /// measurement noise (v may be singular); output {"p", "l", "filter_gain", "filter_covariance", "poles", "residual",
-    /// "condition", "forward_error"} with L = A P C'(V + C P C')^-1. P is the covariance of the one-step prediction error,
-    /// poles are the eigenvalues of A - L C. filter_gain is M = P C'(V + C P C')^-1 of the measurement update,
-    /// filter_covariance P - M C P. Optional keys: "g", n x q, of x+ = A x + B u + G w, with "w" q x q; and "s", n x p
-    /// (with "g" q x p), the cross-covariance of w and v.
+    /// Kalman predictor and filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the covariances of process
+    /// and measurement noise (v may be singular); output {"p", "l", "filter_gain", "filter_covariance", "poles",
+    /// "residual", "condition", "forward_error"} with L = A P C'(V + C P C')^-1. P is the covariance of the one-step
+    /// prediction error, poles are the eigenvalues of A - L C. filter_gain is M = P C'(V + C P C')^-1 of the
+    /// measurement update, filter_covariance P - M C P. Optional keys: "g", n x q, of x+ = A x + B u + G w, with "w" q
+    /// x q; and "s", n x p (with "g" q x p), the cross-covariance of w and v.
     #[command(after_help = DARE)]
     Dare(MatrixInput),
     /// Pole placement: K such that A - B K, or L such that A - L C, has the specified eigenvalues
@@ -161,11 +162,11 @@ pub(crate) enum Command {
     Place(PlacementInput),
     /// Observability of (A, C): rank, margin of each mode, unobservable directions
     ///
-    /// Input {"a": n x n, "c": p x n}; output {"rank", "unobservable", "margins"}, and "tolerance" if one is given. rank is that of `obsv(A, C)` of
-    /// python-control and MATLAB, computed without forming that matrix. margins has for each eigenvalue of A the
-    /// smallest singular value of [A - lambda I; C] relative to the norm of the scaled pair: 0 for an unobservable
-    /// mode. unobservable has eigenvalue and direction of each unobservable mode: A v = lambda v, C v = 0. The exit
-    /// code is 0 for an unobservable pair too.
+    /// Input {"a": n x n, "c": p x n}; output {"rank", "unobservable", "margins"}, and "tolerance" if one is given.
+    /// rank is that of `obsv(A, C)` of python-control and MATLAB, computed without forming that matrix. margins has for
+    /// each eigenvalue of A the smallest singular value of [A - lambda I; C] relative to the norm of the scaled pair: 0
+    /// for an unobservable mode. unobservable has eigenvalue and direction of each unobservable mode: A v = lambda v, C
+    /// v = 0. The exit code is 0 for an unobservable pair too.
     #[command(after_help = OBSV)]
     Obsv(ObservabilityInput),
     /// Eigenvalues of a square matrix
@@ -205,9 +206,10 @@ pub(crate) enum Command {
     /// Create a study file from a state-space model of MATLAB and Octave (.mat), numpy (.npz) or python-control (JSON)
     ///
     /// The file has matrices A and C, and optionally B, D, a regular E, a sampling time dt and names of the columns
-    /// (StateName or state_labels, likewise inputs and outputs); upper or lower case. They are variables of the file or fields of one
-    /// structure: save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C);
-    /// json.dump({'A': sys.A.tolist(), ..}, file). Output {"study", "states", "inputs", "outputs", "ignored"}.
+    /// (StateName or state_labels, likewise inputs and outputs); upper or lower case. They are variables of the file or
+    /// fields of one structure: save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B,
+    /// C=sys.C); json.dump({'A': sys.A.tolist(), ..}, file). Output {"study", "states", "inputs", "outputs",
+    /// "ignored"}.
     #[command(after_help = IMPORT)]
     Import(ImportInput),
     /// Verify certificate files: every claim is rederived in exact or interval arithmetic

@@ -231,8 +231,8 @@ pub enum LinalgError {
         /// The smallest singular value of `[A - lambda I; C]`.
         margin: f64,
     },
-    /// No stabilizing solution was found: with the gain, an eigenvalue is beyond the stability boundary or on it, though
-    /// no eigenvalue of the plant explains it.
+    /// No stabilizing solution was found: with the gain, an eigenvalue is beyond the stability boundary or on it,
+    /// though no eigenvalue of the plant explains it.
     #[error("no stabilizing solution was found: {}", not_stabilizing(*.eigenvalue, *.distance))]
     NotStabilizing {
         /// The eigenvalue of the closed loop (or of the Hamiltonian matrix) nearest to the boundary, or beyond it.

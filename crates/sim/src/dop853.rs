@@ -2,8 +2,8 @@
 //!
 //! Error control by the blend of the estimates of order 5 and 3 that its authors recommend, and by the defect of the
 //! dense output: near the border of stability the step may be good to the tolerance and the interpolant a hundred times
-//! worse, and trajectories and events are read from the interpolant. The defect is sampled at two points of the step: it
-//! is largest near 15/16 for almost every problem, near 5/8 for most of the others, and in the middle it may be a
+//! worse, and trajectories and events are read from the interpolant. The defect is sampled at two points of the step:
+//! it is largest near 15/16 for almost every problem, near 5/8 for most of the others, and in the middle it may be a
 //! hundredth of that. The error of the interpolant, the integral of the defect, is about a ninth of the largest defect:
 //! about two tolerances at most. Stiffness is suspected when the step stays at that border for fifteen steps.
 //!

@@ -1,9 +1,10 @@
 //! Zero-order hold of a plant whose inputs are delayed.
 //!
-//! With `tau = d h + r`, `0 <= r < h`, the delayed input of period k is `u[k-d-1]` for the time r and `u[k-d]` after it:
+//! With `tau = d h + r`, `0 <= r < h`, the delayed input of period k is `u[k-d-1]` for the time r and `u[k-d]` after
+//! it:
 //!
 //! ```text
-//! x[k+1] = Ad x[k] + G1 u[k-d-1] + G0 u[k-d]      G0 = int_0^(h-r) e^{As} ds B      G1 = e^{A(h-r)} int_0^r e^{As} ds B
+//! x[k+1] = Ad x[k] + G1 u[k-d-1] + G0 u[k-d]    G0 = int_0^(h-r) e^{As} ds B    G1 = e^{A(h-r)} int_0^r e^{As} ds B
 //! y[k]   = C x[k] + D u[k-d]   for r = 0          y[k] = C x[k] + D u[k-d-1]   for r > 0
 //! ```
 //! The state is extended by the past inputs `u[k-1], u[k-2], ..` that are needed, of the first input first.
@@ -50,10 +51,10 @@ impl Delay {
 /// Discrete-time model of `x' = A x + B u(t - tau), y = C x + D u(t - tau)` at the period `h` for an input that is held
 /// over each period, with a delay of its own for each input.
 ///
-/// `delays` has m entries, in the unit of time of A: 0 or more, whole periods or not. A delay of `d` periods adds d states
-/// to the n of the plant, one between d and d + 1 periods d + 1: the past inputs `u_1[k-1], u_1[k-2], .., u_2[k-1], ..`.
-/// A delay within two roundings of whole periods counts as whole. Cost: an exponential of order n + m, and two of order
-/// n + 1 for each input whose delay is not whole.
+/// `delays` has m entries, in the unit of time of A: 0 or more, whole periods or not. A delay of `d` periods adds d
+/// states to the n of the plant, one between d and d + 1 periods d + 1: the past inputs `u_1[k-1], u_1[k-2], ..,
+/// u_2[k-1], ..`. A delay within two roundings of whole periods counts as whole. Cost: an exponential of order n + m,
+/// and two of order n + 1 for each input whose delay is not whole.
 ///
 /// # Errors
 /// [`LinalgError::InvalidDelay`] if a delay is negative, not a number, or longer than 1000 periods;

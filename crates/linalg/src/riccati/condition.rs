@@ -18,8 +18,8 @@
 //!
 //! For a gain K that is not quite that of X, F being its closed loop, the quadratic term is `N'W^-1 N` with
 //! `N = W_X (K_X - K) + B'E F`, W and `W_X` being R, in discrete time `R + B'(X + E) B` and `R + B'X B`. It is at most
-//! twice the sum of the two squares, in discrete time four times: the first, times that factor, is added to c, and 4 and
-//! 8 become 8 and 16.
+//! twice the sum of the two squares, in discrete time four times: the first, times that factor, is added to c, and 4
+//! and 8 become 8 and 16.
 
 use super::coordinates::Frame;
 use super::scaled::Scaled;

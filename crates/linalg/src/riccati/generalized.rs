@@ -310,8 +310,8 @@ impl Generalized {
         let (condition, forward_error) = self.evidence(&at, &mut equation).unwrap_or((f64::INFINITY, f64::INFINITY));
         let size = (norm(&self.a) + norm(&self.b) * norm(&at.k)) * norm(&self.inverse);
         let size = if self.discrete { size.max(1.0) } else { size };
-        // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one; there is
-        // a solution if the cost is semidefinite, and else the defect counts as well.
+        // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one; there
+        // is a solution if the cost is semidefinite, and else the defect counts as well.
         let change = if self.is_semidefinite() { 0.0 } else { 100.0 * residual.max(f64::EPSILON) };
         let near = change.max(f64::EPSILON).sqrt() * at.x.nrows() as f64;
         if forward_error.is_infinite()

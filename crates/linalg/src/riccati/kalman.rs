@@ -10,8 +10,8 @@
 //! or, if the two noises have the cross-covariance `S = E w v'`,
 //!
 //! ```text
-//! continuous   A P + P A' - (P C' + S) V^-1 (C P + S') + W = 0                            L = (P C' + S) V^-1
-//! discrete     A P A' - P - (A P C' + S)(V + C P C')^-1 (C P A' + S') + W = 0             L = (A P C' + S)(V + C P C')^-1
+//! continuous   A P + P A' - (P C' + S) V^-1 (C P + S') + W = 0                     L = (P C' + S) V^-1
+//! discrete     A P A' - P - (A P C' + S)(V + C P C')^-1 (C P A' + S') + W = 0      L = (A P C' + S)(V + C P C')^-1
 //! ```
 //!
 //! which is the regulator's equation with `A'` for `A`, `C'` for `B`, `W` for `Q`, `V` for `R`, and `L = K'`.
@@ -117,9 +117,9 @@ pub fn discrete_kalman_gain<'a>(
 /// Continuous Kalman gain for correlated noises: `L = (P C' + S) V^-1`,
 /// `A P + P A' - (P C' + S) V^-1 (C P + S') + W = 0`.
 ///
-/// `s`, n x p, is the cross-intensity `E w v'` of the process noise w of `x' = A x + B u + w` and the measurement noise v
-/// of `y = C x + v`; the other arguments are those of [`kalman_gain`]. `[W, S; S', V]` is positive semidefinite. Noise
-/// that enters by G, `x' = A x + B u + G w`, has `G W G'` and `G S`. Cost as
+/// `s`, n x p, is the cross-intensity `E w v'` of the process noise w of `x' = A x + B u + w` and the measurement noise
+/// v of `y = C x + v`; the other arguments are those of [`kalman_gain`]. `[W, S; S', V]` is positive semidefinite.
+/// Noise that enters by G, `x' = A x + B u + G w`, has `G W G'` and `G S`. Cost as
 /// [`generalized_care`].
 ///
 /// # Errors
@@ -192,9 +192,9 @@ pub struct MeasurementUpdate {
 
 /// Measurement update `M = P C'(V + C P C')^-1`, `P+ = P - M C P`, of the prediction covariance `p`.
 ///
-/// `p` is n x n and `v` p x p, symmetric positive semidefinite with `V + C P C' > 0`, `c` p x n. The predictor's gain is
-/// `L = A M` if process and measurement noise are not correlated. P+ is computed as `(I - M C) P (I - M C)' + M V M'`,
-/// which stays semidefinite in spite of rounding. About `4 n^3 + 4 n^2 p` flops.
+/// `p` is n x n and `v` p x p, symmetric positive semidefinite with `V + C P C' > 0`, `c` p x n. The predictor's gain
+/// is `L = A M` if process and measurement noise are not correlated. P+ is computed as `(I - M C) P (I - M C)' + M V
+/// M'`, which stays semidefinite in spite of rounding. About `4 n^3 + 4 n^2 p` flops.
 ///
 /// # Errors
 /// [`LinalgError::NotPositiveSemidefinite`] (`P`, `V`); [`LinalgError::NotPositiveDefinite`] (`V + C P C'`);

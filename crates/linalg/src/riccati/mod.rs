@@ -79,9 +79,10 @@ pub struct Riccati {
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue); [`LinalgError::NotStabilizable`] names an
 /// eigenvalue that no input moves, [`LinalgError::NotWeighted`] one on the imaginary axis that is unobservable through
 /// `q`; [`LinalgError::NotStabilizing`] if the closed loop is not stable, and [`LinalgError::NoStabilizingSolution`] if
-/// there is none: for `q >= 0` only because of rounding, otherwise also because no stabilizing solution exists; [`LinalgError::NotConverged`] if the relative residual
-/// exceeds sqrt(eps); [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],
-/// [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
+/// there is none: for `q >= 0` only because of rounding, otherwise also because no stabilizing solution exists;
+/// [`LinalgError::NotConverged`] if the relative residual exceeds sqrt(eps); [`LinalgError::NotSquare`],
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`],
+/// [`LinalgError::Overflow`].
 ///
 /// # Example
 /// ```
@@ -240,9 +241,9 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
     Ok(Riccati { x, k, poles, residual, condition, forward_error })
 }
 
-/// Error if no digit of the solution is known, Q is indefinite, and a pole is as near to the boundary as the defect leaves
-/// open: there may be no stabilizing solution. A double eigenvalue of the pencil on the boundary moves by the root of a
-/// relative change of the data.
+/// Error if no digit of the solution is known, Q is indefinite, and a pole is as near to the boundary as the defect
+/// leaves open: there may be no stabilizing solution. A double eigenvalue of the pencil on the boundary moves by the
+/// root of a relative change of the data.
 fn exists(problem: &Scaled, Outcome { k, evidence, .. }: &Outcome) -> Result<()> {
     if evidence.forward_error.is_finite() || positive_semidefinite("Q", &problem.q).is_ok() {
         return Ok(());

@@ -246,7 +246,8 @@ fn delays_are_past_inputs() {
 }
 
 proptest! {
-    /// The delayed model, step by step, is the plant without delay at an eighth of the period, whose held input is late.
+    /// The delayed model, step by step, is the plant without delay at an eighth of the period, whose held input is
+    /// late.
     #[test]
     fn a_delayed_model_follows_the_plant_in_short_steps(
         late in prop::collection::vec(0..40_usize, 2),

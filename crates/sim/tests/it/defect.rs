@@ -83,8 +83,8 @@ fn largest_defect(problem: &Problem, solution: &Dense, settings: &Settings) -> f
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// With a sample in the middle of the step that is accepted up to 4 tolerances, defects of 16 are usual, and some are
-    /// of 90; with one at 15/16 alone, the defect of a saturated state exceeds 20.
+    /// With a sample in the middle of the step that is accepted up to 4 tolerances, defects of 16 are usual, and some
+    /// are of 90; with one at 15/16 alone, the defect of a saturated state exceeds 20.
     #[test]
     fn the_defect_of_the_dense_output_is_bounded_over_whole_steps(problem in problem(), digits in 4.0..10.0_f64) {
         let rtol = 10.0_f64.powf(-digits);

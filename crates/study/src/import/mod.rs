@@ -10,11 +10,11 @@
 //!
 //! Names may be in upper or lower case. `A` (n x n) and `C` (p x n) are required; `B` (n x m) and `D`
 //! (p x m) are optional. A regular `E` of `E x' = A x + B u` is multiplied into A and B. A sampling time (`dt`, `Ts`)
-//! above zero makes the plant one in discrete time; true, a period left open, counts samples: 1. Zero, none and false mean
-//! continuous time. Complex matrices whose imaginary part is zero are real. Names of the columns are kept: lists of texts with MATLAB's names (`StateName`, `InputName`,
-//! `OutputName`), python-control's (`state_labels`, ..) or those of a study (`states`, ..), where they are distinct and
-//! as many as there are columns. Sparse matrices are converted to dense ones. All other variables are ignored, and
-//! listed.
+//! above zero makes the plant one in discrete time; true, a period left open, counts samples: 1. Zero, none and false
+//! mean continuous time. Complex matrices whose imaginary part is zero are real. Names of the columns are kept: lists
+//! of texts with MATLAB's names (`StateName`, `InputName`, `OutputName`), python-control's (`state_labels`, ..) or
+//! those of a study (`states`, ..), where they are distinct and as many as there are columns. Sparse matrices are
+//! converted to dense ones. All other variables are ignored, and listed.
 //!
 //! The format is recognized from the first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and
 //! [`INFLATED`]: a file that declares more is rejected before memory is allocated, and no input makes the reader panic.

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Each variable has a name, a type, the lines that the type needs, and its numbers. Matrices (real, complex, boolean,
-//! integer, sparse, diagonal), scalars, and structures of them are read, and lists of texts as names. Of a variable with
-//! another name or type the lines are skipped up to the next name.
+//! integer, sparse, diagonal), scalars, and structures of them are read, and lists of texts as names. Of a variable
+//! with another name or type the lines are skipped up to the next name.
 //!
 //! Source: GNU Octave, `load-save` and `ls-oct-text.cc`.
 

@@ -1,4 +1,5 @@
-//! MATLAB's files of version 4, which `save` writes with `-v4`: matrices one after the other, without a header of the file.
+//! MATLAB's files of version 4, which `save` writes with `-v4`: matrices one after the other, without a header of the
+//! file.
 //!
 //! A matrix has five integers of 4 bytes (type, rows, columns, whether it is complex, length of the name with its final
 //! zero), the name, the real parts by columns, and the imaginary parts. The decimal digits `MOPT` of the type say the

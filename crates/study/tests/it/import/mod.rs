@@ -327,8 +327,8 @@ fn version_4(m: &DMatrix<f64>, name: &str, is_sparse: bool) -> Vec<u8> {
     head.chain(name.bytes()).chain([0]).chain(columns.iter().flat_map(|x| x.to_le_bytes())).collect()
 }
 
-/// The bytes are those of scipy 1.17.1, `savemat(.., format='4')`: A = [0 1; -2 -3], C complex with imaginary part zero,
-/// B sparse, StateName, dt and an array of bytes.
+/// The bytes are those of scipy 1.17.1, `savemat(.., format='4')`: A = [0 1; -2 -3], C complex with imaginary part
+/// zero, B sparse, StateName, dt and an array of bytes.
 #[test]
 fn matlab_files_of_version_4() {
     let words = |words: [u32; 5], name: &[u8]| -> Vec<u8> {
