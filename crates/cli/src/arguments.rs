@@ -115,27 +115,32 @@ pub(crate) enum Command {
     Sylv(MatrixInput),
     /// Riccati equation A'X + X A - X B R^-1 B'X + Q = 0, and the regulator K = R^-1 B'X
     ///
-    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x",
-    /// "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, may be indefinite, "r": m x m symmetric, definite}; output
+    /// {"x", "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the
     /// eigenvalues of A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys:
     /// "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x' = A x + B u.
     ///
     /// Kalman filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the intensities of process and
     /// measurement noise; output {"p", "l", "poles", "residual", "condition", "forward_error"} with A P + P A' - P
     /// C'V^-1 C P + W = 0, L = P C'V^-1. P is the covariance of the error, poles are the eigenvalues of A - L C.
+    /// Optional keys: "g", n x q, of x' = A x + B u + G w, with "w" q x q; and "s", n x p (with "g" q x p), the
+    /// cross-intensity of w and v.
     #[command(after_help = CARE)]
     Care(MatrixInput),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
     ///
-    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x",
-    /// "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the
-    /// eigenvalues of A - B K. As `dare(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys:
-    /// "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x+ = A x + B u.
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, may be indefinite, "r": m x m symmetric, definite, or
+    /// singular with R + B'X B definite}; output {"x", "k", "poles", "residual", "condition", "forward_error"}. X is
+    /// the stabilizing solution, poles are the eigenvalues of A - B K. As `dare(A, B, Q, R)` of python-control, which
+    /// returns (X, poles, K). Optional keys: "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x+ = A x + B
+    /// u.
     ///
-    /// Kalman predictor: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the covariances of process and
-    /// measurement noise (v may be singular); output {"p", "l", "poles", "residual", "condition", "forward_error"} with
-    /// L = A P C'(V + C P C')^-1. P is the covariance of the one-step prediction error, poles are the eigenvalues of A
-    /// - L C.
+    /// Kalman predictor and filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the covariances of process
+    /// and measurement noise (v may be singular); output {"p", "l", "filter_gain", "filter_covariance", "poles",
+    /// "residual", "condition", "forward_error"} with L = A P C'(V + C P C')^-1. P is the covariance of the one-step
+    /// prediction error, poles are the eigenvalues of A - L C. filter_gain is M = P C'(V + C P C')^-1 of the
+    /// measurement update, filter_covariance P - M C P. Optional keys: "g", n x q, of x+ = A x + B u + G w, with "w" q
+    /// x q; and "s", n x p (with "g" q x p), the cross-covariance of w and v.
     #[command(after_help = DARE)]
     Dare(MatrixInput),
     /// Pole placement: K such that A - B K, or L such that A - L C, has the specified eigenvalues
@@ -146,6 +151,9 @@ pub(crate) enum Command {
     /// Observer: input {"a": n x n, "c": p x n, "poles"}; output {"l", "poles", "relative_errors", "condition"}. This
     /// L is `place(A', C', poles)'` of python-control and MATLAB.
     ///
+    /// Optional key "pattern", of the size of the gain, with 0 where the gain must be 0 and 1 elsewhere. The output has
+    /// "free" and "rank" in addition: the number of free entries, and how many poles they move independently.
+    ///
     /// The poles in the output are recomputed from this gain, in the order of the input, relative_errors are their
     /// distances from the desired ones, relative to these; condition is the condition number of the eigenvector matrix,
     /// null for a defective closed loop. If a pole is missed by more than a tenth, or the closed loop is unstable and
@@ -155,13 +163,13 @@ pub(crate) enum Command {
     Place(PlacementInput),
     /// Observability of (A, C): rank, margin of each mode, unobservable directions
     ///
-    /// Input {"a": n x n, "c": p x n}; output {"rank", "unobservable", "margins"}. rank is that of `obsv(A, C)` of
-    /// python-control and MATLAB, computed without forming that matrix. margins has for each eigenvalue of A the
-    /// smallest singular value of [A - lambda I; C] relative to the norm of the scaled pair: 0 for an unobservable
-    /// mode. unobservable has eigenvalue and direction of each unobservable mode: A v = lambda v, C v = 0. The exit
-    /// code is 0 for an unobservable pair too.
+    /// Input {"a": n x n, "c": p x n}; output {"rank", "unobservable", "margins"}, and "tolerance" if one is given.
+    /// rank is that of `obsv(A, C)` of python-control and MATLAB, computed without forming that matrix. margins has for
+    /// each eigenvalue of A the smallest singular value of [A - lambda I; C] relative to the norm of the scaled pair: 0
+    /// for an unobservable mode. unobservable has eigenvalue and direction of each unobservable mode: A v = lambda v, C
+    /// v = 0. The exit code is 0 for an unobservable pair too.
     #[command(after_help = OBSV)]
-    Obsv(MatrixInput),
+    Obsv(ObservabilityInput),
     /// Eigenvalues of a square matrix
     ///
     /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}. Complex pairs are adjacent, the one with positive
@@ -173,9 +181,9 @@ pub(crate) enum Command {
     /// Input {"a": n x n, "b": n x m, "c": p x n, "d": p x m}; without c the output is the state, without d D is 0.
     /// Output {"a", "b", "c", "d", "period"}, and for matched {"transfer": {"zeros", "poles", "gain"}}. The methods are
     /// those of MATLAB's c2d; the state of tustin is scaled as in scipy and python-control. matched needs one input and
-    /// one output, and gives the companion form.
+    /// one output, and gives the companion form. --delay delays the inputs: past inputs become states.
     #[command(after_help = C2D)]
-    C2d(ConversionInput),
+    C2d(SamplingInput),
     /// Discrete to continuous time: zoh, foh, tustin, impulse
     ///
     /// Input and output as those of c2d. A pole at zero or on the negative real axis has no continuous-time model of
@@ -196,12 +204,13 @@ pub(crate) enum Command {
     /// with these poles, without zeros, stays within the band from the settling time on.
     #[command(after_help = POLES)]
     Poles(PolesInput),
-    /// Create a study file from a state-space model of MATLAB (.mat), numpy (.npz) or python-control (JSON)
+    /// Create a study file from a state-space model of MATLAB and Octave (.mat), numpy (.npz) or python-control (JSON)
     ///
-    /// The file has matrices A and C, and optionally B, D, a sampling time dt and names of the columns (StateName or
-    /// state_labels, likewise inputs and outputs); upper or lower case. They are variables of the file or fields of one
-    /// structure: save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B, C=sys.C);
-    /// json.dump({'A': sys.A.tolist(), ..}, file). Output {"study", "states", "inputs", "outputs", "ignored"}.
+    /// The file has matrices A and C, and optionally B, D, a regular E, a sampling time dt and names of the columns
+    /// (StateName or state_labels, likewise inputs and outputs); upper or lower case. They are variables of the file or
+    /// fields of one structure: save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B,
+    /// C=sys.C); json.dump({'A': sys.A.tolist(), ..}, file). Output {"study", "states", "inputs", "outputs",
+    /// "ignored"}.
     #[command(after_help = IMPORT)]
     Import(ImportInput),
     /// Verify certificate files: every claim is rederived in exact or interval arithmetic
@@ -517,6 +526,16 @@ pub(crate) struct MatrixInput {
 }
 
 #[derive(Args)]
+pub(crate) struct ObservabilityInput {
+    /// JSON file, or - for standard input; a matrix is a list of its rows
+    #[arg(value_name = "FILE")]
+    pub(crate) file: Source,
+    /// Relative size below which a part of the pair counts as zero, for data of few digits [default: rounding]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub(crate) tolerance: Option<f64>,
+}
+
+#[derive(Args)]
 pub(crate) struct PlacementInput {
     /// JSON file, or - for standard input; a matrix is a list of its rows
     #[arg(value_name = "FILE")]
@@ -550,6 +569,15 @@ pub(crate) struct ConversionInput {
     /// With tustin: frequency in radians per unit of time at which the frequency response is exact
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub(crate) prewarp: Option<f64>,
+}
+
+#[derive(Args)]
+pub(crate) struct SamplingInput {
+    #[command(flatten)]
+    pub(crate) conversion: ConversionInput,
+    /// With zoh: delay of the input, or of each input, in the unit of time of A; whole periods or not
+    #[arg(long, value_name = "DELAY", value_delimiter = ',', allow_negative_numbers = true)]
+    pub(crate) delay: Vec<f64>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -94,7 +94,7 @@ impl Failure {
             Self::NotText { .. } | Self::Json { .. } | Self::Sdp { .. } | Self::Certificate { .. } => "syntax",
             Self::Import { error, .. } => match error {
                 ImportError::Read { .. } | ImportError::TooLong { .. } => "file",
-                ImportError::Json { .. } | ImportError::Damaged { .. } => "syntax",
+                ImportError::Json { .. } | ImportError::Text { .. } | ImportError::Damaged { .. } => "syntax",
                 _ => "data",
             },
             Self::Study(error) | Self::Stopped { error, .. } => match error {
@@ -216,6 +216,7 @@ fn is_wrong(error: &LinalgError) -> bool {
             | LinalgError::PoleUnpaired { .. }
             | LinalgError::PoleMultiplicity { .. }
             | LinalgError::InvalidPeriod { .. }
+            | LinalgError::InvalidDelay { .. }
             | LinalgError::InvalidTolerance { .. }
             | LinalgError::InvalidFrequency { .. }
             | LinalgError::InvalidSpecification { .. }

@@ -56,7 +56,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Care(input) => matrix::riccati::care(&input.file),
         Command::Dare(input) => matrix::riccati::dare(&input.file),
         Command::Place(input) => matrix::placement::place(&input),
-        Command::Obsv(input) => matrix::observability::obsv(&input.file),
+        Command::Obsv(input) => matrix::observability::obsv(&input),
         Command::Eig(input) => matrix::spectrum::eig(&input.file),
         Command::C2d(input) => matrix::conversion::c2d(&input),
         Command::D2c(input) => matrix::conversion::d2c(&input),

@@ -231,7 +231,8 @@ pub enum LinalgError {
         /// The smallest singular value of `[A - lambda I; C]`.
         margin: f64,
     },
-    /// No stabilizing solution was found, although no eigenvalue of the plant explains it.
+    /// No stabilizing solution was found: with the gain, an eigenvalue is beyond the stability boundary or on it,
+    /// though no eigenvalue of the plant explains it.
     #[error("no stabilizing solution was found: {}", not_stabilizing(*.eigenvalue, *.distance))]
     NotStabilizing {
         /// The eigenvalue of the closed loop (or of the Hamiltonian matrix) nearest to the boundary, or beyond it.
@@ -239,6 +240,11 @@ pub enum LinalgError {
         /// Its signed distance from the boundary, positive on the stable side.
         distance: f64,
     },
+    /// No stabilizing solution was found, and the eigenvalues of the plant do not explain it.
+    #[error(
+        "no stabilizing solution was found, although A has no eigenvalue that prevents one: for an indefinite Q, or where R + B'X B is not positive definite, there may be none"
+    )]
+    NoStabilizingSolution,
     /// The answer, or a quantity on the way to it, exceeds the range of double precision.
     #[error("{what} exceeds the range of double precision")]
     Overflow {
@@ -356,6 +362,16 @@ pub enum LinalgError {
         /// The period.
         h: f64,
     },
+    /// A delay that is negative, not a number, or too long.
+    #[error("a delay must be 0 or more and at most {longest} periods of {period}, and is {delay}")]
+    InvalidDelay {
+        /// The delay.
+        delay: f64,
+        /// The sampling period.
+        period: f64,
+        /// The longest delay in periods.
+        longest: f64,
+    },
     /// A prewarping frequency that is not between 0 and pi over the sampling period.
     #[error("the prewarping frequency must be between 0 and pi/{period}, and is {frequency}")]
     InvalidFrequency {
@@ -422,13 +438,13 @@ impl LinalgError {
     }
 }
 
-/// An eigenvalue on the stable side explains nothing: the weights may be indefinite, or R + B'X B.
+/// The eigenvalue is beyond the boundary, or so near to it that it may be.
 fn not_stabilizing(eigenvalue: Complex<f64>, distance: f64) -> String {
-    let (eigenvalue, at) = (complex(eigenvalue), short(distance));
+    let (eigenvalue, at) = (complex(eigenvalue), short(distance.abs()));
     if distance > 0.0 {
-        format!("the eigenvalue nearest to the stability boundary is {eigenvalue}, at {at} from it")
+        format!("the closed loop has the eigenvalue {eigenvalue}, only {at} from the stability boundary")
     } else {
-        format!("the closed loop keeps the eigenvalue {eigenvalue}, at {at} from the stability boundary")
+        format!("the closed loop keeps the eigenvalue {eigenvalue}, {at} beyond the stability boundary")
     }
 }
 

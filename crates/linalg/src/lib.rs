@@ -132,8 +132,8 @@ pub mod zeros;
 pub use argument::{RealMatrixView, symmetric, symmetric_part};
 pub use balance::state_units;
 pub use conversion::{
-    Discretization, Realization, ZerosPolesGain, c2d, c2d_matched, continuous_process_noise, d2c,
-    discrete_process_noise, logm, measurement_intensity, sampled_measurement_covariance,
+    Discretization, Realization, StandardForm, ZerosPolesGain, c2d, c2d_delayed, c2d_matched, continuous_process_noise,
+    d2c, discrete_process_noise, logm, measurement_intensity, sampled_measurement_covariance, standard_form,
 };
 pub use decomposition::{KalmanDecomposition, KalmanPart, kalman_decomposition};
 pub use definite::{positive_definite, positive_semidefinite};
@@ -154,7 +154,8 @@ pub use placement::{
 };
 pub use prototype::{PolePattern, damping_from_overshoot, poles_from};
 pub use riccati::{
-    Kalman, Riccati, care, dare, discrete_kalman_gain, dlqr, generalized_care, generalized_dare, kalman_gain, lqr,
+    Kalman, MeasurementUpdate, Riccati, care, correlated_kalman_gain, dare, discrete_correlated_kalman_gain,
+    discrete_kalman_gain, dlqr, generalized_care, generalized_dare, kalman_gain, lqr, measurement_update,
 };
 pub use schur::{Balanced, Reordered, Schur, SchurWorkspace, balanced, schur, schur_into};
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};

@@ -2,8 +2,10 @@
 //!
 //! Error control by the blend of the estimates of order 5 and 3 that its authors recommend, and by the defect of the
 //! dense output: near the border of stability the step may be good to the tolerance and the interpolant a hundred times
-//! worse, and trajectories and events are read from the interpolant. Stiffness is suspected when the step stays at that
-//! border for fifteen steps.
+//! worse, and trajectories and events are read from the interpolant. The defect is sampled at two points of the step:
+//! it is largest near 15/16 for almost every problem, near 5/8 for most of the others, and in the middle it may be a
+//! hundredth of that. The error of the interpolant, the integral of the defect, is about a ninth of the largest defect:
+//! about two tolerances at most. Stiffness is suspected when the step stays at that border for fifteen steps.
 //!
 //! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993,
 //! sections II.5, II.6 (dense output), IV.2 of volume II (stiffness).
@@ -21,8 +23,10 @@ pub(crate) const END: usize = 12;
 pub(crate) const BORDER: f64 = 2.0;
 /// So many steps at the border count as stiff.
 pub(crate) const STIFF: usize = 15;
-/// Defect of the dense output that is accepted, in units of the tolerance.
-pub(crate) const DEFECT: f64 = 4.0;
+/// Where in the step the defect of the dense output is sampled.
+pub(crate) const SAMPLES: [f64; 2] = [0.9375, 0.625];
+/// The samples that are accepted, in units of the tolerance. Over the whole step the defect is at most twice as large.
+pub(crate) const DEFECT: f64 = 8.0;
 
 /// Entries of a column that are worked on together: every sum has its terms in the same order, one sum per lane.
 const LANES: usize = 4;
@@ -69,7 +73,7 @@ pub(crate) struct Dop853 {
     /// A stage, and a slope on its way.
     stage: Vec<Lanes>,
     received: Vec<Lanes>,
-    /// The derivative of the interpolant in the middle of the step, and that of the plant.
+    /// The derivative of the interpolant where the defect is sampled, and that of the plant.
     inner: Vec<Lanes>,
     wished: Vec<Lanes>,
 }
@@ -209,11 +213,13 @@ impl Dop853 {
         self.evaluate(f, 14);
         self.evaluate(f, 15);
         self.interpolate_attempt();
-        f(t + 0.5 * h, &self.stage.as_flattened()[..n], &mut self.wished.as_flattened_mut()[..n]);
-        let (inner, wished) = (self.inner.as_flattened(), self.wished.as_flattened());
-        let squared = self.y.as_flattened().iter().zip(self.end.as_flattened()).zip(inner.iter().zip(wished)).take(n);
-        let squared = squared.map(|((y, end), (inner, wished))| ((inner - h * wished) / scale(*y, *end)).powi(2));
-        let defect = (squared.sum::<f64>() / n as f64).sqrt() / DEFECT;
+        let mut squared: f64 = 0.0;
+        for s in SAMPLES {
+            let sample = self.squared_defect(f, s, scale);
+            // NaN stays.
+            squared = if sample > squared || sample.is_nan() { sample } else { squared };
+        }
+        let defect = (squared / n as f64).sqrt() / DEFECT;
         // NaN, from a slope that is not finite, is rejected as well.
         if defect.is_nan() || defect > 1.0 {
             self.h *= if defect.is_finite() { (0.9 / eighth_root(defect)).clamp(0.1, 0.9) } else { 0.1 };
@@ -235,20 +241,31 @@ impl Dop853 {
         Attempt::Accepted
     }
 
-    /// The coefficients of the interpolant, its value in the middle (in `stage`) and its derivative there.
+    /// The coefficients of the interpolant.
     fn interpolate_attempt(&mut self) {
         let h = self.h;
         let ends = self.y.iter().zip(&self.end).zip(&self.slopes);
-        let middle = self.stage.iter_mut().zip(&mut self.inner);
-        for ((((y, end), slopes), attempted), (value, slope)) in ends.zip(&mut self.attempted).zip(middle) {
+        for (((y, end), slopes), attempted) in ends.zip(&mut self.attempted) {
             let (first, last) = (&slopes[0], &slopes[END]);
             let moved: Lanes = std::array::from_fn(|lane| end[lane] - y[lane]);
             let bend: Lanes = std::array::from_fn(|lane| h * first[lane] - moved[lane]);
             let rest = std::array::from_fn(|lane| moved[lane] - h * last[lane] - bend[lane]);
             let high = |weights: &[(usize, f64)]| combine(slopes, weights).map(|sum| h * sum);
             *attempted = [*y, moved, bend, rest, high(DENSE[0]), high(DENSE[1]), high(DENSE[2]), high(DENSE[3])];
-            (*value, *slope) = interpolant(attempted, 0.5);
         }
+    }
+
+    /// The sum of the squares of the defect of the attempted interpolant at `s` of the step, in units of `scale`.
+    #[inline]
+    fn squared_defect(&mut self, f: &impl Fn(f64, &[f64], &mut [f64]), s: f64, scale: impl Fn(f64, f64) -> f64) -> f64 {
+        let (n, h) = (self.n, self.h);
+        for ((attempted, value), slope) in self.attempted.iter().zip(&mut self.stage).zip(&mut self.inner) {
+            (*value, *slope) = interpolant(attempted, s);
+        }
+        f(self.t + s * h, &self.stage.as_flattened()[..n], &mut self.wished.as_flattened_mut()[..n]);
+        let (inner, wished) = (self.inner.as_flattened(), self.wished.as_flattened());
+        let pairs = self.y.as_flattened().iter().zip(self.end.as_flattened()).zip(inner.iter().zip(wished)).take(n);
+        pairs.map(|((y, end), (inner, wished))| ((inner - h * wished) / scale(*y, *end)).powi(2)).sum()
     }
 
     /// `h lambda` from the slopes at the end of the step and at the stage before it, which are nearly the same point;

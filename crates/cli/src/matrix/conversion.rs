@@ -2,11 +2,12 @@
 
 use super::{from, json_output};
 use crate::answer::Answer;
-use crate::arguments::{ConversionInput, Method};
+use crate::arguments::{ConversionInput, Method, SamplingInput};
 use crate::failure::Failure;
 use crate::input::json;
 use crate::numbers;
 use luenberger_linalg::{Discretization, Realization};
+use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -18,6 +19,9 @@ struct Model {
     d: Vec<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     period: Option<f64>,
+    /// The delays of the inputs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    delays: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     transfer: Option<Transfer>,
 }
@@ -31,8 +35,11 @@ struct Transfer {
 }
 
 /// Continuous to discrete time.
-pub(crate) fn c2d(input: &ConversionInput) -> Result<Answer, Failure> {
+pub(crate) fn c2d(SamplingInput { conversion: input, delay }: &SamplingInput) -> Result<Answer, Failure> {
     fits(input, false)?;
+    if !delay.is_empty() {
+        return delayed(input, delay);
+    }
     let system = read(input)?;
     let period = Some(input.period);
     if input.method == Method::Matched {
@@ -54,6 +61,26 @@ pub(crate) fn c2d(input: &ConversionInput) -> Result<Answer, Failure> {
     let model = luenberger_linalg::c2d(&system, input.period, method).map_err(from(&input.file))?;
     let head = format!("x+ = A x + B u, y = C x + D u, period {}\n", numbers::number(input.period));
     Ok(Answer::new(head + &matrices(&model), &Model { period, ..json(&model) })?)
+}
+
+/// Zero-order hold with delays of the inputs; one delay is that of every input.
+fn delayed(input: &ConversionInput, delays: &[f64]) -> Result<Answer, Failure> {
+    if input.method != Method::Zoh {
+        return Err(Failure::Usage("--delay belongs to --method zoh"));
+    }
+    let system = read(input)?;
+    let (n, m) = system.b.shape();
+    let delays = if let [delay] = delays { vec![*delay; m] } else { delays.to_vec() };
+    let model = luenberger_linalg::c2d_delayed(&system, input.period, &delays).map_err(from(&input.file))?;
+    let past = model.a.nrows() - n;
+    let text = format!(
+        "x+ = A x + B u, y = C x + D u, period {}; x has {} of the plant and {}\n{}",
+        numbers::number(input.period),
+        counted(n, "state"),
+        counted(past, "past input"),
+        matrices(&model)
+    );
+    Ok(Answer::new(text, &Model { period: Some(input.period), delays: Some(delays), ..json(&model) })?)
 }
 
 /// Discrete to continuous time.
@@ -90,7 +117,7 @@ fn matrices(model: &Realization) -> String {
 
 fn json(model: &Realization) -> Model {
     let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(json_output::rows);
-    Model { a, b, c, d, period: None, transfer: None }
+    Model { a, b, c, d, period: None, delays: None, transfer: None }
 }
 
 /// Checks the combination of options: `matched` has no inverse, and prewarping belongs to Tustin's method.

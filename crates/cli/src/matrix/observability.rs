@@ -2,8 +2,9 @@
 
 use super::{from, json_output};
 use crate::answer::Answer;
+use crate::arguments::ObservabilityInput;
 use crate::failure::Failure;
-use crate::input::{Source, json};
+use crate::input::json;
 use crate::numbers;
 use luenberger_lmi::proof_matrix;
 use luenberger_proof::statement::hidden_motion;
@@ -15,6 +16,9 @@ struct Seen {
     rank: usize,
     unobservable: Vec<Hidden>,
     margins: Vec<Margin>,
+    /// The relative tolerance, if one is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tolerance: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -30,17 +34,24 @@ struct Margin {
 }
 
 /// Observability margin of each mode.
-pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
+pub(crate) fn obsv(input: &ObservabilityInput) -> Result<Answer, Failure> {
+    let source = &input.file;
     let [a, c] = json::matrices(source, ["a", "c"])?;
-    let found = luenberger_linalg::observability(&a, &c).map_err(from(source))?;
+    let found = match input.tolerance {
+        Some(tolerance) => luenberger_linalg::observability_within(&a, &c, tolerance),
+        None => luenberger_linalg::observability(&a, &c),
+    };
+    let found = found.map_err(from(source))?;
     let mut text = format!("rank {} of {}", found.rank, found.order);
     let is_hidden = || hidden_motion(&proof_matrix(&a), &proof_matrix(&c)).is_ok_and(|hidden| hidden.is_some());
-    text.push_str(if found.is_observable() {
-        ": observable\n"
+    text.push_str(&if found.is_observable() {
+        ": observable\n".to_owned()
     } else if is_hidden() {
-        ": not observable\n"
+        ": not observable\n".to_owned()
+    } else if let Some(tolerance) = input.tolerance {
+        format!(": not observable within the tolerance {}\n", numbers::number(tolerance))
     } else {
-        ": not observable to working precision\n"
+        ": not observable to working precision\n".to_owned()
     });
     for mode in &found.modes {
         let (eigenvalue, margin) = (numbers::complex(mode.eigenvalue), numbers::margin(mode.margin));
@@ -63,6 +74,7 @@ pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
         rank: found.rank,
         unobservable: found.unobservable.iter().map(hidden).collect(),
         margins: found.modes.iter().map(margin).collect(),
+        tolerance: input.tolerance,
     };
     Ok(Answer::new(text, &seen)?)
 }

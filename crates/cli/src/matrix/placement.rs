@@ -6,9 +6,10 @@ use crate::arguments::PlacementInput;
 use crate::failure::Failure;
 use crate::input::json::{self, Form};
 use crate::numbers;
-use luenberger_linalg::Placement;
-use nalgebra::Complex;
+use luenberger_linalg::{Placement, StructuredPlacement};
+use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
+use std::fmt::Write;
 
 /// Largest relative error of a pole that passes without a warning.
 const MISSED: f64 = 0.1;
@@ -23,6 +24,11 @@ struct Gain {
     poles: Vec<[f64; 2]>,
     relative_errors: Vec<f64>,
     condition: f64,
+    /// With a pattern: the number of free entries, and of the poles that they move independently.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    free: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rank: Option<usize>,
     /// Why the gain should not be used.
     #[serde(skip_serializing_if = "Option::is_none")]
     warning: Option<String>,
@@ -31,25 +37,60 @@ struct Gain {
 /// `K` with the eigenvalues of `A - B K` at the poles, or `L` with those of `A - L C` there.
 pub(crate) fn place(input: &PlacementInput) -> Result<Answer, Failure> {
     let source = &input.file;
-    let forms = [Form { keys: &["a", "b"], required: 2 }, Form { keys: &["a", "c"], required: 2 }];
-    let ([a, b, c], poles) = json::either_and_poles(source, ["a", "b", "c"], &forms)?;
+    let forms =
+        [Form { keys: &["a", "b", "pattern"], required: 2 }, Form { keys: &["a", "c", "pattern"], required: 2 }];
+    let ([a, b, c, pattern], poles) = json::either_and_poles(source, ["a", "b", "c", "pattern"], &forms)?;
     let a = a.unwrap_or_default();
-    let (found, names, sign) = if let Some(c) = &c {
-        let found = luenberger_linalg::place_observer(&a, c, &poles).map_err(from(source))?;
-        (found, ["A - L C", "L"], "L (y - C xhat) corrects the estimate")
+    let pattern = pattern.map(|pattern| free_entries(&pattern)).transpose()?;
+    let (names, sign) = if c.is_some() {
+        (["A - L C", "L"], "L (y - C xhat) corrects the estimate")
     } else {
-        let found = luenberger_linalg::place(&a, &b.unwrap_or_default(), &poles).map_err(from(source))?;
-        (found, ["A - B K", "K"], "u = -K x")
+        (["A - B K", "K"], "u = -K x")
+    };
+    let b = b.unwrap_or_default();
+    let (found, structure) = match (&c, pattern) {
+        (Some(c), None) => (luenberger_linalg::place_observer(&a, c, &poles).map_err(from(source))?, None),
+        (None, None) => (luenberger_linalg::place(&a, &b, &poles).map_err(from(source))?, None),
+        (c, Some(free)) => {
+            let found = match c {
+                Some(c) => luenberger_linalg::place_observer_structured(&a, c, &poles, &free),
+                None => luenberger_linalg::place_structured(&a, &b, &poles, &free),
+            };
+            let StructuredPlacement { placement, is_placed, free, rank, .. } = found.map_err(from(source))?;
+            (placement, Some(Structure { is_placed, free, rank }))
+        }
     };
     let relative_errors = relative_errors(&found, &poles);
-    let warning = warning(&found, &poles, &relative_errors);
-    let text = text(names, sign, &found, &relative_errors, warning.as_deref());
+    let warning = warning(&found, &poles, &relative_errors).or_else(|| {
+        let missed = structure.as_ref().is_some_and(|structure| !structure.is_placed);
+        missed.then(|| "no gain of this pattern with these poles was found: the poles above are the nearest".to_owned())
+    });
+    let mut text = text(names, sign, &found, &relative_errors, warning.as_deref());
+    if let Some(Structure { free, rank, .. }) = structure {
+        _ = writeln!(text, "entries that are free {free}, poles that they move independently {rank}");
+    }
     let is_negative = warning.is_some() && !input.accept_inexact;
     let rows = Some(json_output::rows(&found.gain));
     let (k, l) = if c.is_some() { (None, rows) } else { (rows, None) };
     let poles = json_output::pairs(&found.poles);
-    let gain = Gain { k, l, poles, relative_errors, condition: found.condition, warning };
+    let (free, rank) = structure.map(|structure| (structure.free, structure.rank)).unzip();
+    let gain = Gain { k, l, poles, relative_errors, condition: found.condition, free, rank, warning };
     Ok(Answer::new(text, &gain)?.negative(is_negative))
+}
+
+/// How a gain with zeros was found.
+struct Structure {
+    is_placed: bool,
+    free: usize,
+    rank: usize,
+}
+
+/// The free entries of a gain: those that are 1 in a matrix of zeros and ones.
+fn free_entries(pattern: &DMatrix<f64>) -> Result<DMatrix<bool>, Failure> {
+    if pattern.iter().all(|entry| *entry == 0.0 || *entry == 1.0) {
+        return Ok(pattern.map(|entry| entry == 1.0));
+    }
+    Err(Failure::Usage("\"pattern\" has 0 where the gain must be 0, and 1 elsewhere"))
 }
 
 /// The error of each pole, relative to the desired one; of one at zero, to the largest and to A.

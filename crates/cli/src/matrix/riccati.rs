@@ -7,7 +7,9 @@ use crate::failure::Failure;
 use crate::input::Source;
 use crate::input::json::{self, Form};
 use crate::numbers;
-use luenberger_linalg::{Kalman, LinalgError, Riccati};
+use luenberger_linalg::{
+    Kalman, LinalgError, MeasurementUpdate, Riccati, measurement_update, positive_semidefinite, symmetric_part,
+};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -27,6 +29,11 @@ struct Regulator {
 struct Filter {
     p: Vec<Vec<f64>>,
     l: Vec<Vec<f64>>,
+    /// In discrete time: gain of the measurement update, and the covariance after it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    filter_gain: Option<Vec<Vec<f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    filter_covariance: Option<Vec<Vec<f64>>>,
     poles: Vec<[f64; 2]>,
     residual: f64,
     /// None where nothing is known of it.
@@ -40,10 +47,15 @@ struct Problems {
     plain: (Plain, &'static str),
     general: (General, &'static str),
     filter: (Estimator, &'static str),
+    /// With a cross-covariance of the noises.
+    correlated: (Correlated, &'static str),
+    /// Whether the filter has a measurement update.
+    is_discrete: bool,
 }
 
 type Plain = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<Riccati, LinalgError>;
 type Estimator = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<Kalman, LinalgError>;
+type Correlated = fn([&DMatrix<f64>; 5]) -> Result<Kalman, LinalgError>;
 type General = fn([&DMatrix<f64>; 6]) -> Result<Riccati, LinalgError>;
 
 /// `A'X + X A - X B R^-1 B'X + Q = 0`, `K = R^-1 B'X`; `A P + P A' - P C'V^-1 C P + W = 0`, `L = P C'V^-1`.
@@ -60,6 +72,11 @@ pub(crate) fn care(source: &Source) -> Result<Answer, Failure> {
                 |a, c, w, v| luenberger_linalg::kalman_gain(a, c, w, v),
                 "A P + P A' - P C'V^-1 C P + W = 0, L = P C'V^-1",
             ),
+            correlated: (
+                |[a, c, w, v, s]| luenberger_linalg::correlated_kalman_gain(a, c, w, v, s),
+                "A P + P A' - (P C' + S) V^-1 (C P + S') + W = 0, L = (P C' + S) V^-1",
+            ),
+            is_discrete: false,
         },
     )
 }
@@ -82,6 +99,11 @@ pub(crate) fn dare(source: &Source) -> Result<Answer, Failure> {
                 |a, c, w, v| luenberger_linalg::discrete_kalman_gain(a, c, w, v),
                 "A P A' - P - A P C'(V + C P C')^-1 C P A' + W = 0, L = A P C'(V + C P C')^-1",
             ),
+            correlated: (
+                |[a, c, w, v, s]| luenberger_linalg::discrete_correlated_kalman_gain(a, c, w, v, s),
+                "A P A' - P - (A P C' + S)(V + C P C')^-1 (C P A' + S') + W = 0, L = (A P C' + S)(V + C P C')^-1",
+            ),
+            is_discrete: true,
         },
     )
 }
@@ -89,14 +111,14 @@ pub(crate) fn dare(source: &Source) -> Result<Answer, Failure> {
 fn solve(source: &Source, problems: &Problems) -> Result<Answer, Failure> {
     let forms = [
         Form { keys: &["a", "b", "q", "r", "s", "e"], required: 4 },
-        Form { keys: &["a", "c", "w", "v"], required: 4 },
+        Form { keys: &["a", "c", "w", "v", "g", "s"], required: 4 },
     ];
-    let [a, b, q, r, s, e, c, w, v] = json::either(source, ["a", "b", "q", "r", "s", "e", "c", "w", "v"], &forms)?;
+    let [a, b, q, r, s, e, c, w, v, g] =
+        json::either(source, ["a", "b", "q", "r", "s", "e", "c", "w", "v", "g"], &forms)?;
     let a = a.unwrap_or_default();
     if let Some(c) = c {
-        let (gain, equation) = problems.filter;
-        let found = gain(&a, &c, &w.unwrap_or_default(), &v.unwrap_or_default()).map_err(from(source))?;
-        return filter(equation, &found);
+        let (w, v) = (w.unwrap_or_default(), v.unwrap_or_default());
+        return estimate(problems, [&a, &c, &v], w, g, s).map_err(from(source)).and_then(|found| filter(&found));
     }
     let [b, q, r] = [b, q, r].map(Option::unwrap_or_default);
     if s.is_none() && e.is_none() {
@@ -130,19 +152,66 @@ fn regulator(equation: &str, poles: &str, found: &Riccati) -> Result<Answer, Fai
     Ok(Answer::new(text, &regulator)?)
 }
 
-fn filter(equation: &str, found: &Kalman) -> Result<Answer, Failure> {
+/// A Kalman filter and the equation it solves.
+struct Estimate {
+    equation: String,
+    kalman: Kalman,
+    update: Option<MeasurementUpdate>,
+}
+
+/// With g the noise enters as G w: `G W G'` is its covariance, and `G S` that of it and v.
+fn estimate(
+    problems: &Problems,
+    [a, c, v]: [&DMatrix<f64>; 3],
+    mut w: DMatrix<f64>,
+    g: Option<DMatrix<f64>>,
+    mut s: Option<DMatrix<f64>>,
+) -> Result<Estimate, LinalgError> {
+    let mut equation = (if s.is_some() { problems.correlated.1 } else { problems.filter.1 }).to_owned();
+    if let Some(g) = g {
+        let (n, q) = (a.nrows(), w.nrows());
+        let shaped = |what, m: &DMatrix<f64>, expected| match m.shape() {
+            found if found == expected => Ok(()),
+            found => Err(LinalgError::DimensionMismatch { what, expected, found }),
+        };
+        let checked = positive_semidefinite("W", &w)?;
+        shaped("G", &g, (n, q))?;
+        w = symmetric_part(&(&g * checked * g.transpose()));
+        equation.push_str(", G W G' in place of W");
+        if let Some(cross) = &s {
+            shaped("S", cross, (q, c.nrows()))?;
+            s = Some(&g * cross);
+            equation.push_str(", G S of S");
+        }
+    }
+    let kalman = match &s {
+        Some(s) => (problems.correlated.0)([a, c, &w, v, s])?,
+        None => (problems.filter.0)(a, c, &w, v)?,
+    };
+    let update = if problems.is_discrete { Some(measurement_update(&kalman.p, c, v)?) } else { None };
+    Ok(Estimate { equation, kalman, update })
+}
+
+fn filter(Estimate { equation, kalman: found, update }: &Estimate) -> Result<Answer, Failure> {
     let condition = known(found.condition);
     let (error, forward_error) = numbers::forward_error(found.forward_error);
+    let updated = update.as_ref().map(|update| {
+        numbers::matrix("M = P C'(V + C P C')^-1, gain of the measurement update", &update.gain)
+            + &numbers::matrix("P - M C P, covariance after it", &update.p)
+    });
     let text = format!(
-        "{equation}\n{}{}{}{}, {error}\n",
+        "{equation}\n{}{}{}{}{}, {error}\n",
         numbers::matrix("P", &found.p),
         numbers::matrix("L", &found.l),
+        updated.unwrap_or_default(),
         numbers::list("poles of A - L C", &found.poles),
         accuracy(found.residual, condition)
     );
     let filter = Filter {
         p: json_output::rows(&found.p),
         l: json_output::rows(&found.l),
+        filter_gain: update.as_ref().map(|update| json_output::rows(&update.gain)),
+        filter_covariance: update.as_ref().map(|update| json_output::rows(&update.p)),
         poles: json_output::pairs(&found.poles),
         residual: found.residual,
         condition,

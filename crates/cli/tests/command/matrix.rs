@@ -85,7 +85,16 @@ fn answers_have_the_keys_they_are_documented_with() {
         ("dare", riccati, vec!["x", "k", "poles", "residual", "condition", "forward_error"]),
         ("place", json!({ "a": [[1]], "b": [[1]], "poles": [-1] }), vec!["k", "poles", "relative_errors", "condition"]),
         ("care", filter.clone(), vec!["p", "l", "poles", "residual", "condition", "forward_error"]),
-        ("dare", filter, vec!["p", "l", "poles", "residual", "condition", "forward_error"]),
+        (
+            "dare",
+            filter,
+            vec!["p", "l", "filter_gain", "filter_covariance", "poles", "residual", "condition", "forward_error"],
+        ),
+        (
+            "place",
+            json!({ "a": [[1]], "b": [[1]], "poles": [-1], "pattern": [[1]] }),
+            vec!["k", "poles", "relative_errors", "condition", "free", "rank"],
+        ),
         ("place", json!({ "a": [[1]], "c": [[1]], "poles": [-1] }), vec!["l", "poles", "relative_errors", "condition"]),
         ("obsv", json!({ "a": [[1]], "c": [[1]] }), vec!["rank", "unobservable", "margins"]),
         ("eig", json!({ "a": [[1]] }), vec!["eigenvalues"]),
@@ -100,6 +109,57 @@ fn answers_have_the_keys_they_are_documented_with() {
         }
         assert_eq!(ran.json().as_object().unwrap().len(), keys.len(), "{command}");
     }
+}
+
+/// Noise that enters by G and is correlated with that of the measurement. scipy 1.17.1, `solve_continuous_are` and
+/// `solve_discrete_are` of the transposed plant with `G W G'` and `s = G S`; M and P - M C P by numpy.
+#[test]
+fn filters_of_correlated_noises_are_those_of_scipy() {
+    let input = |a: Value| {
+        json!({
+            "a": a, "c": [[1, 0], [1, 1]], "g": [[1, 0], [0.5, 2]], "w": [[1, 0.2], [0.2, 0.5]],
+            "v": [[0.4, 0.1], [0.1, 0.3]], "s": [[0.2, 0.1], [0.05, -0.1]]
+        })
+    };
+    let near = |found: &Value, expected: Value| {
+        let error = (matrix(found) - matrix(&expected)).amax();
+        assert!(error <= AGREEMENT, "{error:e}: {found}");
+    };
+    let run = |command: &str, a: Value| luenberger(&[command, "-", "--json"], input(a).to_string()).json();
+    let found = run("care", json!([[0, 1], [-2, -0.3]]));
+    near(&found["l"], json!([[1.0138705753264836, 1.1711651063578135], [-0.07527670779674048, 2.6018253179231365]]));
+    let found = run("dare", json!([[0.9, 0.2], [-0.1, 0.8]]));
+    near(&found["p"], json!([[0.9050288425720321, 0.790317327854126], [0.790317327854126, 3.1817650298389153]]));
+    near(&found["l"], json!([[0.5810615526122965, 0.2307562436934277], [-0.15445388601192944, 0.5254238818439592]]));
+    let gain = json!([[0.5163794732182366, 0.12874326974792616], [-0.5291169679881118, 0.8248159917935894]]);
+    near(&found["filter_gain"], gain);
+    let covariance = json!([[0.2194261162620873, -0.1291651880158856], [-0.1291651880158856, 0.32369828875515205]]);
+    near(&found["filter_covariance"], covariance);
+}
+
+/// Two sensors that differ by a thousandth in their time constants: within a hundredth only their sum is seen, and the
+/// difference has the mean of the two poles.
+#[test]
+fn a_tolerance_hides_what_is_smaller() {
+    let input = json!({ "a": [[-1, 0], [0, -1.001]], "c": [[1, 1]] }).to_string();
+    let run = |arguments: &[&str]| luenberger(arguments, input.clone()).json();
+    assert_eq!(run(&["obsv", "-", "--json"])["rank"], 2);
+    assert_eq!(run(&["obsv", "-", "--json", "--tolerance", "1e-6"])["rank"], 2);
+    let found = run(&["obsv", "-", "--json", "--tolerance", "0.01"]);
+    assert_eq!((&found["rank"], &found["tolerance"]), (&json!(1), &json!(0.01)));
+    let [re, im] = serde_json::from_value::<[f64; 2]>(found["unobservable"][0]["eigenvalue"].clone()).unwrap();
+    assert!((re + 1.0005).abs() < 1e-12 && im == 0.0, "{found}");
+}
+
+/// One delay for both inputs; the closed form of an integrator: `x+ = x + r u[k-2] + (h - r) u[k-1]`.
+#[test]
+fn a_delay_is_that_of_every_input() {
+    let input = json!({ "a": [[0]], "b": [[1, 2]] }).to_string();
+    let found = luenberger(&["c2d", "-", "--period", "0.5", "--delay", "0.625", "--json"], input).json();
+    let expected =
+        [[1.0, 0.375, 0.125, 0.75, 0.25], [0.0; 5], [0.0, 1.0, 0.0, 0.0, 0.0], [0.0; 5], [0.0, 0.0, 0.0, 1.0, 0.0]];
+    assert!((matrix(&found["a"]) - DMatrix::from_fn(5, 5, |i, j| expected[i][j])).amax() < 1e-15, "{found}");
+    assert_eq!(found["delays"], json!([0.625, 0.625]));
 }
 
 /// An error of a feedback gain shows in the poles: a transposed or negated gain gives different ones.

@@ -12,14 +12,18 @@
 //! with `M = I - A h/2`, `G0 = int_0^h e^{As} ds` and `G1 = int_0^h (1 - s/h) e^{As} ds`. All four keep the transfer
 //! function of the method; the coordinates of the state are those of scipy (MATLAB scales the state of `tustin`). With
 //! prewarping `h` is replaced by `2 tan(w h/2) / w`: the frequency responses agree at `w`. `matched` maps poles and
-//! zeros: [`c2d_matched`].
+//! zeros: [`c2d_matched`]. Delayed inputs are held: [`c2d_delayed`].
 //!
 //! Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, chapter 6.
 
+mod delay;
+mod descriptor;
 mod logarithm;
 mod matched;
 mod noise;
 
+pub use delay::c2d_delayed;
+pub use descriptor::{StandardForm, standard_form};
 pub use logarithm::logm;
 pub use matched::{ZerosPolesGain, c2d_matched};
 pub use noise::{
@@ -284,9 +288,15 @@ fn triangle(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>,
 
 /// The inverse of a matrix that is regular to working precision with rows and columns scaled to entries of about one.
 fn inverse(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
-    let singular = |condition| LinalgError::Singular { what, condition };
     let equilibrated = Equilibrated::new(m);
-    let inverse = equilibrated.matrix.clone().try_inverse().ok_or_else(|| singular(f64::INFINITY))?;
-    let condition = equilibrated.matrix.norm() * inverse.norm();
-    if condition < 1.0 / f64::EPSILON { Ok(equilibrated.inverse_back(&inverse)) } else { Err(singular(condition)) }
+    let (inverse, _) = inverse_condition(what, &equilibrated.matrix)?;
+    Ok(equilibrated.inverse_back(&inverse))
+}
+
+/// The inverse of a matrix that is regular to working precision, and the condition number.
+fn inverse_condition(what: &'static str, m: &DMatrix<f64>) -> Result<(DMatrix<f64>, f64)> {
+    let singular = |condition| LinalgError::Singular { what, condition };
+    let inverse = m.clone().try_inverse().ok_or_else(|| singular(f64::INFINITY))?;
+    let condition = m.norm() * inverse.norm();
+    if condition < 1.0 / f64::EPSILON { Ok((inverse, condition)) } else { Err(singular(condition)) }
 }

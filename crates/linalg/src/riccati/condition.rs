@@ -15,6 +15,11 @@
 //! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so the map from E to the solution for `D + E G E` maps this set into itself
 //! and has a fixed point (Brouwer). In discrete time G becomes `B (R + B'X B)^-1 B'`, the quadratic term is
 //! `F'E G (I + E G)^-1 E F`, and 4 becomes 8.
+//!
+//! For a gain K that is not quite that of X, F being its closed loop, the quadratic term is `N'W^-1 N` with
+//! `N = W_X (K_X - K) + B'E F`, W and `W_X` being R, in discrete time `R + B'(X + E) B` and `R + B'X B`. It is at most
+//! twice the sum of the two squares, in discrete time four times: the first, times that factor, is added to c, and 4
+//! and 8 become 8 and 16.
 
 use super::coordinates::Frame;
 use super::scaled::Scaled;
@@ -95,7 +100,7 @@ pub(super) fn in_frame(
     let [h_user, h2_user] = weights.map(|weight| equation.substituted(&weight).map(|h| norm(&frame.back(&h))));
     let size = norm(&frame.back(x));
     let condition = relative_change(problem, h_user?, h2_user?, size);
-    // Defect for this gain; that of X adds the square of the difference from the gain of X.
+    // Defect for this gain, and its difference from the gain of X.
     let image = f.tr_mul(x);
     let left = if problem.discrete { &image * f - x } else { &image + image.transpose() } + local.q;
     let optimal = if problem.discrete {
@@ -108,9 +113,10 @@ pub(super) fn in_frame(
     let (size_of_x, size_of_t) = (norm(x), norm(&frame.t));
     let linear = if problem.discrete { (size_of_f * size_of_f + 1.0) * size_of_x } else { 2.0 * size_of_f * size_of_x };
     let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + norm(local.q) + size_of_t * size_of_t * norm(&problem.q));
-    let defect = norm(&left) + missed * missed + steps * local.unknown * size_of_x + rounding;
+    let shares = if problem.discrete { 4.0 } else { 2.0 };
+    let defect = norm(&left) + shares * missed * missed + steps * local.unknown * size_of_x + rounding;
     let pull = pull(local.input_weight, local.b, &h);
-    let forward = if dominated(problem, pull, h0, defect) {
+    let forward = if dominated(problem, 2.0 * pull, h0, defect) {
         let size_of_s = norm(&frame.inverse);
         // Rounding of X = S'X^ S, entry by entry.
         let rounded = relative(2.0 * n as f64 * f64::EPSILON * size_of_s * size_of_s * size_of_x, size);

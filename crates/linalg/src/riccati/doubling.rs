@@ -34,7 +34,7 @@ pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
     let seen = problem.with_weight(&problem.q + DMatrix::identity(n, n) * weight.unwrap_or(1.0));
     let start = match double(&seen) {
         Ok(x) if stabilizes(&seen, &x)? => x,
-        _ => return Err(popov::explain(problem, worst(&problem.a)?)),
+        _ => return Err(popov::explain(problem, None)),
     };
     descend(problem, &start)
 }
@@ -100,5 +100,5 @@ fn descend(problem: &Scaled, start: &DMatrix<f64>) -> Result<DMatrix<f64>> {
         }
         change = step;
     }
-    Err(popov::explain(problem, worst(&problem.a)?))
+    Err(popov::explain(problem, None))
 }

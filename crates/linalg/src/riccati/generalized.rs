@@ -11,7 +11,7 @@ use super::scaled::{Data, Weight};
 use super::{Riccati, continuous, discrete};
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
 use crate::balance::NEARBY;
-use crate::definite::{in_units, positive_definite, unit_diagonal};
+use crate::definite::{in_units, positive_definite, positive_semidefinite, unit_diagonal};
 use crate::equilibration::Equilibrated;
 use crate::forward_error::{of_exact, relative};
 use crate::schur_operator::{Kind, SchurEquation};
@@ -264,6 +264,17 @@ impl Generalized {
         symmetric_part(&(self.inverse.tr_mul(w) * &self.inverse))
     }
 
+    /// Whether `[Q, S; S', R] >= 0`.
+    fn is_semidefinite(&self) -> bool {
+        let (n, m) = self.b.shape();
+        let mut cost = DMatrix::zeros(n + m, n + m);
+        cost.view_mut((0, 0), (n, n)).copy_from(&self.q);
+        cost.view_mut((n, n), (m, m)).copy_from(&self.r);
+        cost.view_mut((0, n), (n, m)).copy_from(&self.s);
+        cost.view_mut((n, 0), (m, n)).copy_from(&self.s.transpose());
+        positive_semidefinite("the cost", &cost).is_ok()
+    }
+
     fn closed_loop(&self, k: &DMatrix<f64>) -> Result<SchurEquation> {
         let kind = if self.discrete { Kind::Stein } else { Kind::Lyapunov };
         SchurEquation::untested(kind, &((&self.a - &self.b * k) * &self.inverse), None)
@@ -299,10 +310,13 @@ impl Generalized {
         let (condition, forward_error) = self.evidence(&at, &mut equation).unwrap_or((f64::INFINITY, f64::INFINITY));
         let size = (norm(&self.a) + norm(&self.b) * norm(&at.k)) * norm(&self.inverse);
         let size = if self.discrete { size.max(1.0) } else { size };
-        // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one.
+        // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one; there
+        // is a solution if the cost is semidefinite, and else the defect counts as well.
+        let change = if self.is_semidefinite() { 0.0 } else { 100.0 * residual.max(f64::EPSILON) };
+        let near = change.max(f64::EPSILON).sqrt() * at.x.nrows() as f64;
         if forward_error.is_infinite()
             && let Some(&eigenvalue) = nearest
-            && distance(&eigenvalue) <= f64::EPSILON.sqrt() * at.x.nrows() as f64 * size
+            && distance(&eigenvalue) <= near * size
         {
             return Err(LinalgError::NotStabilizing { eigenvalue, distance: distance(&eigenvalue) });
         }

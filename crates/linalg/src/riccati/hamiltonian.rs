@@ -13,9 +13,11 @@ use nalgebra::DMatrix;
 pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
     let form = schur(&matrix(problem))?;
     let values = form.eigenvalues();
+    // Eigenvalues of the Hamiltonian matrix on the axis are double, and accurate to the root of eps.
+    let near = f64::EPSILON.sqrt() * values.iter().map(|value| value.norm()).fold(0.0, f64::max);
     let explain = || {
-        let nearest = values.iter().copied().min_by(|x, y| x.re.abs().total_cmp(&y.re.abs())).unwrap_or_default();
-        popov::explain(problem, nearest)
+        let nearest = values.iter().copied().min_by(|x, y| x.re.abs().total_cmp(&y.re.abs()));
+        popov::explain(problem, nearest.filter(|nearest| nearest.re.abs() <= near))
     };
     match left_of(form, 0.0, problem.a.nrows()) {
         Ok(Some(x)) => Ok(x),

@@ -37,7 +37,10 @@ use nalgebra::{Complex, DMatrix};
 use scaled::{Data, Scaled, Weight};
 
 pub use generalized::{generalized_care, generalized_dare};
-pub use kalman::{Kalman, discrete_kalman_gain, kalman_gain};
+pub use kalman::{
+    Kalman, MeasurementUpdate, correlated_kalman_gain, discrete_correlated_kalman_gain, discrete_kalman_gain,
+    kalman_gain, measurement_update,
+};
 
 /// Stabilizing solution of a Riccati equation, with residual, condition and error bound.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,10 +78,11 @@ pub struct Riccati {
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue); [`LinalgError::NotStabilizable`] names an
 /// eigenvalue that no input moves, [`LinalgError::NotWeighted`] one on the imaginary axis that is unobservable through
-/// `q`; [`LinalgError::NotStabilizing`] if the closed loop is not stable: for `q >= 0` only because of rounding,
-/// otherwise also because no stabilizing solution exists; [`LinalgError::NotConverged`] if the relative residual
-/// exceeds sqrt(eps); [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],
-/// [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
+/// `q`; [`LinalgError::NotStabilizing`] if the closed loop is not stable, and [`LinalgError::NoStabilizingSolution`] if
+/// there is none: for `q >= 0` only because of rounding, otherwise also because no stabilizing solution exists;
+/// [`LinalgError::NotConverged`] if the relative residual exceeds sqrt(eps); [`LinalgError::NotSquare`],
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`],
+/// [`LinalgError::Overflow`].
 ///
 /// # Example
 /// ```
@@ -223,15 +227,31 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
             _ => solved(plain)?,
         },
         // No eigenvalue of the plant explains the failure; rounding may be the cause.
-        Err(failure @ LinalgError::NotStabilizing { .. }) => normalized::solve(problem, None)?.ok_or(failure)?,
+        Err(failure @ (LinalgError::NotStabilizing { .. } | LinalgError::NoStabilizingSolution)) => {
+            normalized::solve(problem, None)?.ok_or(failure)?
+        }
         Err(failure) => return Err(failure),
     };
+    exists(problem, &outcome)?;
     let Outcome { x, k, evidence: Evidence { poles, residual, condition, forward_error } } = outcome;
     let (x, k) = problem.in_user_units(&x, &k).ok_or(LinalgError::Overflow { what: "the solution x or the gain k" })?;
     let poles = poles.into_iter().map(|l| l / problem.time).collect();
     let growth = problem.growth(&x);
     let forward_error = if forward_error == 0.0 { 0.0 } else { of_exact(forward_error * growth) };
     Ok(Riccati { x, k, poles, residual, condition, forward_error })
+}
+
+/// Error if no digit of the solution is known, Q is indefinite, and a pole is as near to the boundary as the defect
+/// leaves open: there may be no stabilizing solution. A double eigenvalue of the pencil on the boundary moves by the
+/// root of a relative change of the data.
+fn exists(problem: &Scaled, Outcome { k, evidence, .. }: &Outcome) -> Result<()> {
+    if evidence.forward_error.is_finite() || positive_semidefinite("Q", &problem.q).is_ok() {
+        return Ok(());
+    }
+    let closed = problem.closed_loop(k)?.norm();
+    let size = if problem.discrete { closed.max(1.0) } else { closed };
+    let change = evidence.residual.max(f64::EPSILON);
+    popov::resolved(problem, &evidence.poles, 10.0 * change.sqrt() * problem.a.nrows() as f64 * size)
 }
 
 /// Error if the relative residual exceeds sqrt(eps): rounding alone does not explain it.

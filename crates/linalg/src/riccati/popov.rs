@@ -72,16 +72,17 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
     Ok(worst.map(|w| w.1))
 }
 
-/// Error for an equation whose solution failed; `nearest` is the eigenvalue near or beyond the boundary.
-pub(super) fn explain(problem: &Scaled, nearest: Complex<f64>) -> LinalgError {
+/// Error for an equation whose solution failed; `nearest` is the eigenvalue of the closed loop near the boundary or
+/// beyond it, if one is known.
+pub(super) fn explain(problem: &Scaled, nearest: Option<Complex<f64>>) -> LinalgError {
     // The margin of a defective eigenvalue stays at rounding level although the computed eigenvalue itself is
     // inaccurate. The tolerance is only 1e3 n eps, so that a stiff plant is not reported as uncontrollable.
     match offender(problem, 1e3 * f64::EPSILON * problem.a.nrows() as f64) {
         Ok(Some(found)) => found,
-        Ok(None) => LinalgError::NotStabilizing {
+        Ok(None) => nearest.map_or(LinalgError::NoStabilizingSolution, |nearest| LinalgError::NotStabilizing {
             eigenvalue: nearest / problem.time,
             distance: distance(problem, nearest) / problem.time,
-        },
+        }),
         Err(error) => error,
     }
 }
@@ -95,7 +96,7 @@ fn nearest(problem: &Scaled, poles: &[Complex<f64>]) -> Option<(Complex<f64>, f6
 /// Error if a closed-loop pole is nearer to the boundary than `rounding`.
 pub(super) fn resolved(problem: &Scaled, poles: &[Complex<f64>], rounding: f64) -> Result<()> {
     match nearest(problem, poles) {
-        Some((nearest, least)) if least <= rounding => Err(explain(problem, nearest)),
+        Some((nearest, least)) if least <= rounding => Err(explain(problem, Some(nearest))),
         _ => Ok(()),
     }
 }
@@ -105,7 +106,7 @@ pub(super) fn resolved(problem: &Scaled, poles: &[Complex<f64>], rounding: f64) 
 pub(super) fn confirm(problem: &Scaled, poles: &[Complex<f64>]) -> Result<()> {
     let Some((nearest, least)) = nearest(problem, poles) else { return Ok(()) };
     if least.is_nan() || least <= 0.0 {
-        return Err(explain(problem, nearest));
+        return Err(explain(problem, Some(nearest)));
     }
     let n = problem.a.nrows() as f64;
     if least <= f64::EPSILON.sqrt() * n * problem.a.norm()

@@ -2,8 +2,8 @@
 //! python-control 0.10.2 (`c2d`), and against each other.
 
 use luenberger_linalg::{
-    Discretization, LinalgError, Realization, c2d, c2d_matched, continuous_process_noise, d2c, discrete_process_noise,
-    expm, logm, measurement_intensity, sampled_measurement_covariance,
+    Discretization, LinalgError, Realization, c2d, c2d_delayed, c2d_matched, continuous_process_noise, d2c,
+    discrete_process_noise, expm, logm, measurement_intensity, sampled_measurement_covariance, standard_form,
 };
 use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
@@ -209,6 +209,92 @@ fn the_logarithm_is_that_of_scipy() {
     for refused in [dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![0.0, 0.0; 0.0, 2.0]] {
         assert!(matches!(logm(&refused), Err(LinalgError::NoLogarithm { .. })));
     }
+}
+
+/// mpmath, exponentials with 40 digits: the first input 2.5 periods late, the second three periods.
+#[test]
+fn delays_are_past_inputs() {
+    let found = c2d_delayed(&plant(), 0.1, &[0.25, 0.3]).unwrap();
+    let mut a = DMatrix::zeros(9, 9);
+    a.view_mut((0, 0), (3, 3)).copy_from(&transition());
+    // u_1[k-1], u_1[k-2], u_1[k-3], and the same of the second input.
+    for (column, entries) in [
+        (4, [0.001_241_191_565_857_290_3, 0.049_462_074_556_048_41, 0.0]),
+        (5, [0.003_684_607_272_239_069, 0.048_237_908_189_218_06, 0.0]),
+        (8, [0.099_962_507_077_901_02, -0.001_461_023_986_980_038_6, 0.157_387_736_114_946_64]),
+    ] {
+        a.view_mut((0, column), (3, 1)).copy_from_slice(&entries);
+    }
+    for k in [4, 5, 7, 8] {
+        a[(k, k - 1)] = 1.0;
+    }
+    let mut b = DMatrix::zeros(9, 2);
+    (b[(3, 0)], b[(6, 1)]) = (1.0, 1.0);
+    near(&found.a, &a);
+    assert_eq!(found.b, b);
+    // At a sample the output sees the first input of three periods before, which is held until its half.
+    assert_eq!(found.c, dmatrix![1.0, 0.0, 0.5, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0]);
+    assert_eq!(found.d, dmatrix![0.0, 0.0]);
+    // No delay, and one that rounding keeps from being whole.
+    assert_eq!(c2d_delayed(&plant(), 0.1, &[0.0, 0.0]), c2d(&plant(), 0.1, Discretization::ZeroOrderHold));
+    assert_eq!(c2d_delayed(&plant(), 0.1, &[0.1 + 0.2, 0.7]).unwrap().a.nrows(), 3 + 3 + 7);
+    let delay = |delays: &[f64]| c2d_delayed(&plant(), 0.1, delays).unwrap_err();
+    for wrong in [-0.1, f64::NAN, f64::INFINITY, 101.0] {
+        assert!(matches!(delay(&[0.0, wrong]), LinalgError::InvalidDelay { .. }), "{wrong}");
+    }
+    assert!(matches!(delay(&[0.1]), LinalgError::DimensionMismatch { what: "the delays", .. }));
+}
+
+proptest! {
+    /// The delayed model, step by step, is the plant without delay at an eighth of the period, whose held input is
+    /// late.
+    #[test]
+    fn a_delayed_model_follows_the_plant_in_short_steps(
+        late in prop::collection::vec(0..40_usize, 2),
+        inputs in prop::collection::vec(-1.0..1.0_f64, 24),
+    ) {
+        let (h, short) = (0.4, 0.05);
+        let delays: Vec<f64> = late.iter().map(|late| *late as f64 * short).collect();
+        let model = c2d_delayed(&plant(), h, &delays).unwrap();
+        let fine = c2d(&plant(), short, Discretization::ZeroOrderHold).unwrap();
+        let input = |k: usize, j: usize| inputs[2 * k + j];
+        let (mut x, mut z) = (DMatrix::zeros(3, 1), DMatrix::zeros(model.a.nrows(), 1));
+        for k in 0..12 {
+            // The input at a short step, late by so many.
+            let late = |step: usize| {
+                DMatrix::from_fn(2, 1, |j, _| step.checked_sub(late[j]).map_or(0.0, |step| input(step / 8, j)))
+            };
+            let u = DMatrix::from_fn(2, 1, |j, _| input(k, j));
+            let (y, expected) = (&model.c * &z + &model.d * &u, &fine.c * &x + &fine.d * late(8 * k));
+            prop_assert!((y - expected).amax() < 1e-12);
+            z = &model.a * z + &model.b * u;
+            for step in 8 * k..8 * (k + 1) {
+                x = &fine.a * x + &fine.b * late(step);
+            }
+            prop_assert!((z.rows(0, 3) - &x).amax() < 1e-12, "{z}{x}");
+        }
+    }
+}
+
+/// Powers of two in the rows and columns of E do not matter: the same A and B, in these units.
+#[test]
+fn the_standard_form_does_not_depend_on_units() {
+    let (e, a, b) = (
+        dmatrix![2.0, 1.0, 0.0; 0.5, 3.0, -1.0; 0.0, 1.0, 1.5],
+        dmatrix![0.0, 1.0, 0.3; -2.0, -3.0, 0.1; 0.7, 0.2, -1.0],
+        dmatrix![1.0; 0.5; -2.0],
+    );
+    let plain = standard_form(&e, &a, &b).unwrap();
+    near(&(&e * &plain.a), &a);
+    near(&(&e * &plain.b), &b);
+    let (rows, columns) = ([1e0_f64, 2.0_f64.powi(40), 2.0_f64.powi(-33)], [2.0_f64.powi(-38), 1.0, 2.0_f64.powi(29)]);
+    let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(3, 3, |i, j| m[(i, j)] * rows[i] * columns[j]);
+    let driven = DMatrix::from_fn(3, 1, |i, _| b[(i, 0)] * rows[i]);
+    let found = standard_form(&scaled(&e), &scaled(&a), &driven).unwrap();
+    near(&DMatrix::from_fn(3, 3, |i, j| found.a[(i, j)] * columns[i] / columns[j]), &plain.a);
+    near(&DMatrix::from_fn(3, 1, |i, _| found.b[(i, 0)] * columns[i]), &plain.b);
+    let refused = standard_form(&dmatrix![1.0, 2.0; 2.0, 4.0], &DMatrix::identity(2, 2), &DMatrix::zeros(2, 0));
+    assert!(matches!(refused, Err(LinalgError::Singular { what: "E", .. })));
 }
 
 #[test]

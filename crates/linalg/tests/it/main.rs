@@ -6,6 +6,7 @@ mod balance;
 mod balancing;
 mod compensated;
 mod conversion;
+mod correlated;
 mod decomposition;
 mod discretize;
 mod distance;

@@ -152,6 +152,46 @@ fn no_stabilizing_solution_is_said() {
     assert!(matches!(bounded(0.99), Err(LinalgError::NotStabilizing { .. })));
 }
 
+/// `1 - g |1/(z - a)|^2` has a zero on the unit circle iff `g >= (1 - a)^2`; below that X is a root of
+/// `X^2 + (1 - a^2 + g) X + g`. Beyond it by 1e-12 the symplectic pencil has eigenvalues 1e-6 apart on the circle.
+#[test]
+fn a_discrete_equation_without_stabilizing_solution_has_no_answer() {
+    let critical = 0.25;
+    let states = |g: f64, n: usize| {
+        let (mut a, mut q) = (DMatrix::identity(n, n) * 0.2, DMatrix::identity(n, n));
+        (a[(0, 0)], q[(0, 0)]) = (0.5, -g);
+        (a, DMatrix::identity(n, n), q)
+    };
+    let mut wrong = Vec::new();
+    for n in [1, 2, 4] {
+        let (zero, one) = (DMatrix::zeros(n, n), DMatrix::identity(n, n));
+        for beyond in [0.0, 1e-13, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 3.0, 100.0] {
+            let (a, b, q) = states(critical * (1.0 + beyond), n);
+            for found in [dare(&a, &b, &q, &one), generalized_dare(&a, &b, &q, &one, &zero, &one)] {
+                if !matches!(
+                    found,
+                    Err(LinalgError::NotStabilizing { .. }
+                        | LinalgError::NoStabilizingSolution
+                        | LinalgError::NotConverged { .. })
+                ) {
+                    wrong.push(format!("{n} {beyond:e}: {found:?}"));
+                }
+            }
+        }
+        for below in [1e-6, 1e-3, 0.5] {
+            let g: f64 = critical * (1.0 - below);
+            let (a, b, q) = states(g, n);
+            let half = 0.5 * (1.0 - 0.25 + g);
+            let x = -half + (half * half - g).sqrt();
+            for found in [dare(&a, &b, &q, &one).unwrap(), generalized_dare(&a, &b, &q, &one, &zero, &one).unwrap()] {
+                // The derivative of a nearly double root.
+                assert!((found.x[(0, 0)] - x).abs() <= 1e-15 / below.sqrt(), "{below:e}: {} {x}", found.x);
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 #[test]
 fn bad_input_is_named() {
     let p = example();

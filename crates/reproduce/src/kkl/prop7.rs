@@ -40,7 +40,7 @@ const KREISSELMEIER: &str = "DREM, Kreisselmeier";
 const NAMES: [&str; 3] = [GRADIENT, FILTERS, KREISSELMEIER];
 /// x2, x3, x4 in the state of the plant.
 const UNMEASURED: [usize; 4] = [2, 3, 4, 5];
-/// Ten times the absolute tolerance of the runs per step, which errors that decay forget.
+/// A hundred times the relative tolerance of the runs per step, which errors that decay forget.
 const INTEGRATION: f64 = 1e-10;
 
 pub(super) fn claims() -> Vec<Claim> {
@@ -116,6 +116,7 @@ fn observe(estimate: &[f64; 4], input: Signal<'_>) -> Result<Trajectory, CheckEr
         .partial_observer(GRADIENT, with_gradient()?, estimate, &UNMEASURED)
         .partial_observer(FILTERS, with_filters()?, estimate, &UNMEASURED)
         .partial_observer(KREISSELMEIER, with_kreisselmeier()?, estimate, &UNMEASURED)
+        .tolerances(1e-12, 1e-13)
         .until(END, SAMPLES)
         .run()?)
 }

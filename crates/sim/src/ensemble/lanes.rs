@@ -6,7 +6,7 @@
 
 #![allow(clippy::inline_always, reason = "vector instructions are used where the function is inlined only")]
 
-use crate::dop853::{COEFFICIENTS, DEFECT, END, STAGES, eighth_root, polynomial};
+use crate::dop853::{COEFFICIENTS, DEFECT, END, SAMPLES, STAGES, eighth_root, polynomial};
 use crate::dop853_tableau::{A, C, DENSE, ERROR5, THIRD};
 use crate::step::Tolerance;
 
@@ -143,13 +143,21 @@ impl Dop853Lanes {
             }
         }
         self.interpolate_attempt();
-        f.slope(&lanes(|lane| t[lane] + 0.5 * h[lane]), &self.stage, &mut self.received);
         let mut squared = [0.0; LANES];
-        for i in 0..n {
-            let (y, end, inner, wished) = (&self.y[i], &self.end[i], &self.inner[i], &self.received[i]);
+        for s in SAMPLES {
+            self.sample(s);
+            f.slope(&lanes(|lane| t[lane] + s * h[lane]), &self.stage, &mut self.received);
+            let mut sample = [0.0; LANES];
+            for i in 0..n {
+                let (y, end, inner, wished) = (&self.y[i], &self.end[i], &self.inner[i], &self.received[i]);
+                for lane in 0..LANES {
+                    let defect = (inner[lane] - h[lane] * wished[lane]) / scale(y[lane], end[lane]);
+                    sample[lane] += defect * defect;
+                }
+            }
             for lane in 0..LANES {
-                let defect = (inner[lane] - h[lane] * wished[lane]) / scale(y[lane], end[lane]);
-                squared[lane] += defect * defect;
+                let is_larger = sample[lane] > squared[lane] || sample[lane].is_nan();
+                squared[lane] = if is_larger { sample[lane] } else { squared[lane] };
             }
         }
         let count = n as f64;
@@ -195,7 +203,7 @@ impl Dop853Lanes {
         Attempted::Accepted
     }
 
-    /// The coefficients of the interpolants, their values in the middle (in `stage`) and their derivatives there.
+    /// The coefficients of the interpolants.
     #[inline(always)]
     fn interpolate_attempt(&mut self) {
         let h = self.h;
@@ -210,13 +218,21 @@ impl Dop853Lanes {
                 let sum = combine(slopes, weights);
                 *coefficient = lanes(|lane| h[lane] * sum[lane]);
             }
+            self.attempted[i] = coefficients;
+        }
+    }
+
+    /// Values (in `stage`) and derivatives of the attempted interpolants at `s` of the step.
+    #[inline(always)]
+    fn sample(&mut self, s: f64) {
+        for (i, coefficients) in self.attempted.iter().enumerate() {
             let (mut value, mut slope) = (coefficients[7], [0.0; LANES]);
             for (j, coefficient) in coefficients[..7].iter().enumerate().rev() {
-                let (factor, turn) = if j % 2 == 0 { (0.5, 1.0) } else { (1.0 - 0.5, -1.0) };
+                let (factor, turn) = if j % 2 == 0 { (s, 1.0) } else { (1.0 - s, -1.0) };
                 slope = lanes(|lane| turn * value[lane] + factor * slope[lane]);
                 value = lanes(|lane| coefficient[lane] + factor * value[lane]);
             }
-            (self.attempted[i], self.stage[i], self.inner[i]) = (coefficients, value, slope);
+            (self.stage[i], self.inner[i]) = (value, slope);
         }
     }
 

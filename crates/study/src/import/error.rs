@@ -1,5 +1,6 @@
 //! Errors of importing a model.
 
+use luenberger_linalg::LinalgError;
 use luenberger_proof::wording::entry;
 use thiserror::Error;
 
@@ -24,7 +25,7 @@ pub enum ImportError {
     Empty,
     /// The format is not recognized.
     #[error(
-        "the file is of no known kind ({bytes} bytes, the first are {first:02x?}): MATLAB's version 5 (save -v7), numpy's npz and JSON are read"
+        "the file is of no known kind ({bytes} bytes, the first are {first:02x?}): MATLAB's versions 4 and 5 (save -v7), Octave's text, numpy's npz and JSON are read"
     )]
     UnknownKind {
         /// The length of the file.
@@ -61,6 +62,14 @@ pub enum ImportError {
         line: usize,
         /// The column, from 1.
         column: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// The text is not Octave's.
+    #[error("line {line}: {message}")]
+    Text {
+        /// The line, from 1.
+        line: usize,
         /// What is wrong.
         message: String,
     },
@@ -128,19 +137,9 @@ pub enum ImportError {
         /// The entry.
         value: f64,
     },
-    /// E is not the identity.
-    #[error(
-        "E{} is {value}, and the plant of a study is x' = A x + B u, without E: give E^-1 A and E^-1 B, if E is regular",
-        entry(*row, *column)
-    )]
-    Descriptor {
-        /// The row of the first entry that is not the identity's, from 0.
-        row: usize,
-        /// Its column, from 0.
-        column: usize,
-        /// The entry.
-        value: f64,
-    },
+    /// E is singular to working precision, or E^-1 A overflows.
+    #[error("{0}: the plant of a study is x' = A x + B u, and E x' = A x + B u becomes one if E is regular")]
+    Descriptor(LinalgError),
     /// A sampling time that is no number.
     #[error("the sampling time {name} is {value}, and must be positive, or 0 for a model in continuous time")]
     Discrete {

@@ -1,7 +1,7 @@
 //! A JSON object of lists, as `json.dump` writes it.
 
 use super::model::unread;
-use super::variable::{Value, Variable, is_known, names_of};
+use super::variable::{NONE, Value, Variable, is_known, names_of};
 use super::{ImportError, LARGEST_MATRIX};
 use nalgebra::DMatrix;
 use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -113,12 +113,13 @@ impl<'de> Visitor<'de> for Field {
         self.visit_f64(value as f64)
     }
 
+    /// As numpy and MATLAB keep it.
     fn visit_bool<E: Error>(self, value: bool) -> Result<Value, E> {
-        Ok(Value::Other(value.to_string()))
+        self.visit_f64(f64::from(u8::from(value)))
     }
 
     fn visit_unit<E: Error>(self) -> Result<Value, E> {
-        Ok(Value::Other("null".to_owned()))
+        Ok(Value::Other(NONE.to_owned()))
     }
 
     fn visit_str<E: Error>(self, _: &str) -> Result<Value, E> {

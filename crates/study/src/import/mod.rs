@@ -3,15 +3,18 @@
 //! | file | how it is written |
 //! |---|---|
 //! | MATLAB's `.mat`, version 5 (`-v6`, `-v7`) | `save model.mat A B C D`, or one structure with these fields |
+//! | MATLAB's `.mat`, version 4 (`-v4`) | `save -v4 model.mat A B C D` |
+//! | Octave's text | `save model.mat A B C D`, or one structure with these fields |
 //! | numpy's `.npz` | `np.savez("model.npz", A=A, B=B, C=C, D=D)`, compressed or not |
 //! | JSON | `json.dump({"A": sys.A.tolist(), ...}, file)` |
 //!
 //! Names may be in upper or lower case. `A` (n x n) and `C` (p x n) are required; `B` (n x m) and `D`
-//! (p x m) are optional. `E` must be the identity. A sampling time (`dt`, `Ts`) above zero makes the plant one in
-//! discrete time. Names of the columns are kept: lists of texts with MATLAB's names (`StateName`, `InputName`,
-//! `OutputName`), python-control's (`state_labels`, ..) or those of a study (`states`, ..), where they are distinct and
-//! as many as there are columns. Sparse matrices are converted to dense ones. All other variables are ignored, and
-//! listed.
+//! (p x m) are optional. A regular `E` of `E x' = A x + B u` is multiplied into A and B. A sampling time (`dt`, `Ts`)
+//! above zero makes the plant one in discrete time; true, a period left open, counts samples: 1. Zero, none and false
+//! mean continuous time. Complex matrices whose imaginary part is zero are real. Names of the columns are kept: lists
+//! of texts with MATLAB's names (`StateName`, `InputName`, `OutputName`), python-control's (`state_labels`, ..) or
+//! those of a study (`states`, ..), where they are distinct and as many as there are columns. Sparse matrices are
+//! converted to dense ones. All other variables are ignored, and listed.
 //!
 //! The format is recognized from the first bytes. Memory is bounded by [`LONGEST_FILE`], [`LARGEST_MATRIX`] and
 //! [`INFLATED`]: a file that declares more is rejected before memory is allocated, and no input makes the reader panic.
@@ -21,6 +24,7 @@ mod json;
 mod matlab;
 mod model;
 mod npz;
+mod octave;
 mod study;
 mod variable;
 
@@ -86,6 +90,10 @@ pub fn read(bytes: &[u8]) -> Result<Model, ImportError> {
         matlab::read(bytes)?
     } else if text.starts_with(b"{") || text.starts_with(b"[") {
         json::read(text)?
+    } else if octave::is_octave(text) {
+        octave::read(text)?
+    } else if matlab::is_version_4(bytes) {
+        matlab::read_version_4(bytes)?
     } else if bytes.is_empty() {
         return Err(ImportError::Empty);
     } else {

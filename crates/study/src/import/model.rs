@@ -1,7 +1,7 @@
 //! From the variables of a file to a plant.
 
 use super::ImportError;
-use super::variable::{Columns, UNREAD, Value, Variable, is_known, names_of};
+use super::variable::{Columns, NONE, UNREAD, Value, Variable, is_known, names_of};
 use nalgebra::DMatrix;
 
 /// A plant `x' = A x + B u`, `y = C x + D u`, every entry finite.
@@ -15,7 +15,10 @@ pub struct Model {
     pub c: DMatrix<f64>,
     /// D, p x m; `None` where it is zero or absent.
     pub d: Option<DMatrix<f64>>,
-    /// The period of a model in discrete time; none in continuous time.
+    /// The condition number of E, in units in which its rows and columns have entries of about one, if the file has an
+    /// E that is not the identity: A and B are then `E^-1 A` and `E^-1 B`.
+    pub descriptor: Option<f64>,
+    /// The period of a model in discrete time; none in continuous time. True, a period left open, counts samples: 1.
     pub dt: Option<f64>,
     /// The names of the states; none if the file has none, or none that can be used.
     pub states: Option<Vec<String>>,
@@ -35,7 +38,7 @@ impl Model {
         let names: Vec<String> = variables.iter().map(Variable::described).chain(ignored.clone()).collect();
         let mut take = Take { variables };
         let missing = |name| ImportError::Missing { name, found: names.clone() };
-        let a = take.matrix("A")?.ok_or_else(|| missing("A"))?;
+        let mut a = take.matrix("A")?.ok_or_else(|| missing("A"))?;
         let n = a.nrows();
         if n == 0 || a.ncols() != n {
             return Err(shape("A", &a, "square, of order 1 at least".to_owned()));
@@ -45,7 +48,7 @@ impl Model {
             return Err(shape("C", &c, format!("p x {n} (A is {n} x {n})")));
         }
         // MATLAB and numpy may write a matrix without columns as 0 x 0.
-        let b = take.matrix("B")?.filter(|b| !b.is_empty()).unwrap_or_else(|| DMatrix::zeros(n, 0));
+        let mut b = take.matrix("B")?.filter(|b| !b.is_empty()).unwrap_or_else(|| DMatrix::zeros(n, 0));
         if b.nrows() != n {
             return Err(shape("B", &b, format!("{n} x m (A is {n} x {n})")));
         }
@@ -53,8 +56,13 @@ impl Model {
             Some(d) => feedthrough(d, c.nrows(), b.ncols())?,
             None => None,
         };
-        if let Some(e) = take.matrix("E")?.filter(|e| !e.is_empty()) {
-            descriptor(&e, n)?;
+        let mut descriptor = None;
+        if let Some(e) = take.matrix("E")?.filter(|e| !e.is_empty() && *e != DMatrix::identity(n, n)) {
+            if e.shape() != (n, n) {
+                return Err(shape("E", &e, format!("{n} x {n}")));
+            }
+            let found = luenberger_linalg::standard_form(&e, &a, &b).map_err(ImportError::Descriptor)?;
+            (a, b, descriptor) = (found.a, found.b, Some(found.condition));
         }
         let dt = match take.sampling_time("dt")? {
             Some(dt) => Some(dt),
@@ -65,7 +73,7 @@ impl Model {
         let outputs = take.names(Columns::Outputs, c.nrows());
         ignored.extend(take.variables.into_iter().map(|variable| variable.name));
         ignored.sort();
-        Ok(Self { a, b, c, d, dt, states, inputs, outputs, ignored })
+        Ok(Self { a, b, c, d, descriptor, dt, states, inputs, outputs, ignored })
     }
 }
 
@@ -155,14 +163,14 @@ impl Take {
         }
     }
 
-    /// Rejects a model with a sampling time; 0, an empty matrix and `None` mean continuous time.
+    /// The sampling time; 0, false, an empty matrix and `None` mean continuous time.
     fn sampling_time(&mut self, name: &str) -> Result<Option<f64>, ImportError> {
         let Some(Variable { name, value }) = self.variable(name)? else { return Ok(None) };
         let value = match value {
             Value::Matrix(m) if m.iter().all(|x| *x == 0.0) => return Ok(None),
             Value::Matrix(m) if m.len() == 1 && m[(0, 0)] > 0.0 && m[(0, 0)].is_finite() => return Ok(Some(m[(0, 0)])),
             Value::Matrix(m) => m[(0, 0)].to_string(),
-            Value::Other(found) if found == "null" || found == "false" => return Ok(None),
+            Value::Other(found) if found == NONE => return Ok(None),
             Value::Other(found) => found,
             Value::Structure(_) => "a structure".to_owned(),
             Value::Names(_) => "a list of texts".to_owned(),
@@ -182,21 +190,6 @@ fn feedthrough(d: DMatrix<f64>, outputs: usize, inputs: usize) -> Result<Option<
         return Err(shape("D", &d, format!("{outputs} x {inputs} (C is {outputs} x n, B is n x {inputs})")));
     }
     Ok(Some(d).filter(|_| !is_zero))
-}
-
-fn descriptor(e: &DMatrix<f64>, n: usize) -> Result<(), ImportError> {
-    if e.shape() != (n, n) {
-        return Err(shape("E", e, format!("{n} x {n}")));
-    }
-    for column in 0..n {
-        for row in 0..n {
-            let value = e[(row, column)];
-            if value != f64::from(u8::from(row == column)) {
-                return Err(ImportError::Descriptor { row, column, value });
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Whether a variable may be skipped: its name is not one of a model.

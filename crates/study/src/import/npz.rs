@@ -7,7 +7,7 @@
 //! Source: NumPy Enhancement Proposal 1.
 
 use super::model::unread;
-use super::variable::{Value, Variable, entries, is_known, names_of};
+use super::variable::{NONE, Value, Variable, entries, is_known, names_of};
 use super::{INFLATED, ImportError, LARGEST_MATRIX};
 use nalgebra::DMatrix;
 use std::io::{Cursor, Read};
@@ -73,17 +73,33 @@ fn array(name: &str, data: &[u8]) -> Result<Value, ImportError> {
         _ => return Ok(Value::Other(format!("an array of the shape {:?}", header.shape))),
     };
     let count = entries(name, rows, columns)?;
+    if header.kind == "|O" && is_none(numbers) {
+        return Ok(Value::Other(NONE.to_owned()));
+    }
     let Some(width) = header.width() else { return Ok(Value::Other(format!("of the type {:?}", header.kind))) };
     if numbers.len() != count * width {
         return Err(damaged("an array of the archive whose numbers are not as many as its shape says"));
     }
-    let values = header.numbers(numbers);
+    let mut values = header.numbers(numbers);
+    if header.is_complex() {
+        let (parts, _) = values.as_chunks::<2>();
+        if parts.iter().any(|[_, imaginary]| *imaginary != 0.0) {
+            return Ok(Value::Other("complex".to_owned()));
+        }
+        values = parts.iter().map(|[real, _]| *real).collect();
+    }
     let (rows, columns) = (rows as usize, columns as usize);
     Ok(Value::Matrix(if header.is_fortran {
         DMatrix::from_vec(rows, columns, values)
     } else {
         DMatrix::from_row_slice(rows, columns, &values)
     }))
+}
+
+/// Whether a pickled array of one object holds `None`: a list, perhaps memorised, to which `None` is appended.
+fn is_none(pickle: &[u8]) -> bool {
+    let is_list = |at: usize| matches!(pickle[..at], [.., b']'] | [.., b']', b'\x94'] | [.., b']', b'q', _]);
+    pickle.windows(3).enumerate().any(|(at, window)| window == b"Nat" && is_list(at))
 }
 
 /// The content of a header.
@@ -136,13 +152,18 @@ impl Header {
         Value::Names(data.chunks_exact(bytes).map(text).collect())
     }
 
-    /// The letter and the width, for kinds that are real numbers.
+    fn is_complex(&self) -> bool {
+        matches!(self.kind.get(1..), Some("c8" | "c16"))
+    }
+
+    /// The width of an entry, for kinds that are numbers.
     fn width(&self) -> Option<usize> {
         match self.kind.get(1..)? {
             "b1" | "i1" | "u1" => Some(1),
             "i2" | "u2" => Some(2),
             "f4" | "i4" | "u4" => Some(4),
-            "f8" | "i8" | "u8" => Some(8),
+            "f8" | "i8" | "u8" | "c8" => Some(8),
+            "c16" => Some(16),
             _ => None,
         }
     }
@@ -168,8 +189,8 @@ impl Header {
             "u2" => each!(u16, 2, f64::from),
             "i4" => each!(i32, 4, f64::from),
             "u4" => each!(u32, 4, f64::from),
-            "f4" => each!(f32, 4, f64::from),
-            "f8" => each!(f64, 8, f64::from),
+            "f4" | "c8" => each!(f32, 4, f64::from),
+            "f8" | "c16" => each!(f64, 8, f64::from),
             "i8" => each!(i64, 8, |x: i64| x as f64),
             _ => each!(u64, 8, |x: u64| x as f64),
         }

@@ -2,6 +2,7 @@
 
 use super::Model;
 use luenberger_linalg::eigenvalues;
+use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 use std::fmt::Write;
 
@@ -16,6 +17,10 @@ impl Model {
             _ = writeln!(text, "# Not used of the file: {}.", names.join(", "));
         }
         text.push_str("\n[plant]\n");
+        if let Some(condition) = self.descriptor {
+            let condition = significant(condition, 2);
+            _ = writeln!(text, "# E^-1 A and E^-1 B of the file; condition number of E, balanced: {condition}.");
+        }
         matrix(&mut text, "a", &self.a);
         if self.b.ncols() > 0 {
             matrix(&mut text, "b", &self.b);

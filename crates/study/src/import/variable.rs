@@ -62,6 +62,9 @@ impl Variable {
 /// Description of a variable that was skipped.
 pub(super) const UNREAD: &str = "not read";
 
+/// Description of what is there in place of a value.
+pub(super) const NONE: &str = "null";
+
 /// Whether a variable of this name is read; of all others only the names are kept.
 pub(super) fn is_known(name: &str) -> bool {
     KNOWN.iter().any(|known| known.eq_ignore_ascii_case(name)) || names_of(name).is_some()

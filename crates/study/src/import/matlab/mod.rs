@@ -8,6 +8,7 @@
 
 mod array;
 mod element;
+mod version_4;
 
 use super::ImportError;
 use super::variable::Variable;
@@ -15,6 +16,8 @@ use array::array;
 use element::{COMPRESSED, Elements, MATRIX, Order};
 use flate2::read::ZlibDecoder;
 use std::io::Read;
+
+pub(super) use version_4::{is_version_4, read as read_version_4};
 
 const HEADER: usize = 128;
 
