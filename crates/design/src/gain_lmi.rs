@@ -3,15 +3,13 @@
 //! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver
 //! normalises them together.
 
-use luenberger_linalg::state_units;
 use luenberger_lmi::{Problem, Solution, he};
 use luenberger_plants::StateSpace;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use crate::check;
 use crate::error::{DesignError, Pair};
-use crate::gain_options::{Checked, GainOptions};
-use crate::powers::{Powers, shift};
+use crate::gain_options::{Checked, GainOptions, NoiseUnits};
 
 /// A gain with the Lyapunov matrix that came with it.
 pub(crate) struct Gain {
@@ -44,57 +42,16 @@ pub(crate) fn solve(
             _ => seen.map_err(|error| error.of_pair(Pair::Vertex(k)))?.or(nearly),
         };
     }
-    let scaled: Vec<DMatrix<f64>> = vertices.iter().map(|a| units.states.similar(a) / units.time).collect();
-    let (seen, limits) = (units.states.columns(&(&units.whitening * &plant.c)), limits.within(&units));
+    let scaled: Vec<DMatrix<f64>> = vertices.iter().map(|a| units.dynamics(a)).collect();
+    let (seen, limits) = (units.outputs(&plant.c), limits.within(&units));
     pose(&mut lmi, scaled.iter().enumerate().map(|(k, a)| (k, a, &seen)), rate / units.time, &limits);
     let solution = lmi.solve_with(&options.settings)?;
     if solution.verdict.is_proved() {
-        Ok((units.gain_back(&gain_of(&solution)?), solution))
+        let Gain { l, p } = gain_of(&solution)?;
+        Ok((Gain { l: units.gain_back(&l), p: units.lyapunov_back(&p) }, solution))
     } else {
         let what = if options.only_rate() { WHAT } else { WHAT_WITHIN_LIMITS };
         Err(DesignError::not_proved(what, Some(solution.verdict)).with_seen(nearly))
-    }
-}
-
-/// Units of the states, `x = D z`, of time and of the outputs, in which noise has the intensity one and A and C have
-/// norms of about one: the program with (2) of `gain_options` is not homogeneous. With `V = S S'`, `C^ = S^-1 C D / k`
-/// and `A^ = D^-1 A D / t` it is solved by `P^ = D P D t / k^2` and `L^ = D^-1 L S k / t`.
-pub(crate) struct NoiseUnits {
-    states: Powers,
-    time: f64,
-    output: f64,
-    /// `S^-1 / k`.
-    whitening: DMatrix<f64>,
-}
-
-impl NoiseUnits {
-    /// Those given, if there is no noise.
-    fn of(limits: &Checked, vertices: &[DMatrix<f64>], c: &DMatrix<f64>) -> Self {
-        let (n, p) = (c.ncols(), c.nrows());
-        let given = Self { states: Powers::given(n), time: 1.0, output: 1.0, whitening: DMatrix::identity(p, p) };
-        // V^-1 = R'R, and R is S^-1 for S = R^-1.
-        let Some(root) = limits.precision().and_then(|precision| precision.clone().cholesky()) else { return given };
-        let Some(Ok(states)) = vertices.first().map(state_units) else { return given };
-        let (states, white) = (Powers(states), root.l().transpose());
-        let power =
-            |size: f64| if size > 0.0 && size.is_finite() { 2f64.powi(size.log2().round() as i32) } else { 1.0 };
-        let output = power(states.columns(&(&white * c)).norm());
-        let time = power(vertices.iter().map(|a| states.similar(a).norm()).fold(0.0, f64::max));
-        let whitening = white / output;
-        if whitening.iter().all(|x| x.is_finite()) { Self { states, time, output, whitening } } else { given }
-    }
-
-    fn gain_back(&self, Gain { l, p }: &Gain) -> Gain {
-        let l = self.states.rows_back(&(l * &self.whitening * self.time));
-        Gain { l, p: self.states.form_back(p) * (self.output * self.output / self.time) }
-    }
-
-    /// The weights `d_i^2` of the variances of z in the sum of those of x, and M with `|L| <= |L^ M|` for `|x| <= |z|`:
-    /// the largest weight is one.
-    pub(crate) fn back(&self) -> (DVector<f64>, DMatrix<f64>) {
-        let largest = self.states.0.iter().copied().max().unwrap_or(0);
-        let weights = self.states.0.iter().map(|power| shift(1.0, 2 * (power - largest)));
-        (DVector::from_iterator(self.states.0.len(), weights), &self.whitening * self.time * shift(1.0, largest))
     }
 }
 

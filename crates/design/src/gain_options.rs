@@ -17,12 +17,13 @@
 //! Source: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory,
 //! SIAM 1994, sections 6.3 and 7.3.
 
+use luenberger_linalg::state_units;
 use luenberger_lmi::{Expression, Problem, Settings, Variable, block, he, identity, trace};
 use nalgebra::{DMatrix, DVector};
 
 use crate::check;
 use crate::error::DesignError;
-use crate::gain_lmi::NoiseUnits;
+use crate::powers::{Powers, shift};
 
 /// Solver, bound of the gain and noise of a design by linear matrix inequality.
 ///
@@ -151,5 +152,62 @@ impl Checked {
     /// `Y V Y'`, which the noise adds to the decrease; none without noise.
     pub(crate) fn covariance_term(&self, y: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         Some(y * self.precision.clone()?.cholesky()?.solve(&y.transpose()))
+    }
+}
+
+/// Units of the states, `x = D z`, of time and of the outputs, in which noise has the intensity one and A and C have
+/// norms of about one: the program with (2) is not homogeneous. With `V = S S'`, `C^ = S^-1 C D / k`
+/// and `A^ = D^-1 A D / t` it is solved by `P^ = D P D t / k^2` and `L^ = D^-1 L S k / t`.
+pub(crate) struct NoiseUnits {
+    states: Powers,
+    pub(crate) time: f64,
+    output: f64,
+    /// `S^-1 / k`.
+    whitening: DMatrix<f64>,
+}
+
+impl NoiseUnits {
+    /// Those given, if there is no noise.
+    pub(crate) fn of(limits: &Checked, vertices: &[DMatrix<f64>], c: &DMatrix<f64>) -> Self {
+        let (n, p) = (c.ncols(), c.nrows());
+        let given = Self { states: Powers::given(n), time: 1.0, output: 1.0, whitening: DMatrix::identity(p, p) };
+        // V^-1 = R'R, and R is S^-1 for S = R^-1.
+        let Some(root) = limits.precision().and_then(|precision| precision.clone().cholesky()) else { return given };
+        let Some(Ok(states)) = vertices.first().map(state_units) else { return given };
+        let (states, white) = (Powers(states), root.l().transpose());
+        let power =
+            |size: f64| if size > 0.0 && size.is_finite() { 2f64.powi(size.log2().round() as i32) } else { 1.0 };
+        let output = power(states.columns(&(&white * c)).norm());
+        let time = power(vertices.iter().map(|a| states.similar(a).norm()).fold(0.0, f64::max));
+        let whitening = white / output;
+        if whitening.iter().all(|x| x.is_finite()) { Self { states, time, output, whitening } } else { given }
+    }
+
+    /// `D^-1 A D / t`.
+    pub(crate) fn dynamics(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
+        self.states.similar(a) / self.time
+    }
+
+    /// `S^-1 C D / k`.
+    pub(crate) fn outputs(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
+        self.states.columns(&(&self.whitening * c))
+    }
+
+    /// L from L^.
+    pub(crate) fn gain_back(&self, l: &DMatrix<f64>) -> DMatrix<f64> {
+        self.states.rows_back(&(l * &self.whitening * self.time))
+    }
+
+    /// P from P^.
+    pub(crate) fn lyapunov_back(&self, p: &DMatrix<f64>) -> DMatrix<f64> {
+        self.states.form_back(p) * (self.output * self.output / self.time)
+    }
+
+    /// The weights `d_i^2` of the variances of z in the sum of those of x, and M with `|L| <= |L^ M|` for `|x| <= |z|`:
+    /// the largest weight is one.
+    fn back(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let largest = self.states.0.iter().copied().max().unwrap_or(0);
+        let weights = self.states.0.iter().map(|power| shift(1.0, 2 * (power - largest)));
+        (DVector::from_iterator(self.states.0.len(), weights), &self.whitening * self.time * shift(1.0, largest))
     }
 }

@@ -55,6 +55,9 @@ pub fn state_units<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<Vec<i32>> {
     Ok(Balance::fitted(&a).0)
 }
 
+/// The largest ratio of units, as a power of two, in which forms are computed.
+const FARTHEST: i32 = 400;
+
 impl Balance {
     /// Balances `a`, with `q` and `g` if they are there; all three are [`sizes`].
     pub fn of(a: &DMatrix<f64>, forms: Option<(&DMatrix<f64>, &DMatrix<f64>)>) -> Self {
@@ -133,9 +136,10 @@ impl Balance {
         [Self(left).apart(), Self(right).apart()]
     }
 
-    /// These units, if they differ by more than a factor of a thousand: below that three digits are lost at most.
+    /// These units, if they differ by more than a factor of a thousand: below that three digits are lost at most. Not
+    /// if forms in them, with its square, would leave the range of binary64.
     pub(crate) fn apart(self) -> Option<Self> {
-        (spread(&self.0) > NEARBY).then_some(self)
+        (NEARBY + 1..FARTHEST).contains(&spread(&self.0)).then_some(self)
     }
 
     /// Whether all states keep their units.

@@ -80,6 +80,9 @@ impl Kind {
     }
 }
 
+/// A backward stable solution has a residual below this, whatever its order.
+const DIGITS: f64 = 1e-12;
+
 /// The equation with its Schur form, in scaled units of time (Lyapunov) and, if they were balanced, of the state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SchurEquation {
@@ -171,9 +174,19 @@ impl SchurEquation {
     /// The equation for `a`, and its solution for the exactly symmetric matrix in `q`, which replaces it, with the
     /// relative residual: in the units that fit both matrices, if they differ by decades.
     pub(crate) fn solved(kind: Kind, a: &DMatrix<f64>, q: &mut DMatrix<f64>) -> Result<(Self, f64)> {
-        let mut equation = Self::vacant(kind);
         square("A", a)?;
-        equation.factor_in_some_units(a, Balance::fitted_with_weight(a, q).apart())?;
+        if let Some(balance) = Balance::fitted_with_weight(a, q).apart() {
+            let (mut equation, mut p) = (Self::vacant(kind), q.clone());
+            let solved = equation.factor_in_some_units(a, Some(balance)).and_then(|()| equation.solve_in_place(&mut p));
+            // Entries can leave the range of binary64 in these units.
+            if let Ok(residual) = solved
+                && residual <= DIGITS
+            {
+                *q = p;
+                return Ok((equation, residual));
+            }
+        }
+        let mut equation = Self::new(kind, a)?;
         let residual = equation.solve_in_place(q)?;
         Ok((equation, residual))
     }
@@ -229,7 +242,7 @@ impl SchurEquation {
         }
         let refused = self.undecided();
         // A triangular chain has rows and columns that balancing leaves alone.
-        others.push(Some(Balance::fitted(a)));
+        others.extend(Balance::fitted(a).apart().map(Some));
         for balance in others {
             let standing = self.factor_and_test(a, balance)?;
             self.regularity = known;

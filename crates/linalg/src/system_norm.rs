@@ -26,13 +26,15 @@ use nalgebra::{Complex, DMatrix};
 use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::frequency_response::{FrequencyResponse, largest};
 use crate::units::shift;
-use crate::{LinalgError, Result, eigenvalues, lyapunov_factor, stein_factor};
+use crate::{LinalgError, Result, eigenvalues, invariant_zeros, lyapunov_factor, stein_factor};
 
 /// Relative gap allowed between the returned value and the norm.
 const CLOSENESS: f64 = 1e-9;
 const ITERATIONS: usize = 40;
 /// Each reduces the interval by 0.618: 60 reduce it by 3e-13.
 const GOLDEN_SECTIONS: usize = 60;
+/// A gamma above the norm of D by less than this loses half of the digits in R^-1.
+const NEAR: f64 = 1.0 + 1e-6;
 /// Values this near to each other are equal up to rounding.
 const FLAT: f64 = 1e-13;
 
@@ -293,8 +295,10 @@ impl Search {
             if let Some(first) = crossings.first() {
                 self.attempt(0.5 * first);
             }
+            // Above the norm of D by little, one crossing is near infinity: the geometric mean is far from it.
             for pair in crossings.windows(2) {
                 self.attempt(0.5 * (pair[0] + pair[1]));
+                self.attempt((pair[0] * pair[1]).sqrt());
             }
             for crossing in &crossings {
                 self.attempt(*crossing);
@@ -348,10 +352,37 @@ impl Search {
         self.attempt(right);
     }
 
+    /// The same where gamma is so little above the norm of D that R^-1 is large: zeros of the system whose states are
+    /// those of `G u = gamma v` and of its adjoint `G* v = gamma u`, with the inputs u and v, by orthogonal steps.
+    fn crossings_near_feedthrough(&self, gamma: f64) -> Result<Vec<f64>> {
+        let FrequencyResponse { t: a, b, c, d, .. } = &self.system;
+        let (m, p) = (b.ncols(), c.nrows());
+        let diagonal = |first: &DMatrix<f64>, last: &DMatrix<f64>| {
+            let ((rows, columns), both) = (first.shape(), (first.nrows() + last.nrows(), first.ncols() + last.ncols()));
+            let mut whole = DMatrix::zeros(both.0, both.1);
+            whole.view_mut((0, 0), first.shape()).copy_from(first);
+            whole.view_mut((rows, columns), last.shape()).copy_from(last);
+            whole
+        };
+        let mut feedthrough = diagonal(d, &d.transpose());
+        feedthrough.view_mut((0, m), (p, p)).fill_diagonal(-gamma);
+        feedthrough.view_mut((p, 0), (m, m)).fill_diagonal(-gamma);
+        let zeros = invariant_zeros(
+            &diagonal(a, &-a.transpose()),
+            &diagonal(b, &-c.transpose()),
+            &diagonal(c, &b.transpose()),
+            &feedthrough,
+        )?;
+        Ok(zeros.zeros.iter().map(|z| z.im.abs()).collect())
+    }
+
     /// Frequencies at which gamma may be a singular value; `None` if gamma is not above the norm of D.
     fn crossings(&self, gamma: f64) -> Result<Option<Vec<f64>>> {
         let FrequencyResponse { t: a, b, c, d, .. } = &self.system;
         let n = a.nrows();
+        if !self.discrete && (self.best.frequency.is_infinite() || gamma <= NEAR * largest(&d.map(Complex::from))) {
+            return self.crossings_near_feedthrough(gamma).map(Some);
+        }
         let definite = |square: DMatrix<f64>| {
             (DMatrix::identity(square.nrows(), square.nrows()) * (gamma * gamma) - square).cholesky()
         };

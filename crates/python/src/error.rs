@@ -2,7 +2,7 @@
 
 use luenberger_design::DesignError;
 use luenberger_linalg::LinalgError;
-use luenberger_study::design::Alternative;
+use luenberger_study::results::Alternative;
 use luenberger_study::results::FailureReport;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -20,7 +20,7 @@
 mod programs;
 mod reached;
 
-use luenberger_linalg::{LyapunovEquation, RealMatrixView, lambda_max, state_units, symmetric_part};
+use luenberger_linalg::{LyapunovEquation, RealMatrixView, lambda_max, positive_definite, state_units, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver};
 use luenberger_proof::certificate::{Certificate, DisturbedPlant, InputToStateStability};
@@ -267,12 +267,25 @@ impl ErrorSystem {
         self.vertices.iter().map(|(a, e)| (a - &self.l * &self.c, (e - &self.l * &self.d) * &bounds)).collect()
     }
 
-    /// The optimum for the linear observer and the first vertex.
+    /// The optimum for the linear observer and the first vertex, in the units given or, where its P does not serve
+    /// there, in those of the states that fit `A - L C`.
     fn linear(&self) -> Result<Candidate, DesignError> {
         let Some((f, g)) = self.flows().into_iter().next() else { return Err(DesignError::NoVertices) };
-        let n = f.nrows();
         let units = Powers(state_units(&f)?);
-        let (f, g) = (units.similar(&f), units.rows(&g));
+        let decreases = |found: &Candidate| {
+            let half = &found.p * &f;
+            let decrease = -(&half + half.transpose() + &found.p * (2.0 * found.rate));
+            positive_definite("P", &found.p).is_ok() && positive_definite("its decrease", &decrease).is_ok()
+        };
+        match self.linear_in(&Powers::given(f.nrows()), &f, &g) {
+            Ok(found) if decreases(&found) => Ok(found),
+            other => self.linear_in(&units, &f, &g).or(other),
+        }
+    }
+
+    fn linear_in(&self, units: &Powers, f: &DMatrix<f64>, g: &DMatrix<f64>) -> Result<Candidate, DesignError> {
+        let n = f.nrows();
+        let (f, g) = (units.similar(f), units.rows(g));
         let fastest = -self.abscissa;
         check::positive("the decay rate of A - L C", fastest)?;
         let e = &self.vertices[0].1;

@@ -104,6 +104,10 @@ impl IntervalDesign {
         let g = times_up(&dynamic_matrix(&known.column_norms(&forcing)?), &disturbances.bounds);
         let h = dynamic_matrix(&known.widths());
         let abscissa = spectral_abscissa(&k)?;
+        if abscissa >= 0.0 && coordinates == ErrorCoordinates::Modal {
+            // But for rounding it is diagonal, with the real parts of the poles.
+            return Err(modal::dependent(&t));
+        }
         if abscissa >= 0.0 {
             return Err(DesignError::WidthGrows {
                 size: abscissa,

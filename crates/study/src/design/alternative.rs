@@ -15,11 +15,10 @@ use std::time::{Duration, Instant};
 use luenberger_design::{OperatingPoint, Region, operating_point};
 use luenberger_proof::wording::shortest;
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
 
 use super::{NoDesign, attempt};
 use crate::read::varied;
-use crate::results::FailureReport;
+use crate::results::{Alternative, FailureReport, Proposal};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
 
 /// Time for all alternatives to one observer: a safeguard, which designs of usual sizes do not reach.
@@ -27,73 +26,6 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A matrix inequality is tried for at most so many states.
 const MOST_STATES: usize = 20;
-
-/// An observer that has a design, in place of one that has none.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[serde(transparent)]
-pub struct Alternative(String);
-
-impl Alternative {
-    /// The keys to write, what they take the place of, and what is obtained: `kind = "kalman", w = 1, v = 1: ..`,
-    /// `lmi = true in place of poles: ..`.
-    pub fn words(&self) -> &str {
-        &self.0
-    }
-}
-
-/// An observer, or a change of one, that may have a design.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Proposal {
-    /// Lines of TOML.
-    keys: Vec<String>,
-    /// The keys of the refused observer that these take the place of; none for all.
-    instead: Option<&'static [&'static str]>,
-    /// Whether it is for the linearisation at an operating point, which the study does not name.
-    at_point: bool,
-    why: &'static str,
-    /// A hint, if it is refused.
-    otherwise: Option<&'static str>,
-}
-
-impl Proposal {
-    /// Another kind, with these keys.
-    pub(super) fn kind(name: &str, keys: impl IntoIterator<Item = String>, why: &'static str) -> Self {
-        let keys = [format!("kind = \"{name}\"")].into_iter().chain(keys).collect();
-        Self { keys, instead: None, at_point: false, why, otherwise: None }
-    }
-
-    /// The same observer with these keys in place of others.
-    pub(super) fn keys(
-        keys: impl IntoIterator<Item = String>,
-        instead: &'static [&'static str],
-        why: &'static str,
-    ) -> Self {
-        Self { keys: keys.into_iter().collect(), instead: Some(instead), at_point: false, why, otherwise: None }
-    }
-
-    /// With this hint, if it is refused.
-    fn otherwise(self, hint: Option<&'static str>) -> Self {
-        Self { otherwise: hint, ..self }
-    }
-
-    /// The same for the linearisation at an operating point.
-    fn at_point(self) -> Self {
-        Self { at_point: true, ..self }
-    }
-
-    /// The observer, and how its keys are printed.
-    fn read(&self, study: &Study, requested: &ObserverSpec) -> Option<(ObserverSpec, String)> {
-        let (spec, replaced) = varied(study, requested, &self.keys.join("\n"), self.instead)?;
-        let (keys, replaced) = (self.keys.join(", "), replaced.join(", "));
-        let words = match (keys.is_empty(), replaced.is_empty()) {
-            (true, true) => String::new(),
-            (true, false) => format!("without {replaced}"),
-            (false, true) => keys,
-            (false, false) => format!("{keys} in place of {replaced}"),
-        };
-        Some((spec, words))
-    }
-}
 
 /// What a refusal proposes and says.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -303,6 +235,19 @@ fn is_same(known: &ObserverSpec, other: &ObserverSpec) -> bool {
     kinds && (&known.limits, &known.bounds) == (&other.limits, &other.bounds)
 }
 
+/// The observer, and how its keys are printed.
+fn read(proposal: &Proposal, study: &Study, requested: &ObserverSpec) -> Option<(ObserverSpec, String)> {
+    let (spec, replaced) = varied(study, requested, &proposal.keys.join("\n"), proposal.instead)?;
+    let (keys, replaced) = (proposal.keys.join(", "), replaced.join(", "));
+    let words = match (keys.is_empty(), replaced.is_empty()) {
+        (true, true) => String::new(),
+        (true, false) => format!("without {replaced}"),
+        (false, true) => keys,
+        (false, false) => format!("{keys} in place of {replaced}"),
+    };
+    Some((spec, words))
+}
+
 /// The refusal with those of its proposals that have a design.
 pub(super) fn tried(
     study: &Study,
@@ -319,7 +264,7 @@ pub(super) fn tried(
         if reasons.contains(&proposal.why) {
             continue;
         }
-        let Some((spec, mut words)) = proposal.read(study, requested) else { continue };
+        let Some((spec, mut words)) = read(&proposal, study, requested) else { continue };
         let at_point;
         let mut within = study;
         if proposal.at_point {
@@ -337,7 +282,7 @@ pub(super) fn tried(
         }
         match attempt(within, &spec, cancel, Some(end)) {
             Ok(found) if found.report.facts.iter().all(|fact| fact.verdict.is_proved()) => {
-                refusal.alternatives.push(Alternative(format!("{words}: {}", proposal.why)));
+                refusal.alternatives.push(Alternative::designed(format!("{words}: {}", proposal.why)));
                 reasons.push(proposal.why);
                 if !proposal.at_point {
                     designed.push(spec);

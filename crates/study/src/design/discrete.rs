@@ -12,13 +12,14 @@ use luenberger_proof::statement::Format;
 use luenberger_proof::wording::{shortest, significant};
 use nalgebra::DMatrix;
 
-use super::alternative::{Advice, Proposal, another_gain, other_kinds};
+use super::alternative::{Advice, another_gain, other_kinds};
 use super::explain::{self, Misfit};
 use super::interval::{self, Sampling};
 use super::{
     Designed, NoDesign, asymptotic_factor, certified, lower_bound, matrix, number, poles, proved_of, upper_bound,
 };
 use crate::operation;
+use crate::results::Proposal;
 use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES, Statement};
 use crate::runnable::Runnable;
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};

@@ -10,9 +10,10 @@ use luenberger_plants::{Dimensions, PlantError};
 use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
-use super::alternative::{Advice, Proposal, another_gain, list, other_kinds, rows, slower};
+use super::alternative::{Advice, another_gain, list, other_kinds, rows, slower};
 use crate::model::Model;
 use crate::results::FailureReport;
+use crate::results::Proposal;
 use crate::results::report::eigenvalue;
 use crate::runnable::Chains;
 use crate::structure::Structure;

@@ -28,8 +28,6 @@ mod varying_periods;
 pub use crate::designed::Designed;
 pub use crate::runnable::{At, Chains, Kkl, Runnable, VaryingPeriods, WithDisturbance, WithoutDisturbance};
 pub use crate::study::PrintedMean;
-pub use alternative::Alternative;
-pub(crate) use alternative::Proposal;
 pub(crate) use interval::{Sampling, sampled_design as sampled_interval};
 pub use kkl_maps::candidate;
 pub use luenberger_export::moving_horizon::LONGEST_WINDOW;

@@ -7,10 +7,11 @@ use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::{at_most, significant};
 use nalgebra::{DMatrix, DVector};
 
-use super::alternative::{Advice, Proposal, other_kinds};
+use super::alternative::{Advice, other_kinds};
 use super::explain::{self, Misfit};
 use super::{Designed, NoDesign, facts, matrix, number, proved_of, upper_bound};
 use crate::model::Model;
+use crate::results::Proposal;
 use crate::results::{DesignReport, DesignVerdict, FailureReport, Statement};
 use crate::runnable::Runnable;
 use crate::structure::Structure;

@@ -5,6 +5,7 @@
 //! identical bytes.
 
 mod about_zero;
+mod alternative;
 mod coverage;
 mod log;
 pub(crate) mod report;
@@ -13,6 +14,8 @@ mod scores;
 mod statement;
 
 pub use about_zero::{ABOUT_ZERO, ABOUT_ZERO_MEANS, is_about_zero};
+pub use alternative::Alternative;
+pub(crate) use alternative::Proposal;
 pub use coverage::{CoverageReport, StateCoverage};
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,
@@ -31,8 +34,6 @@ pub use luenberger_design::UnseenModes;
 use luenberger_proof::wording::{at_least, at_most, rounded, shortest, significant};
 use nalgebra::DMatrix;
 use serde::Serialize;
-
-use crate::design::{Alternative, Proposal};
 
 /// Results of the executed steps. Parts that were not requested, or for which the study has no table, are absent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
