@@ -239,6 +239,16 @@ pub enum LinalgError {
         /// Its signed distance from the boundary, positive on the stable side.
         distance: f64,
     },
+    /// The stable subspace `[X1; X2]` of a Riccati equation with indefinite R has a singular X1: no X satisfies
+    /// `X2 = X X1`.
+    #[error(
+        "no stabilizing solution: X1 of the stable subspace [X1; X2] is singular to working precision (smallest singular value {})",
+        short(*.sigma_min)
+    )]
+    NotGraph {
+        /// The smallest singular value of X1, for an orthonormal basis in balanced units.
+        sigma_min: f64,
+    },
     /// The answer, or a quantity on the way to it, exceeds the range of double precision.
     #[error("{what} exceeds the range of double precision")]
     Overflow {

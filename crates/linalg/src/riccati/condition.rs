@@ -14,14 +14,18 @@
 //! differs from X by an E with `-2c H0 <= E <= 2c H0`. Reason: for such an E the quadratic term `E G E` is at most
 //! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so the map from E to the solution for `D + E G E` maps this set into itself
 //! and has a fixed point (Brouwer). In discrete time G becomes `B (R + B'X B)^-1 B'`, the quadratic term is
-//! `F'E G (I + E G)^-1 E F`, and 4 becomes 8.
+//! `F'E G (I + E G)^-1 E F`, and 4 becomes 8. With an
+//! indefinite R the same holds with `|G| = B |R|^-1 B'` in place of G in the condition, `-|G| <= G <= |G|`. The solution
+//! `X + E` is the stabilizing one: `|H0^1/2 (E G + G E) H0^1/2| <= I` in the coordinates of H0, so that H0 is a Lyapunov
+//! function of its closed loop `F - G E` as well (in discrete time of `(I + G E)^-1 F`).
 
 use super::coordinates::Frame;
+use super::input_weight::InputWeight;
 use super::scaled::Scaled;
 use crate::forward_error::relative;
 use crate::schur_operator::SchurEquation;
 use crate::separation::norm;
-use nalgebra::{Cholesky, DMatrix, Dyn};
+use nalgebra::DMatrix;
 
 /// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite if the Lyapunov
 /// equations of the closed loop cannot be solved. `equation` is that of the closed loop, `defect` the norm of the
@@ -49,9 +53,9 @@ pub(super) fn condition(
         (2.0 * a * size + norm(&problem.q), 1.0)
     };
     let quadratic = steps * size * norm(&problem.b) * norm(k);
-    let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + 2.0 * quadratic);
+    let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + 2.0 * quadratic + problem.defect_of_gain(k));
     let defect = defect + rounding;
-    let pull = problem.input_weight(x).map_or(f64::INFINITY, |weight| pull(&weight, &problem.b, &h));
+    let pull = problem.input_weight(&problem.b, x).map_or(f64::INFINITY, |weight| weight.pull(&problem.b, &h));
     let forward = if dominated(problem, pull, h0, defect) { moved(defect, h0, n, size) } else { f64::INFINITY };
     (condition, known(forward))
 }
@@ -66,7 +70,7 @@ pub(super) struct Local<'a> {
     pub(super) q: &'a DMatrix<f64>,
     pub(super) k: &'a DMatrix<f64>,
     /// `R`, for the discrete equation `R + B^'X^ B^`.
-    pub(super) input_weight: &'a Cholesky<f64, Dyn>,
+    pub(super) input_weight: &'a InputWeight,
     /// Bound of the error of `f`.
     pub(super) unknown: f64,
 }
@@ -104,12 +108,13 @@ pub(super) fn in_frame(
     } else {
         local.input_weight.solve(&local.b.tr_mul(x))
     };
-    let missed = norm(&(local.input_weight.l().tr_mul(&(optimal - local.k))));
+    let missed = norm(&local.input_weight.half(&(optimal - local.k)));
     let (size_of_x, size_of_t) = (norm(x), norm(&frame.t));
     let linear = if problem.discrete { (size_of_f * size_of_f + 1.0) * size_of_x } else { 2.0 * size_of_f * size_of_x };
-    let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + norm(local.q) + size_of_t * size_of_t * norm(&problem.q));
+    let terms = linear + norm(local.q) + size_of_t * size_of_t * norm(&problem.q) + problem.defect_of_gain(local.k);
+    let rounding = 2.0 * n as f64 * f64::EPSILON * terms;
     let defect = norm(&left) + missed * missed + steps * local.unknown * size_of_x + rounding;
-    let pull = pull(local.input_weight, local.b, &h);
+    let pull = local.input_weight.pull(local.b, &h);
     let forward = if dominated(problem, pull, h0, defect) {
         let size_of_s = norm(&frame.inverse);
         // Rounding of X = S'X^ S, entry by entry.
@@ -125,11 +130,6 @@ pub(super) fn in_frame(
 fn relative_change(problem: &Scaled, h0: f64, h2: f64, size: f64) -> f64 {
     let (a, q, g) = (norm(&problem.a), norm(&problem.q), norm(&problem.g));
     known(relative(h0 * q + 2.0 * h0.sqrt() * h2.sqrt() * a + h2 * g, size))
-}
-
-/// `tr(H B W^-1 B')` for the factor of W.
-fn pull(weight: &Cholesky<f64, Dyn>, b: &DMatrix<f64>, h: &DMatrix<f64>) -> f64 {
-    weight.solve(&(b.tr_mul(h) * b)).trace()
 }
 
 /// Whether the linear term dominates the quadratic one, `4 c ||H0|| tr(H0 G) <= 1` (8 in discrete time).
