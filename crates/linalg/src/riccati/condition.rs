@@ -15,7 +15,7 @@
 //! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so the map from E to the solution for `D + E G E` maps this set into itself
 //! and has a fixed point (Brouwer). In discrete time G becomes `B (R + B'X B)^-1 B'`, the quadratic term is
 //! `F'E G (I + E G)^-1 E F`, and 4 becomes 8. With an
-//! indefinite R the same holds with `|G| = B |R|^-1 B'` in place of G in the condition, `-|G| <= G <= |G|`. The solution
+//! indefinite R the same holds with `|G|` in place of G in the condition, `-|G| <= G <= |G|`. The solution
 //! `X + E` is the stabilizing one: `|H0^1/2 (E G + G E) H0^1/2| <= I` in the coordinates of H0, so that H0 is a Lyapunov
 //! function of its closed loop `F - G E` as well (in discrete time of `(I + G E)^-1 F`).
 
@@ -56,6 +56,15 @@ pub(super) fn condition(
     let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + 2.0 * quadratic + problem.defect_of_gain(k));
     let defect = defect + rounding;
     let pull = problem.input_weight(&problem.b, x).map_or(f64::INFINITY, |weight| weight.pull(&problem.b, &h));
+    // Rounding of the closed loop, where the bound has to verify that there is a solution.
+    let (h0, pull) = if problem.is_definite() {
+        (h0, pull)
+    } else {
+        let unknown = 2.0 * (n + k.nrows()) as f64 * f64::EPSILON * (a + norm(&problem.b) * norm(k));
+        let steps = if problem.discrete { 2.0 * (a + norm(&problem.b) * norm(k)) } else { 2.0 };
+        let factor = grown(steps * unknown * h0);
+        (h0 * factor, pull * factor)
+    };
     let forward = if dominated(problem, pull, h0, defect) { moved(defect, h0, n, size) } else { f64::INFINITY };
     (condition, known(forward))
 }
@@ -108,18 +117,22 @@ pub(super) fn in_frame(
     } else {
         local.input_weight.solve(&local.b.tr_mul(x))
     };
-    let missed = norm(&local.input_weight.half(&(optimal - local.k)));
+    let other = optimal - local.k;
+    let (missed, moved_loop) = (norm(&local.input_weight.half(&other)), norm(&(local.b * other)));
     let (size_of_x, size_of_t) = (norm(x), norm(&frame.t));
     let linear = if problem.discrete { (size_of_f * size_of_f + 1.0) * size_of_x } else { 2.0 * size_of_f * size_of_x };
     let terms = linear + norm(local.q) + size_of_t * size_of_t * norm(&problem.q) + problem.defect_of_gain(local.k);
     let rounding = 2.0 * n as f64 * f64::EPSILON * terms;
     let defect = norm(&left) + missed * missed + steps * local.unknown * size_of_x + rounding;
-    let pull = local.input_weight.pull(local.b, &h);
-    let forward = if dominated(problem, pull, h0, defect) {
+    // The derivative at X has the closed loop of the gain of X.
+    let unknown = local.unknown + moved_loop;
+    let factor = grown(if problem.discrete { 2.0 * size_of_f + unknown } else { 2.0 } * unknown * h0);
+    let pull = local.input_weight.pull(local.b, &h) * factor;
+    let forward = if dominated(problem, pull, h0 * factor, defect) {
         let size_of_s = norm(&frame.inverse);
         // Rounding of X = S'X^ S, entry by entry.
         let rounded = relative(2.0 * n as f64 * f64::EPSILON * size_of_s * size_of_s * size_of_x, size);
-        moved(defect, norm(&frame.back(&h)), n, size) + rounded
+        moved(defect, norm(&frame.back(&h)) * factor, n, size) + rounded
     } else {
         f64::INFINITY
     };
@@ -140,6 +153,12 @@ fn dominated(problem: &Scaled, pull: f64, h0: f64, defect: f64) -> bool {
 
 fn moved(defect: f64, h0: f64, n: usize, size: f64) -> f64 {
     relative(2.0 * h0 * defect * (n as f64).sqrt(), size)
+}
+
+/// The factor by which the solutions of the Lyapunov equation grow at most with a closed loop that is not known exactly;
+/// `decrease` is by how much its error may reduce the identity.
+fn grown(decrease: f64) -> f64 {
+    if decrease < 1.0 { 1.0 / (1.0 - decrease) } else { f64::INFINITY }
 }
 
 /// NaN means that no bound is known.

@@ -171,7 +171,7 @@ impl Generalized {
         let states = &units[..n];
         // An input in units of its weight, if it has one, else of its effect.
         let weights = unit_diagonal(&self.r);
-        let inputs: Vec<i32> = (0..m).map(|j| if self.r[(j, j)] != 0.0 { weights[j] } else { units[n + j] }).collect();
+        let inputs: Vec<i32> = (0..m).map(|j| if self.r[(j, j)] == 0.0 { units[n + j] } else { weights[j] }).collect();
         // The columns of D^-1 E back to entries of about one.
         let row_scaled = |m: &DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], -states[i]));
         let e = row_scaled(&self.e);

@@ -1,8 +1,7 @@
 //! The weight of the input, `R` or in discrete time `W = R + B'X B`, factored: by Cholesky's method if it must be
 //! definite, else by its eigenvalues, `W = V diag(w) V'`.
 //!
-//! Where a bound needs the size of an indefinite weight, `|W| = V diag(|w|) V'` takes its place:
-//! `-|W|^-1 <= W^-1 <= |W|^-1`.
+//! Where a bound needs the size of an indefinite weight, `|W| = V diag(|w|) V'` takes its place.
 
 use crate::argument::symmetric_part;
 use crate::product::view;
@@ -87,14 +86,22 @@ impl InputWeight {
         }
     }
 
-    /// `tr(H B |W|^-1 B')` for a positive semidefinite `h`.
+    /// `tr(H |G|)` for a positive semidefinite `h` and `G = B W^-1 B'`, `-|G| <= G <= |G|`. For an indefinite W that is
+    /// from the eigenvalues of G, whose positive and negative part may cancel, and its rounding error.
     pub(super) fn pull(&self, b: &DMatrix<f64>, h: &DMatrix<f64>) -> f64 {
         match self {
             Self::Definite(factor) => factor.solve(&(b.tr_mul(h) * b)).trace(),
             Self::Indefinite { values, vectors } => {
-                let b = b * vectors;
-                let seen = h * &b;
-                values.iter().enumerate().map(|(j, w)| b.column(j).dot(&seen.column(j)) / w.abs()).sum()
+                let (n, m) = b.shape();
+                let turned = b * vectors;
+                let size: f64 = values.iter().enumerate().map(|(j, w)| turned.column(j).norm_squared() / w.abs()).sum();
+                let Some((signs, along)) = hermitian_eigen(view(&self.driven(b))) else {
+                    return f64::INFINITY;
+                };
+                let along = DMatrix::from_fn(n, n, |i, j| along[(i, j)]);
+                let seen = h * &along;
+                let of_g: f64 = (0..n).map(|j| along.column(j).dot(&seen.column(j)) * signs[j].abs()).sum();
+                of_g + 8.0 * (n + m) as f64 * f64::EPSILON * size * h.trace()
             }
         }
     }
