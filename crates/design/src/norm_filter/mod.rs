@@ -421,14 +421,15 @@ impl Task<'_> {
         let (p, certificate) = match (self.norm, p) {
             (SystemNorm::H2, _) => self.with_gramian(&l, gamma)?,
             (SystemNorm::HInfinity, Some(p)) => (p.clone(), self.theorem(&l, p, gamma)?),
-            (SystemNorm::HInfinity, None) => match self.stored(&l, gamma) {
-                Some(proved) => proved,
-                None => {
+            (SystemNorm::HInfinity, None) => {
+                if let Some(proved) = self.stored(&l, gamma) {
+                    proved
+                } else {
                     let p = self.storage(&l, gamma)?;
                     let certificate = self.theorem(&l, &p, gamma)?;
                     (p, certificate)
                 }
-            },
+            }
         };
         Ok(self.design(l, p, found, gamma, certificate))
     }
