@@ -118,8 +118,8 @@ pub(crate) enum Command {
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, "r": m x m symmetric, regular}; output {"x",
     /// "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the eigenvalues of
     /// A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys: "s", n x m, the weight
-    /// 2 x'S u, and "e", n x n regular, of E x' = A x + B u. Q and R may be indefinite, as in H-infinity equations; X is
-    /// then not positive semidefinite in general.
+    /// 2 x'S u, and "e", n x n regular, of E x' = A x + B u. Q and R may be indefinite, as in H-infinity equations; X
+    /// is then not positive semidefinite in general.
     ///
     /// Kalman filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the intensities of process and
     /// measurement noise; output {"p", "l", "poles", "residual", "condition", "forward_error"} with A P + P A' - P C'V^-1 C P + W = 0,
@@ -131,8 +131,8 @@ pub(crate) enum Command {
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, "r": m x m symmetric, regular}; output {"x",
     /// "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the eigenvalues of
     /// A - B K. As `dare(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys: "s", n x m, the weight
-    /// 2 x'S u, and "e", n x n regular, of E x+ = A x + B u. Q and R may be indefinite, as in H-infinity equations; X is
-    /// then not positive semidefinite in general.
+    /// 2 x'S u, and "e", n x n regular, of E x+ = A x + B u. Q and R may be indefinite, as in H-infinity equations; X
+    /// is then not positive semidefinite in general.
     ///
     /// Kalman predictor: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the covariances of process and
     /// measurement noise (v may be singular); output {"p", "l", "poles", "residual", "condition", "forward_error"} with

@@ -5,9 +5,10 @@
 //! ```text
 //! A0 P + P A0' - P [C; H]' diag(V, -gamma^2 I)^-1 [C; H] P + W0 = 0
 //! ```
-//! has a stabilizing solution whose gain `L = S V^-1 + P C'V^-1`, that of the central filter, makes `A - LC` stable: then
-//! `P >= 0`, and the converse holds if (A0, W0) has no unreachable mode on the stability boundary. In discrete time it is
-//! the equation of the same data, with `gamma^2 I - H P H' > 0` in addition, and L has the first columns of its gain.
+//! has a stabilizing solution whose gain `L = S V^-1 + P C'V^-1`, that of the central filter, makes `A - LC` stable:
+//! then `P >= 0`, and the converse holds if (A0, W0) has no unreachable mode on the stability boundary. In discrete
+//! time it is the equation of the same data, with `gamma^2 I - H P H' > 0` in addition, and L has the first columns of
+//! its gain.
 //!
 //! Near the least gamma P can grow without bound. In continuous time `Y = P^-1` then solves
 //! ```text
@@ -18,11 +19,11 @@
 //! F'P + P F + H'H + s I + P G G'P/gamma^2 = 0                                 F = A - LC, G = E - LD
 //! F'P F - P + H'H + s I + F'P G (gamma^2 I - G'P G)^-1 G'P F = 0              discrete time
 //! ```
-//! which exists iff the norm of `[H; sqrt(s) I](sI - F)^-1 G` is below gamma; the inequality of the bound then holds with
-//! the margin s.
+//! which exists iff the norm of `[H; sqrt(s) I](sI - F)^-1 G` is below gamma; the inequality of the bound then holds
+//! with the margin s.
 //!
-//! Source: K. Nagpal, P. Khargonekar, IEEE Transactions on Automatic Control 36, 1991; B. Hassibi, A. Sayed, T. Kailath,
-//! Indefinite-Quadratic Estimation and Control, SIAM 1999.
+//! Source: K. Nagpal, P. Khargonekar, IEEE Transactions on Automatic Control 36, 1991; B. Hassibi, A. Sayed, T.
+//! Kailath, Indefinite-Quadratic Estimation and Control, SIAM 1999.
 
 use luenberger_linalg::{Riccati, care, dare, positive_definite, spectral_abscissa, spectral_radius, symmetric_part};
 use luenberger_proof::certificate::Certificate;

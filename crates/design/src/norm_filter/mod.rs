@@ -10,8 +10,9 @@
 //!
 //! The Kalman filter is that of `W = EE'`, `V = DD' > 0` and the covariance `S = ED'` between them:
 //! `L = L0 + S V^-1`, L0 the gain for `A - S V^-1 C` and `W - S V^-1 S'`. Whatever H is, no gain has a smaller H2 norm.
-//! The H-infinity filter of a gamma is the central one of a Riccati equation (`equations.rs`), as long as the gain has no
-//! bound and D has full row rank. Bounds of either norm are linear matrix inequalities in P and Y = P L, in discrete time as well:
+//! The H-infinity filter of a gamma is the central one of a Riccati equation (`equations.rs`), as long as the gain has
+//! no bound and D has full row rank. Bounds of either norm are linear matrix inequalities in P and Y = P L, in discrete
+//! time as well:
 //! ```text
 //! H-infinity   [he(PA - YC) + H'H, PE - YD; *, -gamma^2 I] < 0
 //!              [P - H'H, 0, (PA - YC)'; *, gamma^2 I, (PE - YD)'; *, *, P] > 0                       discrete time
@@ -23,9 +24,10 @@
 //! only with verified multipliers. The least value of such a program is that of a gain, which is not proved to be the
 //! least.
 //!
-//! The least H-infinity norm is often approached by gains without bound only: the design for it finds the least gamma of
-//! the equation by bisection, and takes a gamma that is larger by [`LEAST_NORM_EXCESS`]. The certificate of an H2 filter has the P of the observability Gramian, a little
-//! enlarged, so that its gamma can be as close to the norm as one likes.
+//! The least H-infinity norm is often approached by gains without bound only: the design for it finds the least gamma
+//! of the equation by bisection, and takes a gamma that is larger by [`LEAST_NORM_EXCESS`]. The certificate of an H2
+//! filter has the P of the observability Gramian, a little enlarged, so that its gamma can be as close to the norm as
+//! one likes.
 //!
 //! Source: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory,
 //! SIAM 1994, sections 2.7 and 6.3; C. Scherer, P. Gahinet, M. Chilali, IEEE Transactions on Automatic Control 42,

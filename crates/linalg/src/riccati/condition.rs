@@ -16,8 +16,8 @@
 //! and has a fixed point (Brouwer). In discrete time G becomes `B (R + B'X B)^-1 B'`, the quadratic term is
 //! `F'E G (I + E G)^-1 E F`, and 4 becomes 8. With an
 //! indefinite R the same holds with `|G|` in place of G in the condition, `-|G| <= G <= |G|`. The solution
-//! `X + E` is the stabilizing one: `|H0^1/2 (E G + G E) H0^1/2| <= I` in the coordinates of H0, so that H0 is a Lyapunov
-//! function of its closed loop `F - G E` as well (in discrete time of `(I + G E)^-1 F`).
+//! `X + E` is the stabilizing one: `|H0^1/2 (E G + G E) H0^1/2| <= I` in the coordinates of H0, so that H0 is a
+//! Lyapunov function of its closed loop `F - G E` as well (in discrete time of `(I + G E)^-1 F`).
 
 use super::coordinates::Frame;
 use super::input_weight::InputWeight;
@@ -155,8 +155,8 @@ fn moved(defect: f64, h0: f64, n: usize, size: f64) -> f64 {
     relative(2.0 * h0 * defect * (n as f64).sqrt(), size)
 }
 
-/// The factor by which the solutions of the Lyapunov equation grow at most with a closed loop that is not known exactly;
-/// `decrease` is by how much its error may reduce the identity.
+/// The factor by which the solutions of the Lyapunov equation grow at most with a closed loop that is not known
+/// exactly; `decrease` is by how much its error may reduce the identity.
 fn grown(decrease: f64) -> f64 {
     if decrease < 1.0 { 1.0 / (1.0 - decrease) } else { f64::INFINITY }
 }

@@ -25,10 +25,11 @@ use nalgebra::{Complex, DMatrix};
 /// `A'X E + E'X A - (E'X B + S) R^-1 (B'X E + S') + Q = 0`: the stabilizing solution, symmetric.
 ///
 /// `a` and `e` are n x n, `e` regular, `b` and `s` n x m, `q` n x n symmetric (possibly indefinite), `r` m x m
-/// symmetric and regular (possibly indefinite, see [`care`](super::care)). The gain of `u = -K x` is `K = R^-1 (B'X E + S')`; the poles are the eigenvalues of the
-/// pencil `(A - B K, E)`. If `[Q, S; S', R] >= 0`, it minimises the integral of `x'Q x + 2 x'S u + u'R u` along
-/// `E x' = A x + B u`; the cost from x is `x'E'X E x`. The residual is relative to the terms, the condition relative to
-/// A, B, Q, R, S and E, all in balanced units of states, equations and inputs. About 500 n^3 flops.
+/// symmetric and regular (possibly indefinite, see [`care`](super::care)). The gain of `u = -K x` is
+/// `K = R^-1 (B'X E + S')`; the poles are the eigenvalues of the pencil `(A - B K, E)`. If `[Q, S; S', R] >= 0`, it
+/// minimises the integral of `x'Q x + 2 x'S u + u'R u` along `E x' = A x + B u`; the cost from x is `x'E'X E x`. The
+/// residual is relative to the terms, the condition relative to A, B, Q, R, S and E, all in balanced units of states,
+/// equations and inputs. About 500 n^3 flops.
 ///
 /// # Errors
 /// Those of [`care`](super::care), with the eigenvalues of `(A, E)` (of `(A - B R^-1 S', E)` for the unweighted ones);
@@ -61,9 +62,9 @@ pub fn generalized_care<'a>(
 /// Generalised discrete Riccati equation
 /// `A'X A - E'X E - (A'X B + S)(R + B'X B)^-1 (B'X A + S') + Q = 0`: the stabilizing solution, symmetric.
 ///
-/// Shapes as [`generalized_care`]; `a` may be singular, and so may a semidefinite `r`, as long as `R + B'X B > 0`. The gain of
-/// `u = -K x` is `K = (R + B'X B)^-1 (B'X A + S')`; the poles are the eigenvalues of the pencil `(A - B K, E)`. If
-/// `[Q, S; S', R] >= 0`, it minimises the sum of `x'Q x + 2 x'S u + u'R u` along `E x+ = A x + B u`. About 700 n^3
+/// Shapes as [`generalized_care`]; `a` may be singular, and so may a semidefinite `r`, as long as `R + B'X B > 0`. The
+/// gain of `u = -K x` is `K = (R + B'X B)^-1 (B'X A + S')`; the poles are the eigenvalues of the pencil `(A - B K, E)`.
+/// If `[Q, S; S', R] >= 0`, it minimises the sum of `x'Q x + 2 x'S u + u'R u` along `E x+ = A x + B u`. About 700 n^3
 /// flops.
 ///
 /// # Errors

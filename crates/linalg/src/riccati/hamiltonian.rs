@@ -2,8 +2,8 @@
 //! 24, 1979).
 //!
 //! Its eigenvalues lie symmetrically about the imaginary axis. If none lies on it, the n stable ones have an invariant
-//! subspace spanned by `[U1; U2]`, and `X = U2 U1^-1` exists iff `(A, B)` is stabilizable. This holds for `R > 0`. For an
-//! indefinite R stabilizability is necessary only: U1 can be singular.
+//! subspace spanned by `[U1; U2]`, and `X = U2 U1^-1` exists iff `(A, B)` is stabilizable. This holds for `R > 0`. For
+//! an indefinite R stabilizability is necessary only: U1 can be singular.
 
 use super::popov;
 use super::scaled::Scaled;

@@ -89,10 +89,10 @@ pub struct Riccati {
 /// [`LinalgError::Singular`] for an indefinite `r` that is singular to working precision, and
 /// [`LinalgError::NotGraph`] for one with which the stable subspace has no X; [`LinalgError::NotStabilizable`] names an
 /// eigenvalue that no input moves, [`LinalgError::NotWeighted`] one on the imaginary axis that is unobservable through
-/// `q`; [`LinalgError::NotStabilizing`] if the closed loop is not stable: for `q >= 0`, `r > 0` only because of rounding,
-/// otherwise also because no stabilizing solution exists; [`LinalgError::NotConverged`] if the relative residual
-/// exceeds sqrt(eps); [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],
-/// [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
+/// `q`; [`LinalgError::NotStabilizing`] if the closed loop is not stable: for `q >= 0`, `r > 0` only because of
+/// rounding, otherwise also because no stabilizing solution exists; [`LinalgError::NotConverged`] if the relative
+/// residual exceeds sqrt(eps); [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`],
+/// [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
 ///
 /// # Example
 /// ```
@@ -124,13 +124,13 @@ fn continuous(data: &Data<'_>) -> Result<Riccati> {
 
 /// Discrete algebraic Riccati equation `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`: the stabilizing solution.
 ///
-/// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric, `r` m x m symmetric and regular, or semidefinite if
-/// `R + B'X B > 0` ([`generalized_dare`] is then used). For `q >= 0`, `r > 0` the input `u = -K x`,
+/// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric, `r` m x m symmetric and regular, or semidefinite
+/// if `R + B'X B > 0` ([`generalized_dare`] is then used). For `q >= 0`, `r > 0` the input `u = -K x`,
 /// `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along `x+ = A x + B u` ([`dlqr`] requires `q >= 0`
 /// and `r > 0`). For an indefinite `q` a solution is found if `R + B'X B > 0`, for an indefinite `r` if `R + B'X B` is
-/// regular, of whatever signs; that of an H-infinity filter must be checked to have those of `r`. About 15 n^3 flops for each doubling
-/// (usually ten, at most 60), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each change of
-/// coordinates (six at most) if the eigenvalues of X differ so much that one is needed.
+/// regular, of whatever signs; that of an H-infinity filter must be checked to have those of `r`. About 15 n^3 flops
+/// for each doubling (usually ten, at most 60), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each
+/// change of coordinates (six at most) if the eigenvalues of X differ so much that one is needed.
 ///
 /// # Errors
 /// As [`care`], with the unit circle as stability boundary; [`LinalgError::Overflow`] also if entries of `a` exceed
@@ -252,8 +252,8 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
     Ok(Riccati { x, k, poles, residual, condition, forward_error })
 }
 
-/// For an indefinite R only a solution that is verified to exist is returned: its error has a bound. For a definite one,
-/// the closed loop says enough.
+/// For an indefinite R only a solution that is verified to exist is returned: its error has a bound. For a definite
+/// one, the closed loop says enough.
 fn is_verified(problem: &Scaled, outcome: &Outcome) -> bool {
     problem.is_definite() || outcome.evidence.forward_error.is_finite()
 }
@@ -269,8 +269,8 @@ fn unverified(size: f64, (eigenvalue, distance): (Complex<f64>, f64)) -> LinalgE
     }
 }
 
-/// Error if the solution is not verified, or if the relative residual exceeds sqrt(eps): rounding alone does not explain
-/// it.
+/// Error if the solution is not verified, or if the relative residual exceeds sqrt(eps): rounding alone does not
+/// explain it.
 fn solved(problem: &Scaled, outcome: Outcome) -> Result<Outcome> {
     if !is_verified(problem, &outcome) {
         let nearest = popov::nearest(problem, &outcome.evidence.poles).unwrap_or_default();
