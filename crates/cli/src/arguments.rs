@@ -115,10 +115,11 @@ pub(crate) enum Command {
     Sylv(MatrixInput),
     /// Riccati equation A'X + X A - X B R^-1 B'X + Q = 0, and the regulator K = R^-1 B'X
     ///
-    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, may be indefinite, "r": m x m symmetric, definite}; output
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, "r": m x m symmetric, regular}; output
     /// {"x", "k", "poles", "residual", "condition", "forward_error"}. X is the stabilizing solution, poles are the
     /// eigenvalues of A - B K. As `care(A, B, Q, R)` of python-control, which returns (X, poles, K). Optional keys:
-    /// "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x' = A x + B u.
+    /// "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x' = A x + B u. Q and R may be
+    /// indefinite, as in H-infinity equations; X is then not positive semidefinite in general.
     ///
     /// Kalman filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the intensities of process and
     /// measurement noise; output {"p", "l", "poles", "residual", "condition", "forward_error"} with A P + P A' - P
@@ -129,11 +130,12 @@ pub(crate) enum Command {
     Care(MatrixInput),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
     ///
-    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, may be indefinite, "r": m x m symmetric, definite, or
-    /// singular with R + B'X B definite}; output {"x", "k", "poles", "residual", "condition", "forward_error"}. X is
+    /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, "r": m x m symmetric, regular, or singular with
+    /// R + B'X B definite}; output {"x", "k", "poles", "residual", "condition", "forward_error"}. X is
     /// the stabilizing solution, poles are the eigenvalues of A - B K. As `dare(A, B, Q, R)` of python-control, which
     /// returns (X, poles, K). Optional keys: "s", n x m, the weight 2 x'S u, and "e", n x n regular, of E x+ = A x + B
-    /// u.
+    /// u. Q and R may be indefinite, as in H-infinity equations; X is then not positive semidefinite in
+    /// general.
     ///
     /// Kalman predictor and filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the covariances of process
     /// and measurement noise (v may be singular); output {"p", "l", "filter_gain", "filter_covariance", "poles",

@@ -242,9 +242,19 @@ pub enum LinalgError {
     },
     /// No stabilizing solution was found, and the eigenvalues of the plant do not explain it.
     #[error(
-        "no stabilizing solution was found, although A has no eigenvalue that prevents one: for an indefinite Q, or where R + B'X B is not positive definite, there may be none"
+        "no stabilizing solution was found, although A has no eigenvalue that prevents one: with an indefinite Q or R there may be none"
     )]
     NoStabilizingSolution,
+    /// The stable subspace `[X1; X2]` of a Riccati equation with indefinite R has a singular X1: no X satisfies
+    /// `X2 = X X1`.
+    #[error(
+        "no stabilizing solution: X1 of the stable subspace [X1; X2] is singular to working precision (smallest singular value {})",
+        short(*.sigma_min)
+    )]
+    NotGraph {
+        /// The smallest singular value of X1, for an orthonormal basis in balanced units.
+        sigma_min: f64,
+    },
     /// The answer, or a quantity on the way to it, exceeds the range of double precision.
     #[error("{what} exceeds the range of double precision")]
     Overflow {

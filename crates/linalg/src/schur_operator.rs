@@ -81,7 +81,7 @@ impl Kind {
 }
 
 /// A backward stable solution has a residual below this, whatever its order.
-const DIGITS: f64 = 1e-12;
+pub(crate) const DIGITS: f64 = 1e-12;
 
 /// The equation with its Schur form, in scaled units of time (Lyapunov) and, if they were balanced, of the state.
 #[derive(Debug, Clone, PartialEq)]

@@ -77,6 +77,7 @@ fn class_of<'py>(py: Python<'py>, error: &LinalgError) -> PyResult<(&'static str
         E::NotStabilizing { eigenvalue, distance } => {
             ("LinAlgError", dictionary!(py; eigenvalue = *eigenvalue, distance))
         }
+        E::NotGraph { sigma_min } => ("LinAlgError", dictionary!(py; sigma_min)),
         E::Unobservable { eigenvalue, direction, margin } => {
             let direction = complex(py, direction.as_slice());
             ("Unobservable", dictionary!(py; eigenvalue = *eigenvalue, margin, direction))

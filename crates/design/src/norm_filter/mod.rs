@@ -5,12 +5,14 @@
 //!
 //! | norm | what it bounds | optimum |
 //! |---|---|---|
-//! | H-infinity | the energy of z by `gamma^2` times that of w, whatever w is | by inequality |
+//! | H-infinity | the energy of z by `gamma^2` times that of w, whatever w is | by Riccati equation or inequality |
 //! | H2 | the variance of z for white noise w of unit intensity | the Kalman filter |
 //!
 //! The Kalman filter is that of `W = EE'`, `V = DD' > 0` and the covariance `S = ED'` between them:
 //! `L = L0 + S V^-1`, L0 the gain for `A - S V^-1 C` and `W - S V^-1 S'`. Whatever H is, no gain has a smaller H2 norm.
-//! Bounds of either norm are linear matrix inequalities in P and Y = P L, in discrete time as well:
+//! The H-infinity filter of a gamma is the central one of a Riccati equation (`equations.rs`), as long as the gain has
+//! no bound and D has full row rank. Bounds of either norm are linear matrix inequalities in P and Y = P L, in discrete
+//! time as well:
 //! ```text
 //! H-infinity   [he(PA - YC) + H'H, PE - YD; *, -gamma^2 I] < 0
 //!              [P - H'H, 0, (PA - YC)'; *, gamma^2 I, (PE - YD)'; *, *, P] > 0                       discrete time
@@ -22,14 +24,16 @@
 //! only with verified multipliers. The least value of such a program is that of a gain, which is not proved to be the
 //! least.
 //!
-//! The least H-infinity norm is often approached by gains without bound only; the design for it takes a gamma that is
-//! larger by [`LEAST_NORM_EXCESS`]. The certificate of an H2 filter has the P of the observability Gramian, a little
-//! enlarged, so that its gamma can be as close to the norm as one likes.
+//! The least H-infinity norm is often approached by gains without bound only: the design for it finds the least gamma
+//! of the equation by bisection, and takes a gamma that is larger by [`LEAST_NORM_EXCESS`]. The certificate of an H2
+//! filter has the P of the observability Gramian, a little enlarged, so that its gamma can be as close to the norm as
+//! one likes.
 //!
 //! Source: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory,
 //! SIAM 1994, sections 2.7 and 6.3; C. Scherer, P. Gahinet, M. Chilali, IEEE Transactions on Automatic Control 42,
 //! 1997.
 
+mod equations;
 mod programs;
 mod units;
 
@@ -50,6 +54,7 @@ use crate::error::DesignError;
 use crate::gain_options::GainOptions;
 use crate::lyapunov_choice::{Equation, coordinates};
 use crate::powers::{Powers, shift};
+use equations::CentralFilter;
 use units::{Reference, Units};
 
 /// By how much the gamma of the design for the least H-infinity norm exceeds it, relative.
@@ -315,6 +320,15 @@ impl Task<'_> {
             let design = self.certified(optimal.l, None, found, gamma)?;
             return Ok(NormFilterDesign { least: Some(least), ..design });
         }
+        if self.norm == SystemNorm::HInfinity
+            && options.max_gain.is_none()
+            && let Some(filter) = self.kalman(None)
+            && let Ok(kalman) = self.measured(&filter.l)
+            && let Some(found) = self.least_central(kalman.norm)
+        {
+            let design = self.below(found * (1.0 + LEAST_NORM_EXCESS), options)?;
+            return Ok(NormFilterDesign { found: Some(found), ..design });
+        }
         let candidates = self.candidates(f64::INFINITY, options);
         let best = candidates.iter().min_by(|x, y| x.found.norm.total_cmp(&y.found.norm));
         let units = Units::of(self, best.map(|best| (&best.of, best.found.norm)));
@@ -356,6 +370,12 @@ impl Task<'_> {
 
     /// The design for a bound.
     fn below(&self, gamma: f64, options: &GainOptions) -> Result<NormFilterDesign, DesignError> {
+        if self.norm == SystemNorm::HInfinity
+            && options.max_gain.is_none()
+            && let Some(CentralFilter { l, p, found, certificate }) = self.central_filter(gamma)
+        {
+            return Ok(self.design(l, p, found, gamma, certificate));
+        }
         let candidates = self.candidates(gamma, options);
         let best = candidates.into_iter().min_by(|x, y| x.found.norm.total_cmp(&y.found.norm));
         let units = Units::of(self, best.as_ref().map(|best| (&best.of, gamma)));
@@ -404,14 +424,29 @@ impl Task<'_> {
             (SystemNorm::H2, _) => self.with_gramian(&l, gamma)?,
             (SystemNorm::HInfinity, Some(p)) => (p.clone(), self.theorem(&l, p, gamma)?),
             (SystemNorm::HInfinity, None) => {
-                let p = self.storage(&l, gamma)?;
-                let certificate = self.theorem(&l, &p, gamma)?;
-                (p, certificate)
+                if let Some(proved) = self.stored(&l, gamma) {
+                    proved
+                } else {
+                    let p = self.storage(&l, gamma)?;
+                    let certificate = self.theorem(&l, &p, gamma)?;
+                    (p, certificate)
+                }
             }
         };
+        Ok(self.design(l, p, found, gamma, certificate))
+    }
+
+    fn design(
+        &self,
+        l: DMatrix<f64>,
+        p: DMatrix<f64>,
+        found: Measured,
+        gamma: f64,
+        certificate: Certificate,
+    ) -> NormFilterDesign {
         let Measured { poles, norm, frequency } = found;
         let (plant, time) = (self.plant.clone(), self.time);
-        Ok(NormFilterDesign { plant, time, l, poles, p, norm, frequency, gamma, least: None, found: None, certificate })
+        NormFilterDesign { plant, time, l, poles, p, norm, frequency, gamma, least: None, found: None, certificate }
     }
 
     /// The bound of the norm, decided for these numbers.

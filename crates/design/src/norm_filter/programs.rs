@@ -1,6 +1,5 @@
 //! The inequalities of the filters, solved. The head of `mod.rs` has them.
 
-use luenberger_linalg::{lyapunov, stein};
 use luenberger_lmi::{Expression, Infeasibility, Problem, Solution, Variable, block, he, identity, trace};
 use luenberger_proof::Verdict;
 use nalgebra::{DMatrix, DVector};
@@ -38,18 +37,7 @@ impl Task<'_> {
 
     /// P for a given gain, with an H-infinity norm below gamma.
     pub(super) fn storage(&self, l: &DMatrix<f64>, gamma: f64) -> Result<DMatrix<f64>, DesignError> {
-        let (f, g) = self.flow(l);
-        // The covariance of the error of this gain under white noise.
-        let driven = &g * g.transpose();
-        let variances = match self.time {
-            TimeDomain::Continuous => lyapunov(&f.transpose(), &driven).map(|found| found.p),
-            TimeDomain::Discrete => stein(&f.transpose(), &driven).map(|found| found.p),
-        };
-        let variances = variances.map_or_else(|_| Vec::new(), |p| p.diagonal().as_slice().to_vec());
-        let units = Units::with(self, l, &variances, vec![0; l.ncols()], gamma);
-        let (time, gamma) = (2 * units.half_time, shift(gamma, units.size));
-        let (f, g) = (units.state.similar(&f).map(|x| shift(x, time)), units.state.rows(&g).map(|x| shift(x, time)));
-        let h = units.state.columns(&self.of.h).map(|x| shift(x, units.size));
+        let (units, [f, g, h], gamma) = self.in_units_of(l, gamma);
         let mut lmi = Problem::new();
         let p = lmi.symmetric("P", f.nrows());
         lmi.constrain("P > 0", &p >> 0.0);

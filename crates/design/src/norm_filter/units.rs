@@ -10,10 +10,11 @@
 //! and tau = 1 in discrete time. T and R are the deviations of the errors and of the measurements of a filter for this
 //! plant, tau is the time constant of its fastest pole: a change of units changes them alike.
 
-use luenberger_linalg::symmetric_part;
+use luenberger_linalg::{lyapunov, stein};
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector};
 
+use super::equations::Uncorrelated;
 use super::{GeneralizedPlant, SystemNorm, Task, TimeDomain};
 use crate::check;
 use crate::lyapunov_choice::coordinates;
@@ -54,15 +55,9 @@ impl Task<'_> {
             let size = d.row(i).norm_squared() + through.row(i).norm_squared() / (rate * rate);
             shift(if size > 0.0 { size } else { c.row(i).norm_squared() }, -8 * level)
         });
-        let added = DMatrix::from_diagonal(&added);
-        let noise = symmetric_part(&(d * d.transpose() + &added));
-        // S V^-1, the part of the noise of the states that the outputs show.
-        let shown = noise.clone().cholesky()?.solve(&(d * e.transpose())).transpose();
-        let rest = e - &shown * d;
-        let w = symmetric_part(&(&rest * rest.transpose() + &shown * &added * shown.transpose()));
-        let a = a - &shown * c;
-        let found = check::kalman(self.time, (&a, c), &w, &noise).ok()?;
-        Some(Reference { l: found.l + shown, covariance: found.p, noise })
+        let Uncorrelated { a, w, v, shown, .. } = self.uncorrelated(&added)?;
+        let found = check::kalman(self.time, (&a, c), &w, &v).ok()?;
+        Some(Reference { l: found.l + shown, covariance: found.p, noise: v })
     }
 }
 
@@ -83,8 +78,20 @@ impl Units {
         Self::with(task, &filter.l, variances.as_slice(), output, gamma)
     }
 
+    /// Those of a gain, from the covariance of its error under white noise.
+    pub(super) fn of_gain(task: &Task<'_>, l: &DMatrix<f64>, gamma: f64) -> Self {
+        let (f, g) = task.flow(l);
+        let driven = &g * g.transpose();
+        let variances = match task.time {
+            TimeDomain::Continuous => lyapunov(&f.transpose(), &driven).map(|found| found.p),
+            TimeDomain::Discrete => stein(&f.transpose(), &driven).map(|found| found.p),
+        };
+        let variances = variances.map_or_else(|_| Vec::new(), |p| p.diagonal().as_slice().to_vec());
+        Self::with(task, l, &variances, vec![0; l.ncols()], gamma)
+    }
+
     /// Those of a gain, whose error has these variances, or none where they are not known.
-    pub(super) fn with(task: &Task<'_>, l: &DMatrix<f64>, variances: &[f64], output: Vec<i32>, gamma: f64) -> Self {
+    fn with(task: &Task<'_>, l: &DMatrix<f64>, variances: &[f64], output: Vec<i32>, gamma: f64) -> Self {
         let f = task.flow(l).0;
         let are_known = variances.len() == f.nrows() && variances.iter().all(|x| *x > 0.0 && x.is_finite());
         let state = if are_known {

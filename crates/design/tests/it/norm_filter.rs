@@ -172,3 +172,64 @@ fn norms_of_closed_form() {
     let none = h_infinity_norm(&dmatrix![-1.0], &dmatrix![0.0], &dmatrix![1.0], &dmatrix![0.0]).unwrap();
     assert!(none.norm.abs() < f64::MIN_POSITIVE);
 }
+
+/// The central filter of `x' = -x + w1`, `y = x + w2`, `z = x` for gamma = 1: `-2 P + 1 = 0`, L = P = 1/2; for another
+/// gamma the stabilizing root of `(1 - 1/gamma^2) P^2 + 2 P - 1 = 0`.
+#[test]
+fn an_unlimited_gain_is_that_of_the_central_filter() {
+    let plant = StateSpace::new(dmatrix![-1.0], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();
+    let of = GeneralizedPlant { e: dmatrix![1.0, 0.0], d: dmatrix![0.0, 1.0], h: dmatrix![1.0] };
+    let below = |gamma: f64| {
+        let target = NormTarget::Below(gamma);
+        let options = GainOptions::default();
+        NormFilterDesign::new(&plant, TimeDomain::Continuous, SystemNorm::HInfinity, &of, &target, &options).unwrap()
+    };
+    for (gamma, gain) in
+        [(1.0, 0.5), (2.0, (1.75_f64.sqrt() - 1.0) / 0.75), (0.75, 9.0 / 7.0 - (18.0_f64).sqrt() / 7.0)]
+    {
+        let found = below(gamma);
+        assert!((found.l[(0, 0)] - gain).abs() < 1e-12, "{} {gain}", found.l);
+        // The norm is the greater of those at zero and infinite frequency of sqrt(1 + L^2)/(s + 1 + L).
+        close(found.norm, (1.0 + gain * gain).sqrt() / (1.0 + gain), 1e-9);
+        assert!(found.certificate.is_proved() && found.norm < gamma);
+    }
+}
+
+/// The same in discrete time, `x+ = x/2 + w1`: with `1/Pt = 1/P - 1/gamma^2`, `P = Pt/4/(1 + Pt) + 1` and
+/// `L = Pt/2/(1 + Pt)`. scipy 1.17.1, `solve_discrete_are(0.5, [1, 1], 1, diag(1, -9))`.
+#[test]
+fn a_discrete_filter_is_central_too() {
+    let plant = StateSpace::new(dmatrix![0.5], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();
+    let of = GeneralizedPlant { e: dmatrix![1.0, 0.0], d: dmatrix![0.0, 1.0], h: dmatrix![1.0] };
+    let target = NormTarget::Below(3.0);
+    let options = GainOptions::default();
+    let found =
+        NormFilterDesign::new(&plant, TimeDomain::Discrete, SystemNorm::HInfinity, &of, &target, &options).unwrap();
+    close(found.l[(0, 0)], 0.28331700940520443, 1e-12);
+    assert!(found.certificate.is_proved() && found.norm < 3.0);
+}
+
+/// The fastest pole of this plant is at -1.94; a gain of the inequality of the bound can have much faster ones.
+#[test]
+fn poles_of_the_least_norm_stay_near_those_of_the_plant() {
+    let n = 8;
+    let plant = StateSpace::new(
+        DMatrix::from_fn(n, n, |i, j| match (i, j) {
+            _ if i == j => -1.0,
+            _ if i == j + 1 || j == i + 1 => 0.5,
+            _ => 0.0,
+        }),
+        DMatrix::zeros(n, 0),
+        DMatrix::from_fn(1, n, |_, j| if j == 0 { 1.0 } else { 0.0 }),
+    )
+    .unwrap();
+    let mut e = DMatrix::zeros(n, n + 1);
+    e.view_mut((0, 0), (n, n)).fill_with_identity();
+    let d = DMatrix::from_fn(1, n + 1, |_, j| if j == n { 0.1 } else { 0.0 });
+    let of = GeneralizedPlant { e, d, h: DMatrix::identity(n, n) };
+    let options = GainOptions::default();
+    let (time, norm) = (TimeDomain::Continuous, SystemNorm::HInfinity);
+    let found = NormFilterDesign::new(&plant, time, norm, &of, &NormTarget::Least, &options).unwrap();
+    let fastest = found.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    assert!(found.certificate.is_proved() && fastest < 19.4, "{fastest}");
+}

@@ -15,6 +15,8 @@
 //! fast.
 
 use super::hamiltonian;
+use super::scaled::Scaled;
+use crate::{LinalgError, Result};
 use nalgebra::{DMatrix, DVector};
 
 /// Data of the shifted equation.
@@ -31,17 +33,31 @@ pub(super) struct Shifted<'a> {
 
 /// X of the n poles nearest to stability: a starting point, and a solution if these poles are stable.
 pub(super) fn guess(shifted: &Shifted<'_>) -> Option<DMatrix<f64>> {
+    hamiltonian::leftmost(&mapped(shifted)?.0)
+}
+
+/// The solution for an indefinite R, which is not inverted.
+pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
+    let Scaled { a, b, q, r, .. } = problem;
+    let k = &DMatrix::zeros(b.ncols(), a.nrows());
+    let Some((h, sign)) = mapped(&Shifted { f: a, b, q, k, r }) else {
+        return Err(LinalgError::Overflow { what: "the bilinear map of the Riccati equation" });
+    };
+    hamiltonian::stable(problem, &h, |w| (w + 1.0) / (-w + 1.0) * sign)
+}
+
+/// The Hamiltonian matrix of one of two bilinear maps, `w = (z - s)/(z + s)`, and s: 1 or -1.
+fn mapped(shifted: &Shifted<'_>) -> Option<(DMatrix<f64>, f64)> {
     // The first map is ill-conditioned for a pole near -1, the second for a pole near 1.
     let trusted = f64::EPSILON.sqrt().recip();
     let first = hamiltonian(shifted, 1.0);
-    let h = match first {
-        Some(h) if h.norm() <= trusted => h,
+    match first {
+        Some(h) if h.norm() <= trusted => Some((h, 1.0)),
         first => {
-            let second = hamiltonian(shifted, -1.0);
-            [first, second].into_iter().flatten().min_by(|x, y| x.norm().total_cmp(&y.norm()))?
+            let second = hamiltonian(shifted, -1.0).map(|h| (h, -1.0));
+            first.map(|h| (h, 1.0)).into_iter().chain(second).min_by(|x, y| x.0.norm().total_cmp(&y.0.norm()))
         }
-    };
-    hamiltonian::leftmost(&h)
+    }
 }
 
 /// The leading block of `(M + sign N)^-1 (M - sign N)`.

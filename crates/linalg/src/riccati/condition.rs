@@ -14,19 +14,18 @@
 //! differs from X by an E with `-2c H0 <= E <= 2c H0`. Reason: for such an E the quadratic term `E G E` is at most
 //! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so the map from E to the solution for `D + E G E` maps this set into itself
 //! and has a fixed point (Brouwer). In discrete time G becomes `B (R + B'X B)^-1 B'`, the quadratic term is
-//! `F'E G (I + E G)^-1 E F`, and 4 becomes 8.
-//!
-//! For a gain K that is not quite that of X, F being its closed loop, the quadratic term is `N'W^-1 N` with
-//! `N = W_X (K_X - K) + B'E F`, W and `W_X` being R, in discrete time `R + B'(X + E) B` and `R + B'X B`. It is at most
-//! twice the sum of the two squares, in discrete time four times: the first, times that factor, is added to c, and 4
-//! and 8 become 8 and 16.
+//! `F'E G (I + E G)^-1 E F`, and 4 becomes 8. With an
+//! indefinite R the same holds with `|G|` in place of G in the condition, `-|G| <= G <= |G|`. The solution
+//! `X + E` is the stabilizing one: `|H0^1/2 (E G + G E) H0^1/2| <= I` in the coordinates of H0, so that H0 is a
+//! Lyapunov function of its closed loop `F - G E` as well (in discrete time of `(I + G E)^-1 F`).
 
 use super::coordinates::Frame;
+use super::input_weight::InputWeight;
 use super::scaled::Scaled;
 use crate::forward_error::relative;
 use crate::schur_operator::SchurEquation;
 use crate::separation::norm;
-use nalgebra::{Cholesky, DMatrix, Dyn};
+use nalgebra::DMatrix;
 
 /// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite if the Lyapunov
 /// equations of the closed loop cannot be solved. `equation` is that of the closed loop, `defect` the norm of the
@@ -54,9 +53,18 @@ pub(super) fn condition(
         (2.0 * a * size + norm(&problem.q), 1.0)
     };
     let quadratic = steps * size * norm(&problem.b) * norm(k);
-    let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + 2.0 * quadratic);
+    let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + 2.0 * quadratic + problem.defect_of_gain(k));
     let defect = defect + rounding;
-    let pull = problem.input_weight(x).map_or(f64::INFINITY, |weight| pull(&weight, &problem.b, &h));
+    let pull = problem.input_weight(&problem.b, x).map_or(f64::INFINITY, |weight| weight.pull(&problem.b, &h));
+    // Rounding of the closed loop, where the bound has to verify that there is a solution.
+    let (h0, pull) = if problem.is_definite() {
+        (h0, pull)
+    } else {
+        let unknown = 2.0 * (n + k.nrows()) as f64 * f64::EPSILON * (a + norm(&problem.b) * norm(k));
+        let steps = if problem.discrete { 2.0 * (a + norm(&problem.b) * norm(k)) } else { 2.0 };
+        let factor = grown(steps * unknown * h0);
+        (h0 * factor, pull * factor)
+    };
     let forward = if dominated(problem, pull, h0, defect) { moved(defect, h0, n, size) } else { f64::INFINITY };
     (condition, known(forward))
 }
@@ -71,7 +79,7 @@ pub(super) struct Local<'a> {
     pub(super) q: &'a DMatrix<f64>,
     pub(super) k: &'a DMatrix<f64>,
     /// `R`, for the discrete equation `R + B^'X^ B^`.
-    pub(super) input_weight: &'a Cholesky<f64, Dyn>,
+    pub(super) input_weight: &'a InputWeight,
     /// Bound of the error of `f`.
     pub(super) unknown: f64,
 }
@@ -109,18 +117,22 @@ pub(super) fn in_frame(
     } else {
         local.input_weight.solve(&local.b.tr_mul(x))
     };
-    let missed = norm(&(local.input_weight.l().tr_mul(&(optimal - local.k))));
+    let other = optimal - local.k;
+    let (missed, moved_loop) = (norm(&local.input_weight.half(&other)), norm(&(local.b * other)));
     let (size_of_x, size_of_t) = (norm(x), norm(&frame.t));
     let linear = if problem.discrete { (size_of_f * size_of_f + 1.0) * size_of_x } else { 2.0 * size_of_f * size_of_x };
-    let rounding = 2.0 * n as f64 * f64::EPSILON * (linear + norm(local.q) + size_of_t * size_of_t * norm(&problem.q));
-    let shares = if problem.discrete { 4.0 } else { 2.0 };
-    let defect = norm(&left) + shares * missed * missed + steps * local.unknown * size_of_x + rounding;
-    let pull = pull(local.input_weight, local.b, &h);
-    let forward = if dominated(problem, 2.0 * pull, h0, defect) {
+    let terms = linear + norm(local.q) + size_of_t * size_of_t * norm(&problem.q) + problem.defect_of_gain(local.k);
+    let rounding = 2.0 * n as f64 * f64::EPSILON * terms;
+    let defect = norm(&left) + missed * missed + steps * local.unknown * size_of_x + rounding;
+    // The derivative at X has the closed loop of the gain of X.
+    let unknown = local.unknown + moved_loop;
+    let factor = grown(if problem.discrete { 2.0 * size_of_f + unknown } else { 2.0 } * unknown * h0);
+    let pull = local.input_weight.pull(local.b, &h) * factor;
+    let forward = if dominated(problem, pull, h0 * factor, defect) {
         let size_of_s = norm(&frame.inverse);
         // Rounding of X = S'X^ S, entry by entry.
         let rounded = relative(2.0 * n as f64 * f64::EPSILON * size_of_s * size_of_s * size_of_x, size);
-        moved(defect, norm(&frame.back(&h)), n, size) + rounded
+        moved(defect, norm(&frame.back(&h)) * factor, n, size) + rounded
     } else {
         f64::INFINITY
     };
@@ -133,11 +145,6 @@ fn relative_change(problem: &Scaled, h0: f64, h2: f64, size: f64) -> f64 {
     known(relative(h0 * q + 2.0 * h0.sqrt() * h2.sqrt() * a + h2 * g, size))
 }
 
-/// `tr(H B W^-1 B')` for the factor of W.
-fn pull(weight: &Cholesky<f64, Dyn>, b: &DMatrix<f64>, h: &DMatrix<f64>) -> f64 {
-    weight.solve(&(b.tr_mul(h) * b)).trace()
-}
-
 /// Whether the linear term dominates the quadratic one, `4 c ||H0|| tr(H0 G) <= 1` (8 in discrete time).
 fn dominated(problem: &Scaled, pull: f64, h0: f64, defect: f64) -> bool {
     let curvature = pull * if problem.discrete { 8.0 } else { 4.0 };
@@ -146,6 +153,12 @@ fn dominated(problem: &Scaled, pull: f64, h0: f64, defect: f64) -> bool {
 
 fn moved(defect: f64, h0: f64, n: usize, size: f64) -> f64 {
     relative(2.0 * h0 * defect * (n as f64).sqrt(), size)
+}
+
+/// The factor by which the solutions of the Lyapunov equation grow at most with a closed loop that is not known
+/// exactly; `decrease` is by how much its error may reduce the identity.
+fn grown(decrease: f64) -> f64 {
+    if decrease < 1.0 { 1.0 / (1.0 - decrease) } else { f64::INFINITY }
 }
 
 /// NaN means that no bound is known.

@@ -7,8 +7,9 @@
 //! a singular R. The result is refined by Newton's iteration on the data as given, and so are residual, condition and
 //! error bound computed.
 
-use super::scaled::{Data, Weight};
-use super::{Riccati, continuous, discrete};
+use super::input_weight::InputWeight;
+use super::scaled::{Data, Weight, factored, input_weight};
+use super::{Riccati, continuous, discrete, unverified};
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
 use crate::balance::NEARBY;
 use crate::definite::{in_units, positive_definite, positive_semidefinite, unit_diagonal};
@@ -18,16 +19,17 @@ use crate::schur_operator::{Kind, SchurEquation};
 use crate::separation::norm;
 use crate::units::{Units, shift, spread};
 use crate::{LinalgError, Result};
-use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
+use nalgebra::{Complex, DMatrix};
 
 /// Generalised continuous Riccati equation
 /// `A'X E + E'X A - (E'X B + S) R^-1 (B'X E + S') + Q = 0`: the stabilizing solution, symmetric.
 ///
 /// `a` and `e` are n x n, `e` regular, `b` and `s` n x m, `q` n x n symmetric (possibly indefinite), `r` m x m
-/// symmetric positive definite. The gain of `u = -K x` is `K = R^-1 (B'X E + S')`; the poles are the eigenvalues of the
-/// pencil `(A - B K, E)`. If `[Q, S; S', R] >= 0`, it minimises the integral of `x'Q x + 2 x'S u + u'R u` along
-/// `E x' = A x + B u`; the cost from x is `x'E'X E x`. The residual is relative to the terms, the condition relative to
-/// A, B, Q, R, S and E, all in balanced units of states, equations and inputs. About 500 n^3 flops.
+/// symmetric and regular (possibly indefinite, see [`care`](super::care)). The gain of `u = -K x` is
+/// `K = R^-1 (B'X E + S')`; the poles are the eigenvalues of the pencil `(A - B K, E)`. If `[Q, S; S', R] >= 0`, it
+/// minimises the integral of `x'Q x + 2 x'S u + u'R u` along `E x' = A x + B u`; the cost from x is `x'E'X E x`. The
+/// residual is relative to the terms, the condition relative to A, B, Q, R, S and E, all in balanced units of states,
+/// equations and inputs. About 500 n^3 flops.
 ///
 /// # Errors
 /// Those of [`care`](super::care), with the eigenvalues of `(A, E)` (of `(A - B R^-1 S', E)` for the unweighted ones);
@@ -60,9 +62,9 @@ pub fn generalized_care<'a>(
 /// Generalised discrete Riccati equation
 /// `A'X A - E'X E - (A'X B + S)(R + B'X B)^-1 (B'X A + S') + Q = 0`: the stabilizing solution, symmetric.
 ///
-/// Shapes as [`generalized_care`]; `a` may be singular, and so may `r`, as long as `R + B'X B > 0`. The gain of
-/// `u = -K x` is `K = (R + B'X B)^-1 (B'X A + S')`; the poles are the eigenvalues of the pencil `(A - B K, E)`. If
-/// `[Q, S; S', R] >= 0`, it minimises the sum of `x'Q x + 2 x'S u + u'R u` along `E x+ = A x + B u`. About 700 n^3
+/// Shapes as [`generalized_care`]; `a` may be singular, and so may a semidefinite `r`, as long as `R + B'X B > 0`. The
+/// gain of `u = -K x` is `K = (R + B'X B)^-1 (B'X A + S')`; the poles are the eigenvalues of the pencil `(A - B K, E)`.
+/// If `[Q, S; S', R] >= 0`, it minimises the sum of `x'Q x + 2 x'S u + u'R u` along `E x+ = A x + B u`. About 700 n^3
 /// flops.
 ///
 /// # Errors
@@ -97,6 +99,8 @@ pub fn generalized_dare<'a>(
 /// The equation in balanced units, `q` and `r` exactly symmetric.
 struct Generalized {
     discrete: bool,
+    /// R is not positive semidefinite.
+    is_indefinite: bool,
     a: DMatrix<f64>,
     b: DMatrix<f64>,
     q: DMatrix<f64>,
@@ -149,7 +153,9 @@ impl Generalized {
         let Some(inverse) = inverse.filter(|_| n == 0 || condition * n as f64 * f64::EPSILON < 1.0) else {
             return Err(LinalgError::Singular { what: "E", condition });
         };
-        let equilibrated = Self { discrete, a, b, q, r, s, e, inverse, rows, columns, inputs: vec![0; m] };
+        let is_indefinite = positive_semidefinite("R", &r).is_err();
+        let equilibrated =
+            Self { discrete, is_indefinite, a, b, q, r, s, e, inverse, rows, columns, inputs: vec![0; m] };
         Ok(equilibrated.balanced())
     }
 
@@ -166,7 +172,7 @@ impl Generalized {
         let states = &units[..n];
         // An input in units of its weight, if it has one, else of its effect.
         let weights = unit_diagonal(&self.r);
-        let inputs: Vec<i32> = (0..m).map(|j| if self.r[(j, j)] > 0.0 { weights[j] } else { units[n + j] }).collect();
+        let inputs: Vec<i32> = (0..m).map(|j| if self.r[(j, j)] == 0.0 { units[n + j] } else { weights[j] }).collect();
         // The columns of D^-1 E back to entries of about one.
         let row_scaled = |m: &DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], -states[i]));
         let e = row_scaled(&self.e);
@@ -177,6 +183,7 @@ impl Generalized {
         };
         Self {
             discrete: self.discrete,
+            is_indefinite: self.is_indefinite,
             a: column_scaled(&row_scaled(&self.a), &more),
             b: column_scaled(&row_scaled(&self.b), &inputs),
             q: in_units(&self.q, &more),
@@ -209,10 +216,8 @@ impl Generalized {
         r: &DMatrix<f64>,
         s: &DMatrix<f64>,
     ) -> Result<DMatrix<f64>> {
-        let least = || crate::lambda_min(r).unwrap_or(f64::NAN);
-        let factor = Cholesky::new(r.clone())
-            .ok_or_else(|| LinalgError::NotPositiveDefinite { what: "R", lambda_min: least() })?;
-        let gain = factor.solve(&s.transpose());
+        let (r, is_definite) = &input_weight(r, Weight::Symmetric)?;
+        let gain = factored(r, *is_definite)?.solve(&s.transpose());
         let f = f - &self.b * &gain;
         let q = symmetric_part(&(q - s * gain));
         if !f.iter().chain(q.iter()).all(|x| x.is_finite()) {
@@ -253,10 +258,10 @@ impl Generalized {
         (defect.iter().all(|d| d.is_finite()) && terms.is_finite()).then_some(Iterate { x, k, defect, terms })
     }
 
-    /// `R` (continuous) or `R + B'X B` (discrete); `None` if it is not definite.
-    fn weight(&self, x: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    /// `R` (continuous) or `R + B'X B` (discrete); `None` if it is not definite, or for an indefinite R not regular.
+    fn weight(&self, x: &DMatrix<f64>) -> Option<InputWeight> {
         let r = if self.discrete { &self.r + symmetric_part(&(self.b.tr_mul(x) * &self.b)) } else { self.r.clone() };
-        Cholesky::new(r)
+        if self.is_indefinite { InputWeight::regular(&r).ok() } else { InputWeight::definite(r) }
     }
 
     /// `E^-T W E^-1`: the weight W in the states of the standard form.
@@ -310,6 +315,10 @@ impl Generalized {
         let (condition, forward_error) = self.evidence(&at, &mut equation).unwrap_or((f64::INFINITY, f64::INFINITY));
         let size = (norm(&self.a) + norm(&self.b) * norm(&at.k)) * norm(&self.inverse);
         let size = if self.discrete { size.max(1.0) } else { size };
+        if self.is_indefinite && forward_error.is_infinite() {
+            let nearest = nearest.map_or((Complex::default(), 0.0), |&eigenvalue| (eigenvalue, distance(&eigenvalue)));
+            return Err(unverified(norm(&at.x), nearest));
+        }
         // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one; there
         // is a solution if the cost is semidefinite, and else the defect counts as well.
         let change = if self.is_semidefinite() { 0.0 } else { 100.0 * residual.max(f64::EPSILON) };
@@ -388,9 +397,7 @@ impl Generalized {
         let size_w = r + if self.discrete { b * b * size_x } else { 0.0 };
         let plant = if self.discrete { &self.a } else { &self.e };
         let cross = self.b.tr_mul(x) * plant + self.s.transpose();
-        let matrix = weight.l_dirty().lower_triangle();
-        let missed =
-            norm(&(&matrix * (matrix.tr_mul(k)) - cross)) + unit * (size_w * size_k + b * size_x * norm(plant) + s);
+        let missed = norm(&(weight.times(k) - cross)) + unit * (size_w * size_k + b * size_x * norm(plant) + s);
         let size_inverse = norm(&weight.inverse());
         let (gain, square) = (size_inverse * missed, size_inverse * missed * missed);
         // Rounding errors of the closed loop in standard form, and the effect of the gain's error.
@@ -403,7 +410,7 @@ impl Generalized {
         }
         let size_h = norm(h) / left_of_decrease;
         let defect = size_i * size_i * (1.0 + unit * condition_e) * (norm(&(left + cost)) + square + rounding);
-        let pull = weight.solve(&(self.b.tr_mul(h) * &self.b)).trace() / left_of_decrease;
+        let pull = weight.pull(&self.b, h) / left_of_decrease;
         let curvature = if self.discrete { 8.0 } else { 4.0 } * pull * size_h;
         (curvature * defect <= 1.0)
             .then(|| relative(2.0 * size_h * defect * (n as f64).sqrt(), size_x))

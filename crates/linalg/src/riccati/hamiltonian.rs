@@ -2,25 +2,42 @@
 //! 24, 1979).
 //!
 //! Its eigenvalues lie symmetrically about the imaginary axis. If none lies on it, the n stable ones have an invariant
-//! subspace spanned by `[U1; U2]`, and `X = U2 U1^-1` exists iff `(A, B)` is stabilizable.
+//! subspace spanned by `[U1; U2]`, and `X = U2 U1^-1` exists iff `(A, B)` is stabilizable. This holds for `R > 0`. For
+//! an indefinite R stabilizability is necessary only: U1 can be singular.
 
 use super::popov;
 use super::scaled::Scaled;
 use crate::argument::symmetric_part;
 use crate::{LinalgError, Result, Schur, schur};
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix};
 
 pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
-    let form = schur(&matrix(problem))?;
+    stable(problem, &matrix(problem), |eigenvalue| eigenvalue)
+}
+
+/// X of the stable invariant subspace of the Hamiltonian matrix `h`; `back` takes its eigenvalues to those of the
+/// closed loop.
+pub(super) fn stable(
+    problem: &Scaled,
+    h: &DMatrix<f64>,
+    back: impl Fn(Complex<f64>) -> Complex<f64>,
+) -> Result<DMatrix<f64>> {
+    let form = schur(h)?;
     let values = form.eigenvalues();
     // Eigenvalues of the Hamiltonian matrix on the axis are double, and accurate to the root of eps.
     let near = f64::EPSILON.sqrt() * values.iter().map(|value| value.norm()).fold(0.0, f64::max);
     let explain = || {
         let nearest = values.iter().copied().min_by(|x, y| x.re.abs().total_cmp(&y.re.abs()));
-        popov::explain(problem, nearest.filter(|nearest| nearest.re.abs() <= near))
+        popov::explain(problem, nearest.filter(|nearest| nearest.re.abs() <= near).map(&back))
     };
     match left_of(form, 0.0, problem.a.nrows()) {
-        Ok(Some(x)) => Ok(x),
+        Ok(Some(basis)) if problem.is_definite() => basis.solution().ok_or_else(explain),
+        Ok(Some(basis)) => {
+            let x = basis.solution();
+            let sigma_min = x.as_ref().map_or(0.0, |x| sigma_min(x.norm()));
+            // The rounding error of an orthonormal basis.
+            x.filter(|_| sigma_min > 10.0 * h.nrows() as f64 * f64::EPSILON).ok_or(LinalgError::NotGraph { sigma_min })
+        }
         Ok(None) | Err(LinalgError::SwapRejected { .. }) => Err(explain()),
         Err(other) => Err(other),
     }
@@ -55,7 +72,7 @@ fn split(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let mut abscissae: Vec<f64> = form.eigenvalues().iter().map(|lambda| lambda.re).collect();
     abscissae.sort_by(f64::total_cmp);
     let (last, next) = (abscissae.get(n.checked_sub(1)?)?, abscissae.get(n)?);
-    left_of(form, 0.5 * (last + next), n).ok().flatten()
+    left_of(form, 0.5 * (last + next), n).ok().flatten()?.solution()
 }
 
 /// `[A -G; -Q -A']`.
@@ -69,16 +86,33 @@ fn matrix(problem: &Scaled) -> DMatrix<f64> {
     h
 }
 
-/// X of the invariant subspace of the eigenvalues left of `boundary`; `None` if there are not n of them or U1 is
-/// singular.
-fn left_of(form: Schur, boundary: f64, n: usize) -> Result<Option<DMatrix<f64>>> {
+/// Smallest singular value of X1 in an orthonormal basis `[X1; X2]` of the subspace `[I; X]`, from the norm of X.
+pub(super) fn sigma_min(size: f64) -> f64 {
+    1.0 / size.hypot(1.0)
+}
+
+/// Orthonormal basis `[U1; U2]` of an invariant subspace.
+struct Basis {
+    u1: DMatrix<f64>,
+    u2: DMatrix<f64>,
+}
+
+impl Basis {
+    /// X with `X U1 = U2`; `None` if U1 is singular.
+    fn solution(&self) -> Option<DMatrix<f64>> {
+        // Transposed.
+        let x = self.u1.transpose().lu().solve(&self.u2.transpose())?;
+        x.iter().all(|e| e.is_finite()).then(|| symmetric_part(&x))
+    }
+}
+
+/// The invariant subspace of the eigenvalues left of `boundary`; `None` if there are not n of them.
+fn left_of(form: Schur, boundary: f64, n: usize) -> Result<Option<Basis>> {
     let (ordered, count) = form.ordered(|lambda| lambda.re < boundary)?;
     if count != n {
         return Ok(None);
     }
     let u1 = ordered.q.view((0, 0), (n, n)).into_owned();
     let u2 = ordered.q.view((n, 0), (n, n)).into_owned();
-    // Solves X U1 = U2, transposed.
-    let x = u1.transpose().lu().solve(&u2.transpose());
-    Ok(x.filter(|x| x.iter().all(|e| e.is_finite())).map(|x| symmetric_part(&x)))
+    Ok(Some(Basis { u1, u2 }))
 }

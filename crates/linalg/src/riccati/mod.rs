@@ -8,11 +8,16 @@
 //! For `Q >= 0`, `R > 0` a stabilizing solution exists iff `(A, B)` is stabilizable and no eigenvalue of `A` on the
 //! stability boundary is unobservable through `Q`; it is unique, symmetric and positive semidefinite. For an indefinite
 //! `Q`, as in H-infinity control and positive-real conditions, both conditions are necessary but not sufficient; a
-//! stabilizing solution is unique and may be indefinite.
+//! stabilizing solution is unique and may be indefinite. So it is for an indefinite, regular `R`, as of H-infinity
+//! filters: it exists iff no eigenvalue of the Hamiltonian (symplectic) pencil is on the stability boundary and the
+//! stable subspace `[X1; X2]` has a regular X1. Newton's iteration is then not monotone; a solution is returned only
+//! where the equation is verified to have one within the error bound (`riccati/condition.rs`).
 //!
 //! Method, continuous: ordered real Schur form of the Hamiltonian matrix (Laub, IEEE TAC 24, 1979), in
 //! `riccati/hamiltonian.rs`. Discrete: the structure-preserving doubling algorithm (Chu, Fan, Lin and Wang, Int. J.
-//! Control 77, 2004), which never inverts `A`, in `riccati/doubling.rs`. Both are followed by Newton's iteration
+//! Control 77, 2004), which never inverts `A`, in `riccati/doubling.rs`; for an indefinite R the stable subspace of the
+//! extended pencil (Van Dooren, SIAM J. Sci. Stat. Comput. 2, 1981), which does not invert R, in `riccati/bilinear.rs`.
+//! All are followed by Newton's iteration
 //! (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971; `riccati/newton.rs`) as long as it lowers the residual. If
 //! the residual stays above rounding level, or no stabilizing solution is found, the equation is solved in coordinates
 //! of the state in which `X` is near the identity (`riccati/normalized.rs`).
@@ -23,6 +28,7 @@ mod coordinates;
 mod doubling;
 mod generalized;
 mod hamiltonian;
+mod input_weight;
 mod kalman;
 mod newton;
 mod normalized;
@@ -69,18 +75,26 @@ pub struct Riccati {
 
 /// Continuous algebraic Riccati equation `A'X + X A - X B R^-1 B'X + Q = 0`: the stabilizing solution.
 ///
-/// `a` is n x n, `b` n x m, `q` n x n symmetric, `r` m x m symmetric positive definite. For `q >= 0` the input
+/// `a` is n x n, `b` n x m, `q` n x n symmetric, `r` m x m symmetric and regular. For `q >= 0` and `r > 0` the input
 /// `u = -K x`, `K = R^-1 B'X`, minimises the integral of `x'Q x + u'R u` along `x' = A x + B u` ([`lqr`] requires
-/// `q >= 0`). A common factor of `q` and `r` does not change K. About 300 n^3 flops with the condition, up to 50 n^3
+/// both). A common factor of `q` and `r` does not change K. About 300 n^3 flops with the condition, up to 50 n^3
 /// for each Newton step (three at most), and another 300 n^3 for each change of coordinates (six at most) if the
 /// eigenvalues of X differ so much that one is needed.
 ///
+/// An indefinite `r` has the same equation, without a change of sign: that of the H-infinity filter of
+/// `x' = A x + E w`, `y = C x + v`, `z = H x` is `care(A', [C' H'], EE', diag(I, -gamma^2 I))`; its X is the P of
+/// `A P + P A' - P (C'C - H'H/gamma^2) P + EE' = 0`, and the first rows of K are the transposed gain. The filter exists
+/// if X is also positive semidefinite, which is not implied. The bounded-real equation of (A, B, C) has
+/// `Q = C'C`, `R = -gamma^2 I`. The solution is verified to exist, with a finite `forward_error`.
+///
 /// # Errors
-/// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue); [`LinalgError::NotStabilizable`] names an
-/// eigenvalue that no input moves, [`LinalgError::NotWeighted`] one on the imaginary axis that is unobservable through
-/// `q`; [`LinalgError::NotStabilizing`] if the closed loop is not stable, and [`LinalgError::NoStabilizingSolution`] if
-/// there is none: for `q >= 0` only because of rounding, otherwise also because no stabilizing solution exists;
-/// [`LinalgError::NotConverged`] if the relative residual exceeds sqrt(eps); [`LinalgError::NotSquare`],
+/// [`LinalgError::NotPositiveDefinite`] (a semidefinite, singular `r`, with its smallest eigenvalue);
+/// [`LinalgError::Singular`] for an indefinite `r` that is singular to working precision, and [`LinalgError::NotGraph`]
+/// for one with which the stable subspace has no X; [`LinalgError::NotStabilizable`] names an eigenvalue that no input
+/// moves, [`LinalgError::NotWeighted`] one on the imaginary axis that is unobservable through `q`;
+/// [`LinalgError::NotStabilizing`] if the closed loop is not stable, and [`LinalgError::NoStabilizingSolution`] if
+/// there is none: for `q >= 0`, `r > 0` only because of rounding, otherwise also because no stabilizing solution
+/// exists; [`LinalgError::NotConverged`] if the relative residual exceeds sqrt(eps); [`LinalgError::NotSquare`],
 /// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`],
 /// [`LinalgError::Overflow`].
 ///
@@ -114,12 +128,13 @@ fn continuous(data: &Data<'_>) -> Result<Riccati> {
 
 /// Discrete algebraic Riccati equation `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`: the stabilizing solution.
 ///
-/// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric, `r` m x m symmetric positive definite, or singular
-/// if `R + B'X B > 0` ([`generalized_dare`] is then used). For `q >= 0` the input `u = -K x`,
+/// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric, `r` m x m symmetric and regular, or semidefinite
+/// if `R + B'X B > 0` ([`generalized_dare`] is then used). For `q >= 0`, `r > 0` the input `u = -K x`,
 /// `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along `x+ = A x + B u` ([`dlqr`] requires `q >= 0`
-/// and `r > 0`). For an indefinite `q` a solution is found if `R + B'X B > 0`. About 15 n^3 flops for each doubling
-/// (usually ten, at most 60), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each change of
-/// coordinates (six at most) if the eigenvalues of X differ so much that one is needed.
+/// and `r > 0`). For an indefinite `q` a solution is found if `R + B'X B > 0`, for an indefinite `r` if `R + B'X B` is
+/// regular, of whatever signs; that of an H-infinity filter must be checked to have those of `r`. About 15 n^3 flops
+/// for each doubling (usually ten, at most 60), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each
+/// change of coordinates (six at most) if the eigenvalues of X differ so much that one is needed.
 ///
 /// # Errors
 /// As [`care`], with the unit circle as stability boundary; [`LinalgError::Overflow`] also if entries of `a` exceed
@@ -168,7 +183,8 @@ fn discrete_or_singular(data: &Data<'_>) -> Result<Riccati> {
 }
 
 fn discrete(data: &Data<'_>) -> Result<Riccati> {
-    finish(&Scaled::new(data, true)?, doubling::solve)
+    let problem = Scaled::new(data, true)?;
+    finish(&problem, if problem.is_definite() { doubling::solve } else { bilinear::solve })
 }
 
 /// Continuous linear-quadratic regulator: [`care`] for `q` positive semidefinite.
@@ -220,15 +236,15 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
     // Residual of a good method followed by a Newton step.
     let good = 10.0 * problem.a.nrows() as f64 * f64::EPSILON;
     let outcome = match method(problem).and_then(|x| newton::settle(problem, x)) {
-        Ok(plain) if plain.evidence.residual <= good => plain,
+        Ok(plain) if plain.evidence.residual <= good && is_verified(problem, &plain) => plain,
         Ok(plain) => match normalized::solve(problem, Some(&plain.x))? {
             // The entries of X are rounded: its error bound says more than its residual.
-            Some(better) if better.evidence.forward_error <= plain.evidence.forward_error => solved(better)?,
-            _ => solved(plain)?,
+            Some(better) if better.evidence.forward_error <= plain.evidence.forward_error => solved(problem, better)?,
+            _ => solved(problem, plain)?,
         },
         // No eigenvalue of the plant explains the failure; rounding may be the cause.
         Err(failure @ (LinalgError::NotStabilizing { .. } | LinalgError::NoStabilizingSolution)) => {
-            normalized::solve(problem, None)?.ok_or(failure)?
+            normalized::solve(problem, None)?.filter(|found| is_verified(problem, found)).ok_or(failure)?
         }
         Err(failure) => return Err(failure),
     };
@@ -254,8 +270,30 @@ fn exists(problem: &Scaled, Outcome { k, evidence, .. }: &Outcome) -> Result<()>
     popov::resolved(problem, &evidence.poles, 10.0 * change.sqrt() * problem.a.nrows() as f64 * size)
 }
 
-/// Error if the relative residual exceeds sqrt(eps): rounding alone does not explain it.
-fn solved(outcome: Outcome) -> Result<Outcome> {
+/// For an indefinite R only a solution that is verified to exist is returned: its error has a bound. For a definite
+/// one, the closed loop says enough.
+fn is_verified(problem: &Scaled, outcome: &Outcome) -> bool {
+    problem.is_definite() || outcome.evidence.forward_error.is_finite()
+}
+
+/// Why an X of this norm is not verified: X1 is nearly singular, or else the pole nearest to the boundary, given with
+/// its distance, may be on it.
+fn unverified(size: f64, (eigenvalue, distance): (Complex<f64>, f64)) -> LinalgError {
+    let sigma_min = hamiltonian::sigma_min(size);
+    if sigma_min <= f64::EPSILON.sqrt() {
+        LinalgError::NotGraph { sigma_min }
+    } else {
+        LinalgError::NotStabilizing { eigenvalue, distance }
+    }
+}
+
+/// Error if the solution is not verified, or if the relative residual exceeds sqrt(eps): rounding alone does not
+/// explain it.
+fn solved(problem: &Scaled, outcome: Outcome) -> Result<Outcome> {
+    if !is_verified(problem, &outcome) {
+        let nearest = popov::nearest(problem, &outcome.evidence.poles).unwrap_or_default();
+        return Err(unverified(outcome.x.norm(), (nearest.0 / problem.time, nearest.1 / problem.time)));
+    }
     let (residual, allowed) = (outcome.evidence.residual, f64::EPSILON.sqrt());
     if residual <= allowed {
         return Ok(outcome);

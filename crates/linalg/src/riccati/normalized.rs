@@ -21,7 +21,7 @@ use super::{Evidence, Outcome, hamiltonian};
 use crate::Result;
 use crate::argument::symmetric_part;
 use crate::schur_operator::{Kind, SchurEquation};
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::DMatrix;
 
 /// Maximum number of passes; each takes its coordinates from the solution of the previous one.
 const PASSES: usize = 6;
@@ -83,18 +83,12 @@ fn gain(problem: &Scaled, frame: &Frame, x: &DMatrix<f64>, k: &DMatrix<f64>) -> 
     let b = frame.driven(&problem.b);
     let found = if problem.discrete {
         let (f, _) = frame.closed_loop(problem, k);
-        let factor = input_weight(problem, &b, x)?;
+        let factor = problem.input_weight(&b, x)?;
         k + factor.solve(&(b.tr_mul(&(x * f)) - &problem.r * frame.gain(k))) * &frame.inverse
     } else {
-        input_weight(problem, &b, x)?.solve(&b.tr_mul(x)) * &frame.inverse
+        problem.input_weight(&b, x)?.solve(&b.tr_mul(x)) * &frame.inverse
     };
     found.iter().all(|e| e.is_finite()).then_some(found)
-}
-
-/// `R`, for the discrete equation `R + B^'X^ B^`.
-fn input_weight(problem: &Scaled, b: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<Cholesky<f64, nalgebra::Dyn>> {
-    let pulled = if problem.discrete { &problem.r + b.tr_mul(&(x * b)) } else { problem.r.clone() };
-    Cholesky::new(symmetric_part(&pulled))
 }
 
 /// Newton's iteration from X^ in `frame`, then the stability test and error bound of the gain as stored.
@@ -122,7 +116,7 @@ fn judged(problem: &Scaled, frame: &Frame, x: &DMatrix<f64>, mut k: DMatrix<f64>
         }
         let x = better;
         let b = frame.driven(&problem.b);
-        let Some(input_weight) = input_weight(problem, &b, &x) else { return Ok(None) };
+        let Some(input_weight) = problem.input_weight(&b, &x) else { return Ok(None) };
         let local = Local { frame, f: &f, b: &b, q: &q, k: &kt, input_weight: &input_weight, unknown };
         let Some((condition, forward_error)) = condition::in_frame(problem, &local, &x, &mut equation) else {
             return Ok(None);

@@ -88,7 +88,7 @@ pub(super) fn explain(problem: &Scaled, nearest: Option<Complex<f64>>) -> Linalg
 }
 
 /// The closed-loop pole nearest to the stability boundary or furthest beyond it, with its signed distance.
-fn nearest(problem: &Scaled, poles: &[Complex<f64>]) -> Option<(Complex<f64>, f64)> {
+pub(super) fn nearest(problem: &Scaled, poles: &[Complex<f64>]) -> Option<(Complex<f64>, f64)> {
     let with_distance = poles.iter().map(|&pole| (pole, distance(problem, pole)));
     with_distance.min_by(|x, y| x.1.total_cmp(&y.1))
 }

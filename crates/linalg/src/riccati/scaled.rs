@@ -5,15 +5,17 @@
 //! rho` have equal norms, `G = B R^-1 B'` (Kenney, Laub and Wette, Systems and Control Letters 12, 1989). All scales
 //! are powers of two, hence exact, and are stored as exponents, so that even `R = 1e-300` loses no digits.
 
+use super::input_weight::InputWeight;
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
 use crate::balance::{Balance, sizes};
 use crate::definite::{in_units, positive_definite, positive_semidefinite, unit_diagonal};
 use crate::forward_error::relative;
 use crate::product::{multiply, view, view_mut};
+use crate::separation::norm;
 use crate::units::shift;
 use crate::{LinalgError, Result};
 use faer::Accum;
-use nalgebra::{Cholesky, DMatrix, Dyn};
+use nalgebra::DMatrix;
 
 /// The scaled data, with the factors that take `K^` and `X^` to the user's units.
 pub(super) struct Scaled {
@@ -22,7 +24,7 @@ pub(super) struct Scaled {
     pub(super) b: DMatrix<f64>,
     pub(super) q: DMatrix<f64>,
     pub(super) r: DMatrix<f64>,
-    r_factor: Cholesky<f64, Dyn>,
+    r_factor: InputWeight,
     /// `B R^-1 B'`.
     pub(super) g: DMatrix<f64>,
     /// `x = D z`.
@@ -37,12 +39,12 @@ pub(super) struct Scaled {
     pub(super) time: f64,
 }
 
-/// Requirement on Q.
+/// Requirement on Q and R.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Weight {
-    /// Positive semidefinite (a cost).
+    /// A cost: Q positive semidefinite, R positive definite.
     Semidefinite,
-    /// Symmetric, possibly indefinite.
+    /// Symmetric, possibly indefinite, R regular.
     Symmetric,
 }
 
@@ -78,15 +80,14 @@ impl Scaled {
             Weight::Semidefinite => positive_semidefinite("Q", q)?,
             Weight::Symmetric => symmetric("Q", q)?,
         };
-        let r = positive_definite("R", r)?;
+        let (r, is_definite) = input_weight(r, weight)?;
         // Each input in units in which its weight is one.
         let inputs = unit_diagonal(&r);
         let r = in_units(&r, &inputs);
         let b = &DMatrix::from_fn(n, m, |i, j| shift(b[(i, j)], inputs[j]));
         let (units_b, units_q, units_r) = (unit_scale(b), unit_scale(&q), unit_scale(&r));
         let (b, q, r) = (b * units_b, q * units_q, r * units_r);
-        let factor = cholesky(&r)?;
-        let g = weighted_square(&factor, &b);
+        let g = factored(&r, is_definite)?.driven(&b);
         // Binary exponents: G = g 2^of_g and Q = q 2^of_q.
         let of_g = units_r.log2() - 2.0 * units_b.log2();
         let of_q = -units_q.log2();
@@ -126,7 +127,7 @@ impl Scaled {
         if !weight.is_normal() {
             return Err(LinalgError::Overflow { what: "the Riccati equation" });
         }
-        let r_factor = cholesky(&(&r * weight))?;
+        let r_factor = factored(&(&r * weight), is_definite)?;
         let problem = Self {
             discrete,
             a: a * power(time),
@@ -166,7 +167,7 @@ impl Scaled {
 
     /// The same equation in other coordinates of the state, with these matrices.
     pub(super) fn in_coordinates(&self, a: DMatrix<f64>, b: DMatrix<f64>, q: DMatrix<f64>) -> Self {
-        let g = weighted_square(&self.r_factor, &b);
+        let g = self.r_factor.driven(&b);
         Self {
             a,
             b,
@@ -180,12 +181,18 @@ impl Scaled {
         }
     }
 
-    /// Gain `K^` of `x`; `None` if `R` (discrete: `R + B'X B`) is not positive definite to working precision.
+    /// Whether R is positive definite; else it is symmetric and regular.
+    pub(super) fn is_definite(&self) -> bool {
+        self.r_factor.is_definite()
+    }
+
+    /// Gain `K^` of `x`; `None` if `R` (discrete: `R + B'X B`) is not positive definite, or for an indefinite R not
+    /// regular, to working precision.
     pub(super) fn gain(&self, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let bx = self.b.transpose() * x;
         if self.discrete {
             let weight = symmetric_part(&(&self.r + &bx * &self.b));
-            Some(Cholesky::new(weight)?.solve(&(bx * &self.a)))
+            Some(self.r_factor.likewise(weight)?.solve(&(bx * &self.a)))
         } else {
             Some(self.r_factor.solve(&bx))
         }
@@ -246,13 +253,19 @@ impl Scaled {
         })
     }
 
-    /// `R`, for the discrete equation `R + B'X B`; `None` if it is not definite to working precision.
-    pub(super) fn input_weight(&self, x: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    /// `R`, for the discrete equation `R + B'X B` with this `b`; `None` as for [`Self::gain`].
+    pub(super) fn input_weight(&self, b: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<InputWeight> {
         if self.discrete {
-            Cholesky::new(symmetric_part(&(&self.r + self.b.tr_mul(&(x * &self.b)))))
+            self.r_factor.likewise(symmetric_part(&(&self.r + b.tr_mul(&(x * b)))))
         } else {
             Some(self.r_factor.clone())
         }
+    }
+
+    /// Bound of the defect that the error of a gain `k`, computed with an indefinite R, leaves: `eps |R| |K|^2`. With a
+    /// definite R the term `K'R K` of the equation bounds it.
+    pub(super) fn defect_of_gain(&self, k: &DMatrix<f64>) -> f64 {
+        if self.is_definite() { 0.0 } else { norm(&self.r) * norm(k).powi(2) }
     }
 }
 
@@ -280,14 +293,26 @@ fn is_balanced(a: &DMatrix<f64>, (q, of_q): (&DMatrix<f64>, f64), (g, of_g): (&D
     })
 }
 
-fn cholesky(r: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
-    // The eigenvalues were found positive before; only rounding can make this fail.
-    Cholesky::new(r.clone()).ok_or(LinalgError::NotPositiveDefinite { what: "R", lambda_min: 0.0 })
+/// The symmetric R, and whether it is positive definite.
+pub(super) fn input_weight(r: &DMatrix<f64>, weight: Weight) -> Result<(DMatrix<f64>, bool)> {
+    match positive_definite("R", r) {
+        Ok(r) => Ok((r, true)),
+        // A singular weight that is semidefinite is named as such.
+        Err(LinalgError::NotPositiveDefinite { .. })
+            if weight == Weight::Symmetric && positive_semidefinite("R", r).is_err() =>
+        {
+            Ok((symmetric("R", r)?, false))
+        }
+        Err(error) => Err(error),
+    }
 }
 
-/// `B R^-1 B'` formed as a square: positive semidefinite whatever the rounding.
-fn weighted_square(factor: &Cholesky<f64, Dyn>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut half = b.transpose();
-    factor.l_dirty().solve_lower_triangular_mut(&mut half);
-    symmetric_part(&(half.transpose() * half))
+/// R factored; its signs are known.
+pub(super) fn factored(r: &DMatrix<f64>, is_definite: bool) -> Result<InputWeight> {
+    if is_definite {
+        // The eigenvalues were found positive before; only rounding can make this fail.
+        InputWeight::definite(r.clone()).ok_or(LinalgError::NotPositiveDefinite { what: "R", lambda_min: 0.0 })
+    } else {
+        InputWeight::regular(r).map_err(|condition| LinalgError::Singular { what: "R", condition })
+    }
 }

@@ -164,5 +164,7 @@ pub fn discrete_sylvester<'a>(
 }
 
 fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
-    DiscreteSylvesterEquation(SchurPair::of_all(Equation::Stein, a, b, c)?).solve(c)
+    SchurPair::solved(Equation::Stein, [a, b, c], |pair| {
+        DiscreteSylvesterEquation(pair).solve(c).map(|found| (found.residual, found))
+    })
 }

@@ -163,5 +163,7 @@ pub fn sylvester<'a>(
 }
 
 fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Sylvester> {
-    SylvesterEquation(SchurPair::of_all(Equation::Sylvester, a, b, c)?).solve(c)
+    SchurPair::solved(Equation::Sylvester, [a, b, c], |pair| {
+        SylvesterEquation(pair).solve(c).map(|found| (found.residual, found))
+    })
 }

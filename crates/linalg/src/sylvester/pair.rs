@@ -12,6 +12,7 @@ use crate::exactly_singular::{Regularity, regularity};
 use crate::forward_error::{ErrorScale, forward_error, relative};
 use crate::product::{multiply, view, view_mut};
 use crate::schur::{SchurWorkspace, schur_into};
+use crate::schur_operator::DIGITS;
 use crate::separation::{rescale, separation, separation_by_three};
 use crate::triangular::{self, Coefficient, Equation};
 use crate::{LinalgError, Result, Schur};
@@ -136,12 +137,24 @@ impl SchurPair {
         Self::balanced(equation, a, b, balance)
     }
 
-    /// For the right-hand side `c`, whose entries tell units from rounding.
-    pub(super) fn of_all(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Self> {
+    /// The solution for `c` and its residual by `solve`: in the units of all three, since the entries of `c` tell units
+    /// from rounding, or where these do not serve for any right-hand side.
+    pub(super) fn solved<T>(
+        equation: Equation,
+        [a, b, c]: [&DMatrix<f64>; 3],
+        solve: impl Fn(Self) -> Result<(f64, T)>,
+    ) -> Result<T> {
         let (n, m) = (square("A", a)?, square("B", b)?);
         shaped("C", c, n, m)?;
         finite("C", c)?;
-        Self::balanced(equation, a, b, Balance::fitted_pair(a, b, c))
+        let balance = Balance::fitted_pair(a, b, c);
+        if balance.iter().any(Option::is_some)
+            && let Ok((residual, found)) = Self::balanced(equation, a, b, balance).and_then(&solve)
+            && residual <= DIGITS
+        {
+            return Ok(found);
+        }
+        Self::new(equation, a, b).and_then(solve).map(|(_, found)| found)
     }
 
     fn balanced(

@@ -124,6 +124,17 @@ fn plant() -> impl Strategy<Value = Plant> {
     })
 }
 
+/// The inputs twice, the second ones a tenth as strong and with a negative weight.
+fn opposed(plant: &Plant) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (n, m) = plant.b.shape();
+    let (mut b, mut r) = (DMatrix::zeros(n, 2 * m), DMatrix::zeros(2 * m, 2 * m));
+    b.columns_mut(0, m).copy_from(&plant.b);
+    b.columns_mut(m, m).copy_from(&(&plant.b * -0.125));
+    r.view_mut((0, 0), (m, m)).copy_from(&plant.r);
+    r.view_mut((m, m), (m, m)).copy_from(&-&plant.r);
+    (b, r)
+}
+
 fn units() -> impl Strategy<Value = Units> {
     prop::collection::vec(-1.0..1.0f64, 30).prop_map(|numbers| Units::drawn(&numbers))
 }
@@ -271,6 +282,21 @@ properties! {
         Ok(Answer::verdict("")
             .value(&found.x, X, claimed(found.condition, found.forward_error))
             .value(&found.k, K, claimed(found.condition, found.forward_error)))
+    };
+    regulators_of_indefinite_weight(x = x, u = u): |x| {
+        let (b, r) = opposed(x);
+        let found = care(&x.a, &b, &x.q, &r)?;
+        let claimed = claimed(found.condition, found.forward_error);
+        Ok(Answer::verdict("")
+            .value(&found.x, X, claimed)
+            .value(&found.k.rows(0, x.b.ncols()).into_owned(), K, claimed)
+            .spectrum(&found.poles, claimed))
+    };
+    discrete_regulators_of_indefinite_weight(x = x, u = u.discrete()): |x| {
+        let (b, r) = opposed(x);
+        let found = dare(&x.a, &b, &x.q, &r)?;
+        let claimed = claimed(found.condition, found.forward_error);
+        Ok(Answer::verdict("").value(&found.x, X, claimed).value(&found.k.rows(0, x.b.ncols()).into_owned(), K, claimed))
     };
     filters(x = x, u = u): |x| {
         let found = kalman_gain(&x.a, &x.c, &x.w, &x.v)?;

@@ -29,6 +29,7 @@ mod prototype;
 mod riccati;
 mod riccati_families;
 mod riccati_generalized;
+mod riccati_indefinite;
 mod schur;
 mod sensitivity;
 mod separation;

@@ -288,7 +288,8 @@ def care(
     B : array_like, (n, m)
         Inputs.
     R : array_like, (m, m), optional
-        Weight of the input, positive definite (default the identity).
+        Weight of the input, symmetric and regular, also indefinite as in H-infinity equations (default the
+        identity).
     S : array_like, (n, m), optional
         Cross term (default 0).
     E : array_like, (n, n), optional
@@ -310,6 +311,14 @@ def care(
     >>> X, L, G = luenberger.care([[0, 1], [0, 0]], [[0], [1]], np.eye(2))
     >>> np.round(G, 6), X.forward_error < 1e-12
     (array([[1.      , 1.732051]]), True)
+
+    The H-infinity filter of an oscillator for gamma = 10, C = [1 0], H = I:
+
+    >>> A, CH = [[0, 1], [-2, -0.3]], [[1, 0], [1, 0], [0, 1]]
+    >>> P, L, G = luenberger.care(np.transpose(A), np.transpose(CH), [[0, 0], [0, 1]], np.diag([1, -100, -100]))
+    >>> np.round(P, 6)
+    array([[0.454431, 0.102169],
+           [0.102169, 0.98447 ]])
     """
     return _riccati(_luenberger.care, A, B, Q, R, S, E)
 
