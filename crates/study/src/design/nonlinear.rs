@@ -5,6 +5,8 @@ use luenberger_design::lpv::Polytope;
 use luenberger_design::{
     DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, Region, Sector,
 };
+use luenberger_export::extension::RecordedObserver;
+use luenberger_expression::record;
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel, Observer};
 use luenberger_plants::Plant;
 use luenberger_proof::certificate::{ProvedSentence, Reading, Represented};
@@ -217,8 +219,10 @@ pub(super) fn high_gain_maps(
 ) -> Result<Designed, Misfit> {
     let observer = HighGainObserver::new(maps.clone(), DVector::from_column_slice(alpha), r)?;
     let gain = observer.gain();
+    let plant = study.plant.model.expressions().ok();
     let poles = composed::high_gain(&study.plant, maps, gain.as_slice())
         .ok()
+        .and_then(|written| record(plant.as_ref(), |recording| RecordedObserver::new(recording, &written)).ok())
         .and_then(|written| {
             let mut u = DVector::zeros(study.plant.inputs.len());
             if let Some(program) = study.input.program() {

@@ -5,7 +5,6 @@
 //! The state of the observer is `_1, .., `, outputs are `_y1, ..`, as in [`whole`](super::whole). Derivatives are
 //! symbolic. That the expressions are the observers that run is tested.
 
-use luenberger_export::extension::ExpressionObserver;
 use luenberger_expression::{Expression, ExpressionPlant, Scope, Variable};
 use luenberger_observers::mean_value::integral::GAUSS_LEGENDRE_8;
 use luenberger_observers::{CubicObserver, LinearObserver};
@@ -13,7 +12,7 @@ use luenberger_plants::Dimensions;
 use nalgebra::{DMatrix, Dyn};
 
 use super::high_gain::place;
-use super::whole::{built, determinant, operand, renamed, without};
+use super::whole::{Written, built, determinant, operand, renamed, without};
 use super::{HighGainMaps, ImmersionMaps};
 use crate::model::{Model, PlantModel};
 
@@ -24,7 +23,7 @@ const MOST_ROWS: usize = 3;
 ///
 /// # Errors
 /// Why there are no such expressions.
-pub(crate) fn high_gain(plant: &PlantModel, maps: &HighGainMaps, gains: &[f64]) -> Result<ExpressionObserver, String> {
+pub(crate) fn high_gain(plant: &PlantModel, maps: &HighGainMaps, gains: &[f64]) -> Result<Written, String> {
     let names = Names { plant };
     let head = |output: usize| maps.lengths[..output].iter().sum::<usize>();
     let row = |i: usize| {
@@ -41,14 +40,14 @@ pub(crate) fn high_gain(plant: &PlantModel, maps: &HighGainMaps, gains: &[f64]) 
     let rate: Vec<String> = (0..maps.order()).map(row).collect();
     let estimate: Vec<String> = maps.estimate.iter().map(|row| names.of_outputs(row.text(), |_| None)).collect();
     let start: Vec<String> = maps.start.iter().map(|row| row.text().to_owned()).collect();
-    built(plant, maps.order(), (&rate, &estimate, &start), None)
+    built(plant, maps.order(), (&rate, &estimate, &start))
 }
 
 /// An immersion-and-invariance observer, eq. (18).
 ///
 /// # Errors
 /// Why there are no such expressions.
-pub(crate) fn immersion(plant: &PlantModel, maps: &ImmersionMaps) -> Result<ExpressionObserver, String> {
+pub(crate) fn immersion(plant: &PlantModel, maps: &ImmersionMaps) -> Result<Written, String> {
     let names = Names { plant };
     let (f, h) = equations(&plant.model)?;
     let (order, rows) = (maps.order, maps.rows());
@@ -123,7 +122,7 @@ pub(crate) fn immersion(plant: &PlantModel, maps: &ImmersionMaps) -> Result<Expr
             })
             .collect(),
     };
-    built(plant, order, (&rate, &xhat, &start), None)
+    built(plant, order, (&rate, &xhat, &start))
 }
 
 /// `Q + B'(BB')^-1 (wanted - B Q)`: the pseudo-inverse where B has full row rank.
@@ -178,7 +177,7 @@ pub(crate) fn unknown_input(
     h: &DMatrix<f64>,
     d: Option<&DMatrix<f64>>,
     size: Dimensions,
-) -> Result<ExpressionObserver, String> {
+) -> Result<Written, String> {
     let Dimensions { states: n, inputs: m, outputs: p } = size;
     let words = |error: &dyn std::fmt::Display| error.to_string();
     let (a, b, c, l) = match inner {
@@ -223,7 +222,7 @@ pub(crate) fn unknown_input(
         ExpressionPlant::within(f, h, &Scope::plant(n, inputs).generated()).map_err(|error| words(&error))
     };
     let (flow, start) = (within(&rate, &estimate, m + p)?, within(&still, &start, p)?);
-    ExpressionObserver::new(flow, start, (m, p)).map_err(|error| words(&error))
+    Ok(Written { flow, start, inputs: m, outputs: p })
 }
 
 /// The mean-value observer as printed with the integral mean of the Jacobian, from this internal error. Its state is
@@ -231,11 +230,7 @@ pub(crate) fn unknown_input(
 ///
 /// # Errors
 /// Why there are no such expressions.
-pub(crate) fn printed_mean_value(
-    plant: &PlantModel,
-    eta: f64,
-    internal_error: &[f64],
-) -> Result<ExpressionObserver, String> {
+pub(crate) fn printed_mean_value(plant: &PlantModel, eta: f64, internal_error: &[f64]) -> Result<Written, String> {
     let (f, _) = equations(&plant.model)?;
     let (n, p) = (f.len(), plant.outputs.len());
     let at = |text: &str, share: &dyn Fn(usize) -> String| numbered_states(text, share);
@@ -273,7 +268,7 @@ pub(crate) fn printed_mean_value(
     let estimates: Vec<String> = (0..n).map(state).collect();
     let start: Vec<String> =
         (0..n).map(|k| format!("x{}", k + 1)).chain(internal_error.iter().map(|e| operand(*e))).collect();
-    built(plant, 2 * n, (&rate, &estimates, &start), None)
+    built(plant, 2 * n, (&rate, &estimates, &start))
 }
 
 /// f and h with the numbered names of states and inputs, and with numbers for parameters.

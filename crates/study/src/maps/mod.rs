@@ -30,4 +30,3 @@ pub use immersion::{ImmersionMaps, ImmersionSpec};
 pub use kkl::{KklMaps, KklMapsSpec};
 pub(crate) use names::MapNames;
 pub use regression::{Estimator, PebSpec, RegressionMaps, ResetSpec};
-pub(crate) use whole::operand;

@@ -78,17 +78,6 @@ impl<'a> MapNames<'a> {
         whole.map(Scope::generated)
     }
 
-    /// The estimate of an observer as the states of the plant, and the outputs `_y1, ..`: the states are `_1, ..` as
-    /// well.
-    pub(crate) fn corrected(&self) -> Result<Scope, ParameterError> {
-        let count = self.plant.states.len();
-        let states = self.family(&self.plant.states, 'x', Variable::State);
-        let all = (0..count).map(|k| (format!("_{}", k + 1), Variable::State(k)));
-        let before = self.plant.inputs.len();
-        let names = states.chain(self.inputs()).chain(all).chain(self.plain_outputs(before));
-        self.scope((count, before + self.plant.outputs.len()), names)
-    }
-
     /// The start of an observer: as phi, with outputs as `_y1, ..` as well.
     pub(crate) fn start(&self) -> Result<Scope, ParameterError> {
         let states = self.family(&self.plant.states, 'x', Variable::State);
