@@ -75,7 +75,6 @@
 //! | `derived` | parameters that depend on other parameters |
 //! | `expression`, `affine`, `undefined` | values and derivatives; affine expressions; undefined values |
 //! | `terms` | what an expression is as a sum: a variable, a multiple, what it depends on |
-//! | `partial` | partial derivatives as text |
 //! | `plant` | plants whose rows are expressions |
 //! | `typeset` | expressions as MathML and LaTeX |
 //! | `error`, `nearest` | errors of a text, with positions; the nearest name |
@@ -90,7 +89,6 @@ mod function;
 mod graph;
 mod nearest;
 mod parse;
-mod partial;
 mod plant;
 mod rewritten;
 mod scope;

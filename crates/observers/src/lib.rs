@@ -129,7 +129,7 @@ pub use interval::{
     StaticSampledIntervalObserver,
 };
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
-pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
+pub use kkl::{KklMap, KklObserver, LeftInverse, LinearInverse, LinearKkl};
 pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
 pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};

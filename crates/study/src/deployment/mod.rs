@@ -21,7 +21,7 @@ mod kkl;
 mod linear;
 mod nonlinear;
 mod record;
-mod recorded;
+pub(crate) mod recorded;
 
 pub use exported::exported;
 pub use interval::IntervalDeployment;

@@ -165,7 +165,7 @@ fn extension(
     plant: &ExpressionPlant,
     (period, substeps): (f64, Option<usize>),
 ) -> Result<NonlinearStep, Refusal> {
-    let written = super::recorded::observer(study, observer, &designed.runnable, (plant, period))?;
+    let written = super::recorded::observer(observer, &designed.runnable, (plant, period))?;
     let substeps = match substeps {
         Some(substeps) => substeps,
         None => substeps_of(study, observer, &written, plant, period)?,
@@ -373,7 +373,8 @@ pub(super) fn sampled(
                 .to_owned(),
             vec!["reduced-order, or luenberger, with K times its estimate".to_owned()],
         )),
-        Runnable::KklMaps(_)
+        Runnable::ReducedOrder(_)
+        | Runnable::KklMaps(_)
         | Runnable::Peb(_)
         | Runnable::PrintedMeanValue(_)
         | Runnable::Immersion(_)

@@ -5,24 +5,25 @@ use luenberger_export::extension::RecordedObserver;
 use luenberger_export::step::RecordedStep;
 use luenberger_expression::{ExpressionPlant, Recorded, Recording, RecordingError, record};
 use luenberger_observers::{
-    Observer, ObserverDimensions, ObserverError, SampledIntervalGains, SampledIntervalObserver, SampledJumps,
-    SampledObserver, SlidingModeObserver,
+    CubicObserver, HighGainObserver, ImmersionInvarianceObserver, Integral, KklObserver, LinearInverse, LinearKkl,
+    LinearObserver, MeanValueObserver, Observer, ObserverDimensions, ObserverError, SampledIntervalGains,
+    SampledIntervalObserver, SampledJumps, SampledObserver, SlidingModeObserver, UnknownInputObserver,
 };
 use luenberger_plants::Plant;
 use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::Refusal;
 use crate::design::{self, Runnable};
-use crate::maps::{ResetSpec, composed};
+use crate::maps::{HighGainMaps, ResetSpec};
 use crate::model::Model;
-use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::runnable::WithoutDisturbance;
+use crate::study::{ObserverKind, ObserverSpec};
 
 /// The observer in continuous time that has a sampled form, for samples with this period.
 ///
 /// # Errors
 /// Why it has none.
 pub(super) fn observer(
-    study: &Study,
     observer: &ObserverSpec,
     runnable: &Runnable,
     (plant, period): (&ExpressionPlant, f64),
@@ -30,6 +31,18 @@ pub(super) fn observer(
     let plain = |why: String| (why, Vec::new());
     let refused = |error: ObserverError| plain(error.to_string());
     record(Some(plant), |recording| match (&observer.kind, runnable) {
+        (_, Runnable::ReducedOrder(observer)) => {
+            let (maps, inverse) = (observer.map(), observer.map().inverse());
+            let inverse =
+                LinearInverse::new(cast(inverse.m()), cast(inverse.n()), cast(inverse.t())).map_err(refused)?;
+            let maps = LinearKkl::<Recorded, Dyn, Dyn, Dyn, Dyn, _>::new(
+                cast(maps.d()),
+                cast(maps.b()),
+                cast(maps.e()),
+                inverse,
+            );
+            recorded(recording, &KklObserver::new(maps.map_err(refused)?))
+        }
         (_, Runnable::KklMaps(observer)) => recorded(recording, observer.as_ref()),
         (ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec), _) => {
             let observer = design::peb::observer::<Recorded>(spec).map_err(refused)?;
@@ -41,29 +54,49 @@ pub(super) fn observer(
                 None => recorded(recording, &observer),
             }
         }
-        _ => {
-            let written = match (&observer.kind, runnable) {
-                (ObserverKind::ImmersionInvariance(spec), _) => composed::immersion(&study.plant, &spec.maps),
-                (ObserverKind::MeanValue { eta, internal_error, printed: Some(_), .. }, _) => {
-                    composed::printed_mean_value(&study.plant, *eta, internal_error)
-                }
-                (_, Runnable::HighGainMaps(given)) => {
-                    composed::high_gain(&study.plant, given.map(), given.gain().as_slice())
-                }
-                (_, Runnable::UnknownInput(decoupled)) => {
-                    let inner = composed::Decoupled::Linear(decoupled.inner());
-                    composed::unknown_input(&inner, decoupled.h(), decoupled.d(), study.plant.model.size())
-                }
-                (_, Runnable::UnknownInputCubic(decoupled)) => {
-                    let inner = composed::Decoupled::Cubic(decoupled.inner());
-                    composed::unknown_input(&inner, decoupled.h(), decoupled.d(), study.plant.model.size())
-                }
-                _ => Err("it has no given maps".to_owned()),
-            };
-            let written = written.map_err(|why| plain(format!("the observer has no source code: {why}")))?;
-            recorded(recording, &written)
+        (ObserverKind::ImmersionInvariance(spec), _) => {
+            recorded(recording, &ImmersionInvarianceObserver::new(plant.clone(), spec.maps.clone()))
         }
+        (ObserverKind::MeanValue { eta, internal_error, printed: Some(_), .. }, _) => {
+            let start = DVector::from_column_slice(internal_error).map(convert);
+            let observer = MeanValueObserver::new(plant.clone(), convert(*eta), Integral, start);
+            recorded(recording, &observer.map_err(refused)?)
+        }
+        (_, Runnable::HighGainMaps(given)) => recorded(recording, &high_gain(given).map_err(refused)?),
+        (_, Runnable::UnknownInput(decoupled)) => {
+            let LinearObserver { a, b, c, d, l } = decoupled.inner();
+            let inner = LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) };
+            recorded(recording, &without_disturbance(decoupled, inner).map_err(refused)?)
+        }
+        (_, Runnable::UnknownInputCubic(decoupled)) => {
+            let CubicObserver { a, b, c, d, l, n, theta } = decoupled.inner();
+            let (a, b, c, d) = (cast(a), cast(b), cast(c), d.as_ref().map(cast));
+            let inner = CubicObserver { a, b, c, d, l: cast(l), n: cast(n), theta: cast(theta) };
+            recorded(recording, &without_disturbance(decoupled, inner).map_err(refused)?)
+        }
+        _ => Err(plain("the observer has no given maps".to_owned())),
     })
+}
+
+fn cast(m: &DMatrix<f64>) -> DMatrix<Recorded> {
+    m.map(convert)
+}
+
+/// A high-gain observer with given maps, over the scalar that records.
+pub(crate) fn high_gain(
+    given: &HighGainObserver<HighGainMaps, f64, Dyn>,
+) -> Result<HighGainObserver<HighGainMaps, Recorded, Dyn>, ObserverError> {
+    HighGainObserver::new(given.map().clone(), given.gain().map(convert), convert(1.0))
+}
+
+fn without_disturbance<O, I>(
+    decoupled: &WithoutDisturbance<O>,
+    inner: I,
+) -> Result<UnknownInputObserver<I, Recorded, Dyn, Dyn, Dyn>, ObserverError>
+where
+    I: Observer<Recorded>,
+{
+    UnknownInputObserver::new(inner, cast(decoupled.h()), decoupled.d().map(cast))
 }
 
 /// The program of an observer.
@@ -109,7 +142,6 @@ pub(super) fn interval(
     observer: &SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>,
 ) -> Result<RecordedStep<f64>, String> {
     record(None, |recording| {
-        let cast = |m: &DMatrix<f64>| m.map(convert::<f64, Recorded>);
         let SampledIntervalGains { f, g, c, l, blocks, constant, of_estimate, of_input, h, outward, start, period } =
             observer.gains();
         let same = SampledIntervalObserver::<Recorded, Dyn, Dyn, Dyn, Dyn, Dyn>::new(SampledIntervalGains {

@@ -30,7 +30,6 @@ pub(super) enum Misfit {
     Rank { needed: usize, smallest: f64, point: Vec<f64> },
     NotRegression { worst: ResidualWitness, inputs: usize },
     Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
-    UnnamedMaps,
 }
 
 impl From<DesignError> for Misfit {
@@ -331,11 +330,6 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
             (hypothesis, remedies.map(str::to_owned).to_vec())
         }
         Misfit::Expressions(error) => (error.to_string(), Vec::new()),
-        Misfit::UnnamedMaps => (
-            "a state, an input or an output has a name that no expression can have, or that of another variable"
-                .to_owned(),
-            vec!["other names in [plant]; xi1, xi2, .. are those of the observer".to_owned()],
-        ),
     };
     failure(requested, hypothesis, alternatives).caused_by(misfit)
 }

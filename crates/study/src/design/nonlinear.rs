@@ -16,7 +16,8 @@ use nalgebra::{DMatrix, DVector};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::{Designed, certified, lower_bound, matrix, number, uncertified, upper_bound};
-use crate::maps::{HighGainMaps, composed};
+use crate::deployment::recorded;
+use crate::maps::HighGainMaps;
 use crate::model::Model;
 use crate::results::{DesignReport, Statement};
 use crate::runnable::{Chains, Runnable};
@@ -220,9 +221,12 @@ pub(super) fn high_gain_maps(
     let observer = HighGainObserver::new(maps.clone(), DVector::from_column_slice(alpha), r)?;
     let gain = observer.gain();
     let plant = study.plant.model.expressions().ok();
-    let poles = composed::high_gain(&study.plant, maps, gain.as_slice())
-        .ok()
-        .and_then(|written| record(plant.as_ref(), |recording| RecordedObserver::new(recording, &written)).ok())
+    let poles = plant
+        .and_then(|plant| {
+            record(Some(&plant), |recording| {
+                RecordedObserver::new(recording, &recorded::high_gain(&observer).ok()?).ok()
+            })
+        })
         .and_then(|written| {
             let mut u = DVector::zeros(study.plant.inputs.len());
             if let Some(program) = study.input.program() {

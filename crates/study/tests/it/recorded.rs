@@ -166,6 +166,7 @@ fn running(study: &Study, designed: &Designed, sampled: &Sampled, samples: &Samp
     }
     match &designed.runnable {
         Runnable::KklMaps(observer) => form!(observer.as_ref()),
+        Runnable::ReducedOrder(observer) => form!(observer.as_ref()),
         Runnable::Peb(observer) => match observer.reset() {
             Some(reset) => {
                 let every = (reset.period / extension(sampled).period()).round() as usize;
@@ -364,4 +365,107 @@ poles = [0.5, 0.6]
 bounds = { disturbance = [0.01], e = [[1], [0]], noise = [0.05] }
 "#;
     has_the_bits("interval", motor, 0.05);
+}
+
+#[test]
+fn other_observers_have_the_bits_of_their_export() {
+    let region = "region = { states = [[-5, 5], [0, 60], [-5, 5], [-60, 0]], inputs = [[0.2, 0.8]] }\n";
+    let converter = |observer: &str| format!("{}{observer}", CONVERTER.replace(region, ""));
+    has_the_bits(
+        "high-gain",
+        &converter(
+            r#"kind = "high-gain"
+r = 0.005
+chains = [2, 2]
+alpha = [2, 1, 2, 1]
+drift = ["((1 - duty)*xi2 + duty*i3)/C2", "(E - (1 - duty)*v2)/L1", "-(duty*v2 + xi4)/L3", "(i3 - G*xi4)/C4"]
+shape = [1, "C2/(1 - duty)", 1, "-L3"]
+estimate = ["xi2", "v2", "i3", "xi4"]
+start = ["v2", "i1", "i3", "v4"]
+"#,
+        ),
+        1e-5,
+    );
+    has_the_bits(
+        "printed",
+        r#"
+[plant]
+f = ["x2", "-48.6*x1 - 1.25*x2 + 48.6*x3 + 21.6*u1", "x4", "19.5*x1 - 19.5*x3 - 3.33*sin(x3) - 0.1*x4^3"]
+h = ["x1", "x2"]
+[[observer]]
+kind = "mean-value"
+eta = 1.5
+internal_error = [0.1, 0, 0.2, 0]
+as_printed = "integral"
+"#,
+        2e-3,
+    );
+    let linear = r#"
+[plant]
+a = [[0, 1, 0], [-2, -3, 1], [0, 0, -1]]
+b = [[0], [1], [0.5]]
+c = [[1, 0, 0], [0, 1, 0]]
+d = [[0.25], [0]]
+[[observer]]
+kind = "unknown-input"
+e = [[0], [1], [0]]
+poles = [-1, -3, -4]
+"#;
+    has_the_bits("unknown-input", linear, 2e-3);
+    let reduced = linear.replace(
+        "kind = \"unknown-input\"\ne = [[0], [1], [0]]\npoles = [-1, -3, -4]",
+        "kind = \"reduced-order\"\npoles = [-3]",
+    );
+    has_the_bits("reduced-order", &reduced.replace("d = [[0.25], [0]]\n", ""), 2e-3);
+    has_the_bits("unknown-cubic", &format!("{linear}gamma = 0.7\n"), 2e-3);
+}
+
+#[test]
+fn immersion_and_invariance_observers_have_the_bits_of_their_export() {
+    let immersion = |rest: &str| format!("{CONVERTER}kind = \"immersion-invariance\"\n{rest}");
+    has_the_bits(
+        "shifted",
+        &immersion(
+            r#"beta = ["chi1 + C2*50*v2", "chi2 - L3*i3"]
+phi = ["i1", "v4"]
+left_inverse = ["z1", "v2", "i3", "z2"]
+"#,
+        ),
+        1e-5,
+    );
+    // chi has a third entry, which beta does not see at the start.
+    has_the_bits(
+        "wide",
+        &immersion(
+            r#"order = 3
+beta = ["chi1 + chi3^2/8 + C2*50*v2", "chi2 + sin(chi1)/4 - L3*i3"]
+phi = ["i1", "v4"]
+left_inverse = ["z1", "v2", "i3", "z2"]
+start = ["i1 - C2*50*v2", "v4 + L3*i3 - sin(i1 - C2*50*v2)/4", "0"]
+q = ["-chi1", "duty", "-3*chi3 + v2/10"]
+rho = ["chi3", "-chi1*duty"]
+"#,
+        ),
+        1e-5,
+    );
+    // Four rows, and a lookup table in the plant.
+    has_the_bits(
+        "four-rows",
+        r#"
+[plant]
+f = ["x2", "-soft(x1) - x2 + u1", "x4 - x3", "-x3 - x4 + x1", "x3 - x5"]
+h = ["x1"]
+[plant.tables.soft]
+x = [-2, 0, 1, 3]
+y = [-1, 0, 2, 3]
+[[observer]]
+kind = "immersion-invariance"
+region = { states = [[-2, 2], [-2, 2], [-2, 2], [-2, 2], [-2, 2]], inputs = [[-1, 1]] }
+beta = ["chi1 + sin(chi2)/8 + 2*y1", "chi2 + chi3*chi1/20", "chi3 + chi4^2/8 - y1", "chi4 + cos(chi1)/9"]
+phi = ["x2", "x3", "x4", "x5"]
+left_inverse = ["y1", "z1", "z2", "z3", "z4"]
+start = ["x2 - 2*x1", "x3", "x4 + x1", "x5"]
+"#,
+        1e-2,
+    );
 }
