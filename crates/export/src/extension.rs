@@ -4,6 +4,8 @@
 //! it starts at `z(0) = j(xhat, y)`. Where the state jumps at samples, it is `z+ = q(t, z, u, y)` after one. The four are
 //! recorded from the observer that runs.
 
+use std::sync::Arc;
+
 use luenberger_expression::{ExpressionPlant, Recorded, Recording, RecordingError, Routine};
 use luenberger_observers::{InterSampleObserver, Observer, ObserverDimensions};
 use luenberger_plants::Column;
@@ -12,10 +14,10 @@ use nalgebra::{DMatrix, DVector, Dyn, RealField};
 /// The sampled form that is exported.
 pub type SampledExtension<T> = InterSampleObserver<ExpressionPlant, RecordedObserver, T, Dyn, Dyn, Dyn, Dyn, Dyn>;
 
-/// A recorded observer; see the [module](self).
+/// A recorded observer; see the [module](self). A copy shares its program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordedObserver {
-    maps: ExtensionMaps,
+    maps: Arc<ExtensionMaps>,
     size: ObserverDimensions,
 }
 
@@ -51,7 +53,7 @@ impl RecordedObserver {
             observer.jump(t, &z(x), &column(u), &column(y)).as_slice().to_vec()
         })?;
         let jump = (!jump.is_identity()).then_some(jump);
-        Ok(Self { maps: ExtensionMaps { rate, estimate: of_state, start, jump }, size })
+        Ok(Self { maps: Arc::new(ExtensionMaps { rate, estimate: of_state, start, jump }), size })
     }
 
     /// `dg/dz` at a point.

@@ -10,7 +10,7 @@
 //! Applications 13, 1992, for the accuracy.
 
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert, try_convert};
+use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert, try_convert};
 
 use crate::dense::{choose, larger};
 
@@ -79,7 +79,7 @@ where
     let (zero, one) = (T::zero(), T::one());
     let (r, c) = a.shape();
     let size = a.iter().fold(zero, |largest: T, entry| larger(entry.abs(), largest));
-    let is_usable = || a.iter().all(|entry| entry.is_finite()) && (one / size).is_finite();
+    let is_usable = || a.iter().all(ComplexField::is_finite) && (one / size).is_finite();
     let usable = choose(is_usable, one, zero);
     let scale = choose(|| usable == one, size, one);
     let mut w = a.map(|entry| choose(|| usable == one, entry / scale, zero));

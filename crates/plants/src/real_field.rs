@@ -27,6 +27,7 @@ const EXACT_INTEGERS: u64 = 1 << f64::MANTISSA_DIGITS;
 ///
 /// A file that implements it imports it in place of `ComplexField` and `RealField`, so that `x.sin()` is this one.
 #[expect(missing_docs, reason = "a method without words is that of nalgebra with its name")]
+#[expect(clippy::return_self_not_must_use, reason = "as in nalgebra")]
 pub trait Real:
     Copy
     + PartialOrd

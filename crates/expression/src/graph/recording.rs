@@ -62,6 +62,9 @@ struct Path {
     asked: usize,
 }
 
+/// A path to its end: the answers on it, and the results.
+type Followed = (Vec<(Id, bool)>, Vec<Recorded>);
+
 #[derive(Debug)]
 struct Tape {
     graph: Graph,
@@ -120,7 +123,7 @@ fn decided(condition: impl FnOnce(&mut Graph) -> Id) -> bool {
 /// Runs a body on every path of its open comparisons, and joins the results of the paths by choices.
 fn explored(body: &dyn Fn() -> Vec<Recorded>) -> Vec<Recorded> {
     on_tape(|tape| tape.paths.push(Path::default()));
-    let mut all: Vec<(Vec<(Id, bool)>, Vec<Recorded>)> = Vec::new();
+    let mut all: Vec<Followed> = Vec::new();
     loop {
         let results = body();
         let next = on_tape(|tape| {
@@ -154,7 +157,7 @@ fn explored(body: &dyn Fn() -> Vec<Recorded>) -> Vec<Recorded> {
 }
 
 /// The results of paths that agree in their first answers.
-fn joined(graph: &mut Graph, paths: &[(Vec<(Id, bool)>, Vec<Recorded>)], depth: usize) -> Vec<Recorded> {
+fn joined(graph: &mut Graph, paths: &[Followed], depth: usize) -> Vec<Recorded> {
     let Some((answers, results)) = paths.first() else { return Vec::new() };
     let Some((condition, _)) = answers.get(depth).filter(|_| paths.len() > 1) else { return results.clone() };
     let split = paths.partition_point(|(answers, _)| answers.get(depth).is_some_and(|(_, answer)| *answer));
@@ -261,7 +264,7 @@ impl Recorded {
         node(|graph| graph.binary(binary, self.0, other.0))
     }
 
-    fn compared(&self, comparison: Comparison, other: &Self) -> bool {
+    fn compared(self, comparison: Comparison, other: Self) -> bool {
         decided(|graph| graph.compare(comparison, self.0, other.0))
     }
 
@@ -278,7 +281,7 @@ impl Recorded {
 
 impl PartialEq for Recorded {
     fn eq(&self, other: &Self) -> bool {
-        self.compared(Comparison::Equal, other)
+        self.compared(Comparison::Equal, *other)
     }
 }
 
@@ -296,19 +299,19 @@ impl PartialOrd for Recorded {
     }
 
     fn lt(&self, other: &Self) -> bool {
-        self.compared(Comparison::Less, other)
+        self.compared(Comparison::Less, *other)
     }
 
     fn le(&self, other: &Self) -> bool {
-        self.compared(Comparison::LessOrEqual, other)
+        self.compared(Comparison::LessOrEqual, *other)
     }
 
     fn gt(&self, other: &Self) -> bool {
-        self.compared(Comparison::Greater, other)
+        self.compared(Comparison::Greater, *other)
     }
 
     fn ge(&self, other: &Self) -> bool {
-        self.compared(Comparison::GreaterOrEqual, other)
+        self.compared(Comparison::GreaterOrEqual, *other)
     }
 }
 

@@ -45,7 +45,7 @@ where
         return Adjugate { adjugate: a.clone(), determinant: one };
     }
     // 0, and NaN with an entry that is not finite.
-    let spoiled = a.iter().fold(zero, |sum, entry| sum + (*entry - *entry));
+    let spoiled = a.iter().fold(zero, |sum, entry| sum + *entry * zero);
     // Elimination of U, with L^-1 P' gathered in `left` and the order of the columns in `columns`.
     let mut u = a.clone();
     let mut left = OMatrix::<T, Q, Q>::identity_generic(order, order);
