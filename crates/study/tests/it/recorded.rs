@@ -313,6 +313,11 @@ fn kkl_and_peb_observers_have_the_bits_of_their_export() {
     has_the_bits("pebo", &format!("{CONVERTER}{PEBO}"), 1e-5);
     has_the_bits("sixth", SIXTH, 0.01);
     has_the_bits("resets", RESETS, 0.01);
+    let gradient = RESETS.replace("\"drem\", forgetting = 1", "\"gradient\"");
+    has_the_bits("gradient", &gradient, 0.01);
+    // The filters begin again.
+    let scaled = gradient.replace("m = [1]", "m = [2]\nmissing = [\"2*theta1\"]").replace(", above = 0.1", "");
+    has_the_bits("restarted", &scaled, 0.01);
     let four = |estimator: &str| format!("{FOUR}estimator = {{ kind = \"drem\", {estimator}, gain = 2 }}\n");
     has_the_bits("forgetting", &four("forgetting = 1"), 0.01);
     has_the_bits("filters", &four("filters = [1, 2, 3]"), 0.01);
