@@ -1,8 +1,8 @@
 //! An observer in continuous time as straight-line code: KKL observers with given maps, [KKL+PEB] observers.
 //!
-//! Its state z has an equation `z' = g(t, z, u, y)` and the estimate `xhat = k(t, z, u, y)`, of all states of the plant;
-//! it starts at `z(0) = j(xhat, y)`. Where the state jumps at samples, it is `z+ = q(t, z, u, y)` after one. The four are
-//! recorded from the observer that runs.
+//! Its state z has an equation `z' = g(t, z, u, y)` and the estimate `xhat = k(t, z, u, y)`, of all states of the
+//! plant; it starts at `z(0) = j(xhat, y)`. Where the state jumps at samples, it is `z+ = q(t, z, u, y)` after one. The
+//! four are recorded from the observer that runs.
 
 use std::sync::Arc;
 

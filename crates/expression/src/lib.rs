@@ -46,10 +46,10 @@
 //! scalar: numbers, dual numbers (so that Jacobians are exact), the intervals and polynomials of `luenberger-design`.
 //! Over numbers a plant is evaluated as a graph with each subexpression once, and so are its Jacobians, whose
 //! derivatives are symbolic; the same graph prints itself as C and Rust ([`Routine`]), with the same results to the
-//! last bit. What is written for every scalar, such as an observer, is recorded as one by its evaluation over [`Recorded`]
-//! ([`record`]). The evaluation of a tape allocates no memory and does not recurse. Where an expression is undefined
-//! (`1/0`, `ln(-1)`) the value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`]
-//! reports the subexpression that causes it.
+//! last bit. What is written for every scalar, such as an observer, is recorded as one by its evaluation over
+//! [`Recorded`] ([`record`]). The evaluation of a tape allocates no memory and does not recurse. Where an expression is
+//! undefined (`1/0`, `ln(-1)`) the value is not finite, as in any right-hand side written in Rust, and
+//! [`Expression::examine`] reports the subexpression that causes it.
 //!
 //! ```
 //! use luenberger_expression::{ExpressionPlant, Parameters};

@@ -359,7 +359,8 @@ impl ExpressionPlant {
         })
     }
 
-    /// The rows of f or h into `out`: over numbers, and while a body is recorded, by the graph, else by the tape of each row.
+    /// The rows of f or h into `out`: over numbers, and while a body is recorded, by the graph; else by the tape of
+    /// each row.
     fn fill<T: RealField + Copy>(&self, family: Row, t: T, x: &[T], u: &[T], out: &mut [T]) {
         let (rows, routine): (_, fn(&Values) -> &Routine) = match family {
             Row::Derivative(_) => (self.f(), |values| &values.f),

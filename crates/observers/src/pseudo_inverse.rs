@@ -4,8 +4,8 @@
 //! singular value below the rounding of the largest one are left out rather than divided by, so that the answer is
 //! finite whatever A is, and the singular values say how near that is.
 //!
-//! Method: one-sided Jacobi on the rows, 4 + r sweeps, at most 40: rotations make the rows of `W = V'A` orthogonal, their
-//! lengths are the singular values, to high *relative* accuracy, and `A+ = W' diag(1/sigma^2) V'`. No allocation.
+//! Method: one-sided Jacobi on the rows, 4 + r sweeps, at most 40: rotations make the rows of `W = V'A` orthogonal,
+//! their lengths are the singular values, to high *relative* accuracy, and `A+ = W' diag(1/sigma^2) V'`. No allocation.
 //! Source: M. R. Hestenes, Journal of SIAM 6, 1958; J. Demmel and K. Veselic, SIAM Journal on Matrix Analysis and
 //! Applications 13, 1992, for the accuracy.
 

@@ -1,8 +1,8 @@
 //! An observer whose state jumps after a number of samples: the samples are counted in its state.
 //!
 //! A sampled form takes a jump at every sample. Here it is that of the observer at the samples at which the count has
-//! come to its number, and counts otherwise: z is followed by the samples since the last jump, which stand still between
-//! them.
+//! come to its number, and counts otherwise: z is followed by the number of samples since the last jump, which stands
+//! still between them.
 
 use core::marker::PhantomData;
 
@@ -26,11 +26,27 @@ use crate::observer::{Observer, ObserverDimensions};
 /// #     type Input = SVector<f64, 0>;
 /// #     type Output = Vector1<f64>;
 /// #     type Estimate = Vector2<f64>;
-/// #     fn dimensions(&self) -> ObserverDimensions { ObserverDimensions { state: 2, inputs: 0, outputs: 1, estimate: 2 } }
-/// #     fn derivative(&self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> { -z }
-/// #     fn estimate(&self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> { *z }
-/// #     fn initial(&self, _t: f64, x: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> { *x }
-/// #     fn jump(&self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> { z / 2.0 }
+/// #     fn dimensions(&self) -> ObserverDimensions {
+/// #         ObserverDimensions { state: 2, inputs: 0, outputs: 1, estimate: 2 }
+/// #     }
+/// #     fn derivative(
+/// #         &self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>,
+/// #     ) -> Vector2<f64> {
+/// #         -z
+/// #     }
+/// #     fn estimate(
+/// #         &self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>,
+/// #     ) -> Vector2<f64> {
+/// #         *z
+/// #     }
+/// #     fn initial(
+/// #         &self, _t: f64, x: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>,
+/// #     ) -> Vector2<f64> {
+/// #         *x
+/// #     }
+/// #     fn jump(&self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> {
+/// #         z / 2.0
+/// #     }
 /// # }
 /// // An observer whose jump halves its state, every second sample.
 /// let observer = SampledJumps::<_, U3>::new(Halved, 2);

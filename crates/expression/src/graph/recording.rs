@@ -1,5 +1,5 @@
-//! A body that is written for every scalar, recorded as a program: what runs over numbers is run once over [`Recorded`],
-//! whose operations become nodes of a graph.
+//! A body that is written for every scalar, recorded as a program: what runs over numbers is run once over
+//! [`Recorded`], whose operations become nodes of a graph.
 //!
 //! A comparison of two numbers that are not constants has no answer while it is recorded. The body is run for both, and
 //! the results of all its paths are joined by choices. The number of paths doubles with each comparison that is not

@@ -11,7 +11,7 @@ use luenberger_study::deployment;
 use luenberger_study::design::{Designed, NoDesign, design};
 
 use crate::messages;
-use crate::studies::{designed, extension, mistakes, read};
+use crate::studies::{designed, mistakes, read};
 
 const PLANT: &str = r#"
 [plant]

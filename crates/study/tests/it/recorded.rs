@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use luenberger_export::{Export, Scalar};
+use luenberger_export::{Export, Scalar, golden};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{
     InterSampleObserver, Observer, ObserverDimensions, SampledIntervalObserver, SampledJumps, SampledObserver,
@@ -49,13 +49,14 @@ fn compiled(export: &Export, folder: &Path) -> std::path::PathBuf {
     }
     let name = export.identifier();
     let (upper, size) = (name.to_uppercase(), export.observer().dimensions());
+    let number = if export.scalar() == Scalar::Binary32 { "float" } else { "double" };
     let main = format!(
         "#include <stdio.h>
 #include \"{name}.h\"
 int main(void)
 {{
-    double in[{all}];
-    double xhat[{upper}_STATES];
+    {number} in[{all}];
+    {number} xhat[{upper}_STATES];
     {name}_state state;
     {name}_reset(&state);
     while (fread(in, sizeof in, 1, stdin) == 1) {{
@@ -80,13 +81,23 @@ int main(void)
 }
 
 /// The estimates of the compiled program.
-fn driven(program: &Path, samples: &Samples, estimate: usize) -> Vec<Vec<f64>> {
+fn driven(program: &Path, export: &Export, samples: &Samples) -> Vec<Vec<f64>> {
     let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
-    let bytes: Vec<u8> = samples.iter().flat_map(|(u, y)| u.iter().chain(y)).flat_map(|x| x.to_le_bytes()).collect();
+    let numbers = samples.iter().flat_map(|(u, y)| u.iter().chain(y));
+    let is_single = export.scalar() == Scalar::Binary32;
+    let bytes: Vec<u8> = if is_single {
+        numbers.flat_map(|x| (*x as f32).to_le_bytes()).collect()
+    } else {
+        numbers.flat_map(|x| x.to_le_bytes()).collect()
+    };
     child.stdin.take().unwrap().write_all(&bytes).unwrap();
     let output = child.wait_with_output().unwrap().stdout;
-    let numbers: Vec<f64> = output.chunks_exact(8).map(|x| f64::from_le_bytes(x.try_into().unwrap())).collect();
-    numbers.chunks_exact(estimate).map(<[f64]>::to_vec).collect()
+    let numbers: Vec<f64> = if is_single {
+        output.chunks_exact(4).map(|x| f32::from_le_bytes(x.try_into().unwrap()).into()).collect()
+    } else {
+        output.chunks_exact(8).map(|x| f64::from_le_bytes(x.try_into().unwrap())).collect()
+    };
+    numbers.chunks_exact(export.observer().dimensions().estimate).map(<[f64]>::to_vec).collect()
 }
 
 /// The estimates of an observer that is stepped at the same samples.
@@ -185,7 +196,8 @@ fn running(study: &Study, designed: &Designed, sampled: &Sampled, samples: &Samp
     }
 }
 
-/// The exported C of the first observer of a study has the bits of the observer that runs.
+/// The exported C of the first observer of a study has the bits of the observer that runs in binary64, and in binary32
+/// those of its program.
 #[track_caller]
 fn has_the_bits(name: &str, text: &str, period: f64) {
     let study = read(text).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -194,25 +206,30 @@ fn has_the_bits(name: &str, text: &str, period: f64) {
     let own = observer.kind.period().or(study.plant.dt);
     let sampled = deployment::sampled(&study, observer, own.or(Some(period)), None)
         .unwrap_or_else(|why| panic!("{name}: {why:?}"));
-    let export = deployment::exported(&study, observer, sampled.design.clone(), Scalar::Binary64, None).unwrap();
-    let size = export.observer().dimensions();
-    let program = compiled(&export, &Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recorded-{name}")));
-    let mut finite = 0;
-    for (at, hostile) in HOSTILE.into_iter().chain([0.5]).enumerate() {
-        let samples = samples((size.inputs, size.outputs), hostile, at);
-        let (found, expected) =
-            (driven(&program, &samples, size.estimate), running(&study, &designed, &sampled, &samples));
-        assert_eq!(found.len(), samples.len(), "{name}");
-        for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
-            assert!(found.len() == expected.len(), "{name}");
-            for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
-                let same = found.to_bits() == expected.to_bits() || (found.is_nan() && expected.is_nan());
-                assert!(same, "{name}, {hostile:e}, sample {k}, state {}: C {found:e}, observer {expected:e}", i + 1);
-                finite += usize::from(found.is_finite());
+    for scalar in [Scalar::Binary64, Scalar::Binary32] {
+        let export = deployment::exported(&study, observer, sampled.design.clone(), scalar, None).unwrap();
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recorded-{name}-{}", scalar.name()));
+        let program = compiled(&export, &folder);
+        let size = export.observer().dimensions();
+        let mut finite = 0;
+        for (at, hostile) in HOSTILE.into_iter().chain([0.5]).enumerate() {
+            let samples = samples((size.inputs, size.outputs), hostile, at);
+            let found = driven(&program, &export, &samples);
+            let expected = match scalar {
+                Scalar::Binary64 => running(&study, &designed, &sampled, &samples),
+                Scalar::Binary32 => golden::replay(&export, &samples).unwrap(),
+            };
+            assert_eq!(found.len(), samples.len(), "{name}");
+            for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                assert_eq!(found.len(), expected.len(), "{name}");
+                let same = |(x, y): (&f64, &f64)| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan());
+                let agree = found.iter().zip(expected).all(same);
+                assert!(agree, "{name}, {hostile:e}, sample {k}: C {found:?}, observer {expected:?}");
+                finite += found.iter().filter(|x| x.is_finite()).count();
             }
         }
+        assert!(finite > 0, "{name}: nothing is finite");
     }
-    assert!(finite > 0, "{name}: nothing is finite");
 }
 
 const CONVERTER: &str = r#"
