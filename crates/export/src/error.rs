@@ -57,9 +57,6 @@ pub enum ExportError {
     /// A filter whose prediction takes as many steps as its error needs.
     #[error("the filter predicts with control of its error; a target takes a fixed number of Runge-Kutta steps")]
     ErrorControlled,
-    /// An observer that cannot be recorded.
-    #[error("the observer has no program: {0}")]
-    Recording(#[from] luenberger_expression::RecordingError),
     /// An observer without a form in fixed point.
     #[error("fixed point is for linear observers and Kalman filters with a constant gain, not for the {}", kind.to_lowercase())]
     FixedPointKind {

@@ -15,45 +15,6 @@ use crate::observer::{Observer, ObserverDimensions};
 
 /// The observer `O` whose jump is due after so many samples; its state is that of `O` with the count behind it, of
 /// length D.
-///
-/// ```
-/// use luenberger_observers::{Observer, SampledJumps};
-/// # use luenberger_observers::{ObserverDimensions};
-/// # use nalgebra::{SVector, U3, Vector1, Vector2, Vector3};
-/// # struct Halved;
-/// # impl Observer<f64> for Halved {
-/// #     type State = Vector2<f64>;
-/// #     type Input = SVector<f64, 0>;
-/// #     type Output = Vector1<f64>;
-/// #     type Estimate = Vector2<f64>;
-/// #     fn dimensions(&self) -> ObserverDimensions {
-/// #         ObserverDimensions { state: 2, inputs: 0, outputs: 1, estimate: 2 }
-/// #     }
-/// #     fn derivative(
-/// #         &self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>,
-/// #     ) -> Vector2<f64> {
-/// #         -z
-/// #     }
-/// #     fn estimate(
-/// #         &self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>,
-/// #     ) -> Vector2<f64> {
-/// #         *z
-/// #     }
-/// #     fn initial(
-/// #         &self, _t: f64, x: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>,
-/// #     ) -> Vector2<f64> {
-/// #         *x
-/// #     }
-/// #     fn jump(&self, _t: f64, z: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> {
-/// #         z / 2.0
-/// #     }
-/// # }
-/// // An observer whose jump halves its state, every second sample.
-/// let observer = SampledJumps::<_, U3>::new(Halved, 2);
-/// let (u, y) = (SVector::<f64, 0>::zeros(), Vector1::new(0.0));
-/// assert_eq!(observer.jump(0.0, &Vector3::new(4.0, 6.0, 1.0), &u, &y), Vector3::new(4.0, 6.0, 2.0));
-/// assert_eq!(observer.jump(0.0, &Vector3::new(4.0, 6.0, 2.0), &u, &y), Vector3::new(2.0, 3.0, 1.0));
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampledJumps<O, D> {
     observer: O,

@@ -90,7 +90,7 @@ e = [[0], [1], [0]]
 poles = [-1, -3, -4]
 "#;
 
-fn texts() -> Vec<String> {
+pub(crate) fn texts() -> Vec<String> {
     vec![
         format!("{CONVERTER}{HIGH_GAIN}"),
         format!("{CONVERTER}{IMMERSION}"),

@@ -13,7 +13,7 @@ use luenberger_study::design::{Designed, NoDesign, design};
 use crate::messages;
 use crate::studies::{designed, mistakes, read};
 
-const PLANT: &str = r#"
+pub(crate) const PLANT: &str = r#"
 [plant]
 states = ["i1", "v2", "i3", "v4"]
 f = ["(E - (1 - duty)*v2)/L1", "((1 - duty)*i1 + duty*i3)/C2", "(-duty*v2 - v4)/L3", "(i3 - G*v4)/C4"]
@@ -32,14 +32,14 @@ region = { states = [[-5, 5], [0, 60], [-5, 5], [-60, 0]], inputs = [[0.2, 0.8]]
 initial = [0, 24, -0.5, 0]
 "#;
 
-const KKL: &str = r#"kind = "kkl"
+pub(crate) const KKL: &str = r#"kind = "kkl"
 phi = ["v4", "L1*i1 - C2*v2"]
 lambda = ["-G/C4", "-(1 - duty)/L1"]
 b = ["i3/C4", "E - duty*i3 - (1 + C2/L1)*(1 - duty)*v2"]
 left_inverse = ["(xi2 + C2*v2)/L1", "v2", "i3", "xi1"]
 "#;
 
-const PEBO: &str = r#"kind = "pebo"
+pub(crate) const PEBO: &str = r#"kind = "pebo"
 phi = ["i1", "v4 - G*L3/C4*i3"]
 b = ["(E - (1 - duty)*v2)/L1", "(i3 + G*duty*v2)/C4"]
 left_inverse = ["xi1", "v2", "i3", "xi2 + G*L3/C4*i3"]
@@ -50,7 +50,7 @@ alpha = 0.5
 estimator = { kind = "gradient", gain = [0.001, 100] }
 "#;
 
-const BOTH: &str = r#"kind = "kkl-peb"
+pub(crate) const BOTH: &str = r#"kind = "kkl-peb"
 phi = ["i1", "v4"]
 lambda = [0, "-G/C4"]
 b = ["(E - (1 - duty)*v2)/L1", "i3/C4"]
@@ -69,7 +69,7 @@ left_inverse = ["z1", "v2", "i3", "z2"]
 "#;
 
 /// Proposition 6's plant with its [KKL+PEB] observer.
-const SIXTH: &str = r#"[plant]
+pub(crate) const SIXTH: &str = r#"[plant]
 f = ["exp(x3) - x1^3", "x1^2 + sin(x1) - x2", "1/(x1^2 + 1) + x1*u1"]
 h = ["x1"]
 [input]

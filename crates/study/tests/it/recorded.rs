@@ -16,6 +16,7 @@ use luenberger_study::design::{Designed, Runnable};
 use nalgebra::{DVector, Dyn};
 
 use crate::studies::{designed, extension, read};
+use crate::{composed, maps, reduced_order, resets};
 
 /// What a sensor may report for one sample.
 const HOSTILE: [f64; 8] = [1e13, -1e13, 1e30, -1e30, 5e-324, 1e-310, f64::NAN, f64::INFINITY];
@@ -232,81 +233,6 @@ fn has_the_bits(name: &str, text: &str, period: f64) {
     }
 }
 
-const CONVERTER: &str = r#"
-[plant]
-states = ["i1", "v2", "i3", "v4"]
-f = ["(E - (1 - duty)*v2)/L1", "((1 - duty)*i1 + duty*i3)/C2", "(-duty*v2 - v4)/L3", "(i3 - G*v4)/C4"]
-h = ["v2", "i3"]
-parameters = { L1 = 0.01, C2 = 22.0e-6, L3 = 0.01, C4 = 22.9e-6, G = 0.0447, E = 12.0 }
-inputs = ["duty"]
-outputs = ["v2", "i3"]
-[[observer]]
-region = { states = [[-5, 5], [0, 60], [-5, 5], [-60, 0]], inputs = [[0.2, 0.8]] }
-initial = [0, 24, -0.5, 0]
-"#;
-
-const KKL: &str = r#"kind = "kkl"
-phi = ["v4", "L1*i1 - C2*v2"]
-lambda = ["-G/C4", "-(1 - duty)/L1"]
-b = ["i3/C4", "E - duty*i3 - (1 + C2/L1)*(1 - duty)*v2"]
-left_inverse = ["(xi2 + C2*v2)/L1", "v2", "i3", "xi1"]
-"#;
-
-const PEBO: &str = r#"kind = "pebo"
-phi = ["i1", "v4 - G*L3/C4*i3"]
-b = ["(E - (1 - duty)*v2)/L1", "(i3 + G*duty*v2)/C4"]
-left_inverse = ["xi1", "v2", "i3", "xi2 + G*L3/C4*i3"]
-s = ["v2", "i3"]
-g = ["((1 - duty)*xi1 + duty*i3)/C2", "-(duty*v2 + xi2 + G*L3/C4*i3)/L3"]
-m = ["(1 - duty)/C2", "-1/L3"]
-alpha = 0.5
-estimator = { kind = "gradient", gain = [0.001, 100] }
-"#;
-
-/// Proposition 6 of the [KKL+PEB] paper: an exponential of xi, and a parameter with a bound.
-const SIXTH: &str = r#"
-[plant]
-f = ["exp(x3) - x1^3", "x1^2 + sin(x1) - x2", "1/(x1^2 + 1) + x1*u1"]
-h = ["x1"]
-[[observer]]
-kind = "kkl-peb"
-region = { states = [[-2, 3], [-1, 8], [-4, 3]], inputs = [[-1.1, -0.4]] }
-phi = ["x2", "x3"]
-lambda = [-1, 0]
-b = ["y1^2 + sin(y1)", "u1*y1 + 1/(y1^2 + 1)"]
-left_inverse = ["y1", "xi1", "xi2"]
-s = ["y1"]
-g = ["-y1^3"]
-m = ["exp(xi2)"]
-missing = ["0", "ln(theta1)"]
-theta = [[0.2, 5]]
-theta_min = [1e-12]
-theta_start = 1
-alpha = 1
-estimator = { kind = "gradient", gain = 5 }
-initial = [0.5, -0.5, -0.5]
-"#;
-
-/// Van der Pol's oscillator with resets of its integral.
-const RESETS: &str = r#"
-[plant]
-f = ["x2", "(1 - x1^2)*x2 - x1"]
-h = ["x1"]
-[[observer]]
-kind = "pebo"
-phi = ["x2 - x1 + x1^3/3"]
-b = ["-y1"]
-left_inverse = ["y1", "xi1 + y1 - y1^3/3"]
-s = ["y1"]
-g = ["xi1 + y1 - y1^3/3"]
-m = [1]
-alpha = 2
-estimator = { kind = "drem", forgetting = 1, gain = 2 }
-region = { states = [[-3, 3], [-4, 4]] }
-initial = [2, 1]
-reset = { period = 0.04, above = 0.1 }
-"#;
-
 /// Four parameters, by both extensions of DREM.
 const FOUR: &str = r#"
 [plant]
@@ -326,15 +252,18 @@ region = { states = [[-2, 2], [-2, 2], [-2, 2], [-2, 2], [-2, 2]], inputs = [[-1
 
 #[test]
 fn kkl_and_peb_observers_have_the_bits_of_their_export() {
-    has_the_bits("kkl", &format!("{CONVERTER}{KKL}"), 1e-5);
-    has_the_bits("pebo", &format!("{CONVERTER}{PEBO}"), 1e-5);
-    has_the_bits("sixth", SIXTH, 0.01);
-    has_the_bits("resets", RESETS, 0.01);
-    let gradient = RESETS.replace("\"drem\", forgetting = 1", "\"gradient\"");
-    has_the_bits("gradient", &gradient, 0.01);
+    for (name, maps) in [("kkl", maps::KKL), ("pebo", maps::PEBO), ("both", maps::BOTH)] {
+        has_the_bits(name, &format!("{}{maps}", maps::PLANT), 1e-5);
+    }
+    // An exponential of xi, and a parameter with a bound.
+    has_the_bits("sixth", &maps::SIXTH.replace("alpha = 1\n", "alpha = 1\ninitial = [0.5, 0, 0]\n"), 0.01);
+    let reset = |text: &str, above: &str| format!("{text}reset = {{ period = 0.04{above} }}\n");
+    has_the_bits("reset", &reset(resets::STUDY, ", above = 0.1"), 0.01);
+    let drem = resets::STUDY.replace("kind = \"gradient\"", "kind = \"drem\", forgetting = 1");
+    has_the_bits("reset-drem", &reset(&drem, ""), 0.01);
     // The filters begin again.
-    let scaled = gradient.replace("m = [1]", "m = [2]\nmissing = [\"2*theta1\"]").replace(", above = 0.1", "");
-    has_the_bits("restarted", &scaled, 0.01);
+    let scaled = resets::STUDY.replace("m = [1]", "m = [2]\nmissing = [\"2*theta1\"]");
+    has_the_bits("restarted", &reset(&scaled, ""), 0.01);
     let four = |estimator: &str| format!("{FOUR}estimator = {{ kind = \"drem\", {estimator}, gain = 2 }}\n");
     has_the_bits("forgetting", &four("forgetting = 1"), 0.01);
     has_the_bits("filters", &four("filters = [1, 2, 3]"), 0.01);
@@ -389,91 +318,8 @@ bounds = { disturbance = [0.01], e = [[1], [0]], noise = [0.05] }
     has_the_bits("interval", motor, 0.05);
 }
 
-#[test]
-fn other_observers_have_the_bits_of_their_export() {
-    let region = "region = { states = [[-5, 5], [0, 60], [-5, 5], [-60, 0]], inputs = [[0.2, 0.8]] }\n";
-    let converter = |observer: &str| format!("{}{observer}", CONVERTER.replace(region, ""));
-    has_the_bits(
-        "high-gain",
-        &converter(
-            r#"kind = "high-gain"
-r = 0.005
-chains = [2, 2]
-alpha = [2, 1, 2, 1]
-drift = ["((1 - duty)*xi2 + duty*i3)/C2", "(E - (1 - duty)*v2)/L1", "-(duty*v2 + xi4)/L3", "(i3 - G*xi4)/C4"]
-shape = [1, "C2/(1 - duty)", 1, "-L3"]
-estimate = ["xi2", "v2", "i3", "xi4"]
-start = ["v2", "i1", "i3", "v4"]
-"#,
-        ),
-        1e-5,
-    );
-    has_the_bits(
-        "printed",
-        r#"
-[plant]
-f = ["x2", "-48.6*x1 - 1.25*x2 + 48.6*x3 + 21.6*u1", "x4", "19.5*x1 - 19.5*x3 - 3.33*sin(x3) - 0.1*x4^3"]
-h = ["x1", "x2"]
-[[observer]]
-kind = "mean-value"
-eta = 1.5
-internal_error = [0.1, 0, 0.2, 0]
-as_printed = "integral"
-"#,
-        2e-3,
-    );
-    let linear = r#"
-[plant]
-a = [[0, 1, 0], [-2, -3, 1], [0, 0, -1]]
-b = [[0], [1], [0.5]]
-c = [[1, 0, 0], [0, 1, 0]]
-d = [[0.25], [0]]
-[[observer]]
-kind = "unknown-input"
-e = [[0], [1], [0]]
-poles = [-1, -3, -4]
-"#;
-    has_the_bits("unknown-input", linear, 2e-3);
-    let reduced = linear.replace(
-        "kind = \"unknown-input\"\ne = [[0], [1], [0]]\npoles = [-1, -3, -4]",
-        "kind = \"reduced-order\"\npoles = [-3]",
-    );
-    has_the_bits("reduced-order", &reduced.replace("d = [[0.25], [0]]\n", ""), 2e-3);
-    has_the_bits("unknown-cubic", &format!("{linear}gamma = 0.7\n"), 2e-3);
-}
-
-#[test]
-fn immersion_and_invariance_observers_have_the_bits_of_their_export() {
-    let immersion = |rest: &str| format!("{CONVERTER}kind = \"immersion-invariance\"\n{rest}");
-    has_the_bits(
-        "shifted",
-        &immersion(
-            r#"beta = ["chi1 + C2*50*v2", "chi2 - L3*i3"]
-phi = ["i1", "v4"]
-left_inverse = ["z1", "v2", "i3", "z2"]
-"#,
-        ),
-        1e-5,
-    );
-    // chi has a third entry, which beta does not see at the start.
-    has_the_bits(
-        "wide",
-        &immersion(
-            r#"order = 3
-beta = ["chi1 + chi3^2/8 + C2*50*v2", "chi2 + sin(chi1)/4 - L3*i3"]
-phi = ["i1", "v4"]
-left_inverse = ["z1", "v2", "i3", "z2"]
-start = ["i1 - C2*50*v2", "v4 + L3*i3 - sin(i1 - C2*50*v2)/4", "0"]
-q = ["-chi1", "duty", "-3*chi3 + v2/10"]
-rho = ["chi3", "-chi1*duty"]
-"#,
-        ),
-        1e-5,
-    );
-    // Four rows, and a lookup table in the plant.
-    has_the_bits(
-        "four-rows",
-        r#"
+/// Four rows, and a lookup table in the plant.
+const ROWS: &str = r#"
 [plant]
 f = ["x2", "-soft(x1) - x2 + u1", "x4 - x3", "-x3 - x4 + x1", "x3 - x5"]
 h = ["x1"]
@@ -487,7 +333,13 @@ beta = ["chi1 + sin(chi2)/8 + 2*y1", "chi2 + chi3*chi1/20", "chi3 + chi4^2/8 - y
 phi = ["x2", "x3", "x4", "x5"]
 left_inverse = ["y1", "z1", "z2", "z3", "z4"]
 start = ["x2 - 2*x1", "x3", "x4 + x1", "x5"]
-"#,
-        1e-2,
-    );
+"#;
+
+#[test]
+fn observers_that_contain_the_plant_have_the_bits_of_their_export() {
+    for (k, (text, period)) in composed::texts().iter().zip([1e-5, 1e-5, 1e-5, 2e-3, 2e-3, 2e-3]).enumerate() {
+        has_the_bits(&format!("composed{k}"), text, period);
+    }
+    has_the_bits("rows", ROWS, 1e-2);
+    has_the_bits("reduced-order", reduced_order::OGATA, 2e-3);
 }

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::studies::{designed, mistakes, read};
 
 /// Van der Pol's oscillator: `z = x2 - x1 + x1^3/3` has `z' = -x1`, and `y' = z + y - y^3/3`.
-const STUDY: &str = r#"[plant]
+pub(crate) const STUDY: &str = r#"[plant]
 f = ["x2", "(1 - x1^2)*x2 - x1"]
 h = ["x1"]
 [simulation]
