@@ -57,6 +57,12 @@ fn limits_are_those_of_the_format() {
     assert_eq!(found, [f32::EPSILON, f32::MAX.sqrt().sqrt(), f32::MAX.sqrt().sqrt()]);
 }
 
+fn all<T: RealField + Copy>(plant: &ExpressionPlant, x: &[T]) -> Vec<T> {
+    let (x, u) = (DVector::from_column_slice(x), DVector::zeros(0));
+    let (slope, jacobian) = (plant.derivative(T::zero(), &x, &u), plant.state_jacobian(T::zero(), &x, &u));
+    slope.iter().chain(jacobian.iter()).copied().collect()
+}
+
 /// Choices and lookup tables of a plant are nodes: a body with ten of each has one path.
 #[test]
 fn plants_are_recorded_as_their_graph() {
@@ -65,11 +71,6 @@ fn plants_are_recorded_as_their_graph() {
     let scope = Scope::plant(2, 0).tables(&tables).unwrap();
     let row = (0..10).map(|k| format!("if(x1 > {k}, soft(x2), -x2/{})", k + 1)).collect::<Vec<_>>().join(" + ");
     let plant = ExpressionPlant::within(&[row.as_str(), "ln(0.1 + exp(x1)) - x2^3"], &["x1"], &scope).unwrap();
-    fn all<T: RealField + Copy>(plant: &ExpressionPlant, x: &[T]) -> Vec<T> {
-        let (x, u) = (DVector::from_column_slice(x), DVector::zeros(0));
-        let (slope, jacobian) = (plant.derivative(T::zero(), &x, &u), plant.state_jacobian(T::zero(), &x, &u));
-        slope.iter().chain(jacobian.iter()).copied().collect()
-    }
     compare(|x| all(&plant, x), |x| all(&plant, x));
 }
 
