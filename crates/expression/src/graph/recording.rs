@@ -30,14 +30,14 @@ use crate::ExpressionPlant;
 use crate::function::{Binary, Comparison, Unary};
 use crate::tree::Tree;
 
-/// Paths that are recorded at most.
-const MOST_PATHS: usize = 1 << 14;
+/// Paths of a body, and of a function in it, that are followed at most.
+const MOST_PATHS: usize = 1 << 12;
 
 /// Why a body is not recorded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// More paths than are followed.
+    /// More paths of the body, or of a function in it, than are followed.
     #[error("its comparisons make more than {most} paths")]
     Paths {
         /// As many as are followed.
@@ -70,7 +70,6 @@ struct Tape {
     graph: Graph,
     /// The path of the body, and those of the functions that it is in.
     paths: Vec<Path>,
-    followed: usize,
     error: Option<RecordingError>,
 }
 
@@ -127,7 +126,6 @@ fn explored(body: &dyn Fn() -> Vec<Recorded>) -> Vec<Recorded> {
     loop {
         let results = body();
         let next = on_tape(|tape| {
-            tape.followed += 1;
             let path = tape.paths.last_mut()?;
             path.answers.truncate(path.asked);
             all.push((path.answers.clone(), results));
@@ -137,7 +135,7 @@ fn explored(body: &dyn Fn() -> Vec<Recorded>) -> Vec<Recorded> {
             }
             path.answers.last_mut()?.1 = false;
             path.asked = 0;
-            if tape.followed > MOST_PATHS {
+            if all.len() >= MOST_PATHS {
                 tape.error.get_or_insert(RecordingError::Paths { most: MOST_PATHS });
             }
             tape.error.is_none().then_some(())
@@ -191,7 +189,7 @@ pub struct Recording(());
 /// ```
 pub fn record<R>(plant: Option<&ExpressionPlant>, run: impl FnOnce(&mut Recording) -> R) -> R {
     let tables = plant.map(|plant| plant.routines().f.tables).unwrap_or_default();
-    let tape = Tape { graph: Graph::recording(tables), paths: Vec::new(), followed: 0, error: None };
+    let tape = Tape { graph: Graph::recording(tables), paths: Vec::new(), error: None };
     let outer = TAPE.replace(Some(tape));
     let result = run(&mut Recording(()));
     TAPE.set(outer);
@@ -213,7 +211,6 @@ impl Recording {
         let t = node(|graph| graph.push(Node::Time));
         let x: Vec<Recorded> = (0..states as u32).map(|k| node(|graph| graph.push(Node::State(k)))).collect();
         let u: Vec<Recorded> = (0..inputs as u32).map(|k| node(|graph| graph.push(Node::Input(k)))).collect();
-        on_tape(|tape| tape.followed = 0);
         let results: Vec<Id> = explored(&|| body(t, &x, &u)).iter().map(|result| result.0).collect();
         let routine = on_tape(|tape| match tape.error.take() {
             Some(error) => Err(error),
