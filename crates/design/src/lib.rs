@@ -57,7 +57,6 @@ pub mod optimal_cubic;
 mod periods;
 mod powers;
 pub mod proportional_integral;
-mod real_field;
 mod reduced_order;
 pub mod robust;
 pub mod sampled;

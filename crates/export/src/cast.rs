@@ -3,10 +3,12 @@
 use core::fmt::Debug;
 use std::sync::Arc;
 
-use luenberger_expression::ExpressionPlant;
+use luenberger_expression::Routine;
 use luenberger_observers::SampledObserver;
-use luenberger_plants::{Column, Plant, Shape};
+use luenberger_plants::Column;
 use nalgebra::{DVector, RealField};
+
+use crate::extension::results;
 
 /// An observer that is stepped on its state as one column.
 pub(crate) trait Stepper<T>: Debug + Send + Sync {
@@ -56,14 +58,14 @@ where
 #[derive(Debug, Clone)]
 pub(crate) struct Cast<T> {
     observer: Arc<dyn Stepper<T>>,
-    /// If it is nonlinear.
-    plant: Option<ExpressionPlant>,
+    /// h, if it is nonlinear.
+    output: Option<Routine>,
 }
 
 impl<T: RealField + Copy> Cast<T> {
-    /// An observer, with its plant if that is nonlinear.
-    pub(crate) fn new(observer: impl Stepper<T> + 'static, plant: Option<&ExpressionPlant>) -> Self {
-        Self { observer: Arc::new(observer), plant: plant.cloned() }
+    /// An observer, with the outputs of its plant if that is nonlinear.
+    pub(crate) fn new(observer: impl Stepper<T> + 'static, output: Option<Routine>) -> Self {
+        Self { observer: Arc::new(observer), output }
     }
 
     /// The time of the sample number `sample`, from 0.
@@ -85,9 +87,7 @@ impl<T: RealField + Copy> Cast<T> {
 
     /// h at the estimate, of a nonlinear plant.
     pub(crate) fn output(&self, sample: usize, state: &DVector<T>, u: &DVector<T>) -> Option<DVector<T>> {
-        let plant = self.plant.as_ref()?;
-        // A step of expressions also has y among its inputs, and its h has none.
-        let u = u.clone().resize_vertically(plant.dimensions().inputs, T::zero());
-        Some(plant.output(self.time(sample), &self.estimate(state), &u))
+        let output = self.output.as_ref()?;
+        Some(results(output, self.time(sample), self.estimate(state).as_slice(), u.as_slice()))
     }
 }

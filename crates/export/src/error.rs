@@ -57,9 +57,6 @@ pub enum ExportError {
     /// A filter whose prediction takes as many steps as its error needs.
     #[error("the filter predicts with control of its error; a target takes a fixed number of Runge-Kutta steps")]
     ErrorControlled,
-    /// An observer of expressions with lookup tables, which cannot be exported.
-    #[error("an observer of expressions has no source code with lookup tables; those of the plant are allowed")]
-    Tables,
     /// An observer without a form in fixed point.
     #[error("fixed point is for linear observers and Kalman filters with a constant gain, not for the {}", kind.to_lowercase())]
     FixedPointKind {

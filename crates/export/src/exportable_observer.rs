@@ -15,7 +15,7 @@ use crate::extension::{ExtensionMaps, SampledExtension};
 use crate::kkl::Kkl;
 use crate::moving_horizon::{self, MovingHorizon, bounds};
 use crate::scalar::Scalar;
-use crate::step::ExpressionStep;
+use crate::step::RecordedStep;
 
 /// An observer that is stepped once per sample, with numbers as designed.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,10 +38,10 @@ pub enum ExportableObserver {
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The numerical KKL observer.
     Kkl(Kkl<f64>),
-    /// An observer of expressions.
+    /// A recorded observer in continuous time.
     Extension(SampledExtension<f64>),
-    /// An observer whose step is given by expressions.
-    Step(ExpressionStep<f64>),
+    /// An observer whose step is recorded.
+    Step(RecordedStep<f64>),
 }
 
 /// The same of every observer.
@@ -72,7 +72,7 @@ pub(crate) struct Maps {
     pub(crate) measurement: Routine,
     /// f and Df after it, row by row, where an unscented Kalman filter in continuous time needs them along its centre.
     pub(crate) centre: Option<Routine>,
-    /// The observer itself, where it is of expressions.
+    /// The observer itself, where it is recorded.
     pub(crate) extension: Option<ExtensionMaps>,
 }
 
@@ -87,10 +87,6 @@ impl Maps {
         let own = self.extension.iter().flat_map(ExtensionMaps::all);
         [&self.motion, &self.measurement].into_iter().chain(&self.centre).chain(own)
     }
-}
-
-fn has_tables(routine: &Routine) -> bool {
-    routine.used_tables().next().is_some()
 }
 
 /// The tables that some routines use, each once.
@@ -113,9 +109,9 @@ impl ExportableObserver {
         each!(self, observer => observer.dimensions())
     }
 
-    /// The observer itself as straight-line code, where it is of expressions.
+    /// The observer itself as straight-line code, where it is recorded.
     pub(crate) fn extension(&self) -> Option<ExtensionMaps> {
-        if let Self::Extension(observer) = self { Some(observer.observer().routines()) } else { None }
+        if let Self::Extension(observer) = self { Some(observer.observer().routines().clone()) } else { None }
     }
 
     /// The right-hand sides of a nonlinear plant; none for a linear one, whose matrices are
@@ -130,7 +126,10 @@ impl ExportableObserver {
             Self::Discrete(observer) => Some(observer.plant().routines()),
             Self::Kkl(observer) => Some(observer.plant().routines()),
             Self::Extension(observer) => Some(observer.plant().routines()),
-            Self::Step(observer) => Some(observer.flow().routines()),
+            Self::Step(observer) => {
+                let (f, h) = observer.routines();
+                Some(Routines { motion: f.clone(), measurement: h.clone(), f, h })
+            }
         }
     }
 
@@ -394,10 +393,6 @@ impl ExportableObserver {
             }
         }
         if let Some(maps) = self.maps() {
-            // Tables are numbered within a plant.
-            if maps.extension.iter().flat_map(ExtensionMaps::all).any(has_tables) {
-                return Err(ExportError::Tables);
-            }
             if let Some(x) = maps.routines().flat_map(Routine::constants).find(|x| !scalar.round(*x).is_finite()) {
                 let what = format!("the constant {x} of the plant");
                 return Err(ExportError::Format { what, format: scalar.name() });
@@ -436,7 +431,7 @@ impl ExportableObserver {
                     Some(gate) => same.with_gate(nalgebra::convert(gate))?,
                     None => same,
                 };
-                Cast::new(Sampled(same), Some(filter.plant()))
+                Cast::new(Sampled(same), Some(filter.plant().routines().h))
             }
             Self::Unscented(filter) => {
                 let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.factors());
@@ -448,32 +443,33 @@ impl ExportableObserver {
                     Some(gate) => same.with_gate(nalgebra::convert(gate))?,
                     None => same,
                 };
-                Cast::new(Sampled(same), Some(filter.plant()))
+                Cast::new(Sampled(same), Some(filter.plant().routines().h))
             }
             Self::MovingHorizon(estimator) => {
-                Cast::new(Sampled(moving_horizon::cast(estimator)?), Some(estimator.plant()))
+                Cast::new(Sampled(moving_horizon::cast(estimator)?), Some(estimator.plant().routines().h))
             }
             Self::SampledNonlinear(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 let period = nalgebra::convert(observer.period());
                 let same = SampledNonlinearObserver::new(plant, l, period, observer.substeps())?;
-                Cast::new(Sampled(same), Some(observer.plant()))
+                Cast::new(Sampled(same), Some(observer.plant().routines().h))
             }
-            Self::Kkl(observer) => Cast::new(observer.cast()?, Some(observer.plant())),
+            Self::Kkl(observer) => Cast::new(observer.cast()?, Some(observer.plant().routines().h)),
             Self::Extension(observer) => {
                 let (plant, own) = (observer.plant().clone(), observer.observer().clone());
                 let period = nalgebra::convert(observer.period());
                 let same = SampledExtension::new(plant, own, period, observer.substeps())?;
-                Cast::new(Sampled(same), Some(observer.plant()))
+                Cast::new(Sampled(same), Some(observer.plant().routines().h))
             }
             Self::Step(observer) => {
-                Cast::new(Sampled(observer.cast(nalgebra::convert(observer.period()))?), Some(observer.flow()))
+                let (_, output) = observer.routines();
+                Cast::new(Sampled(observer.cast(nalgebra::convert(observer.period()))?), Some(output))
             }
             Self::Discrete(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 let period = nalgebra::convert(observer.period());
                 let same = DiscreteNonlinearObserver::new(plant, l, period)?;
-                Cast::new(Sampled(same), Some(observer.plant()))
+                Cast::new(Sampled(same), Some(observer.plant().routines().h))
             }
         })
     }

@@ -1,87 +1,78 @@
-//! An observer in continuous time whose right-hand side, estimate and start are expressions: KKL observers with given
-//! maps, [KKL+PEB] observers.
+//! An observer in continuous time as straight-line code: KKL observers with given maps, [KKL+PEB] observers.
 //!
-//! Its state z has an equation `z' = g(t, z, u, y)` and the estimate `xhat = k(t, z, y)`, of all states of the plant.
-//! Both are the rows of one plant with the states z and the inputs (u, y). The start `z(0) = j(xhat, y)` is the output
-//! of another one, with the states xhat and the inputs y. Where the state jumps at samples, `z+ = q(t, z, u, y)` is the
-//! output of a third, with the states z and the inputs (u, y).
+//! Its state z has an equation `z' = g(t, z, u, y)` and the estimate `xhat = k(t, z, u, y)`, of all states of the
+//! plant; it starts at `z(0) = j(xhat, y)`. Where the state jumps at samples, it is `z+ = q(t, z, u, y)` after one. The
+//! four are recorded from the observer that runs.
 
-use luenberger_expression::{ExpressionPlant, Routine};
+use std::sync::Arc;
+
+use luenberger_expression::{ExpressionPlant, Recorded, Recording, RecordingError, Routine};
 use luenberger_observers::{InterSampleObserver, Observer, ObserverDimensions};
-use luenberger_plants::{Differentiable, Plant, PlantError, Shape};
+use luenberger_plants::Column;
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 /// The sampled form that is exported.
-pub type SampledExtension<T> = InterSampleObserver<ExpressionPlant, ExpressionObserver, T, Dyn, Dyn, Dyn, Dyn, Dyn>;
+pub type SampledExtension<T> = InterSampleObserver<ExpressionPlant, RecordedObserver, T, Dyn, Dyn, Dyn, Dyn, Dyn>;
 
-/// An observer of expressions; see the [module](self).
+/// A recorded observer; see the [module](self). A copy shares its program.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ExpressionObserver {
-    flow: ExpressionPlant,
-    start: ExpressionPlant,
-    jump: Option<ExpressionPlant>,
-    inputs: usize,
-    outputs: usize,
+pub struct RecordedObserver {
+    maps: Arc<ExtensionMaps>,
+    size: ObserverDimensions,
 }
 
-impl ExpressionObserver {
-    /// The observer with g and k as the rows f and h of `flow`, and j as the rows h of `start`, for a plant with these
-    /// numbers of inputs and outputs.
+impl RecordedObserver {
+    /// The program of `observer`.
     ///
     /// # Errors
-    /// [`PlantError::DimensionMismatch`] for sizes that do not fit.
-    pub fn new(
-        flow: ExpressionPlant,
-        start: ExpressionPlant,
-        (inputs, outputs): (usize, usize),
-    ) -> Result<Self, PlantError> {
-        let (size, first) = (flow.dimensions(), start.dimensions());
-        for (what, expected, found) in [
-            ("(u, y)", inputs + outputs, size.inputs),
-            ("y of the start", outputs, first.inputs),
-            ("xhat of the start", size.outputs, first.states),
-            ("z of the start", size.states, first.outputs),
-        ] {
-            if expected != found {
-                return Err(PlantError::DimensionMismatch { what, expected: (expected, 1), found: (found, 1) });
-            }
-        }
-        Ok(Self { flow, start, jump: None, inputs, outputs })
-    }
-
-    /// The same whose state jumps at every sample, to the rows h of `jump`.
-    ///
-    /// # Errors
-    /// [`PlantError::DimensionMismatch`] for sizes that are not those of the observer.
-    pub fn with_jump(self, jump: ExpressionPlant) -> Result<Self, PlantError> {
-        let (size, own) = (jump.dimensions(), self.flow.dimensions());
-        for (what, expected, found) in [
-            ("z of the jump", own.states, size.states),
-            ("(u, y) of the jump", own.inputs, size.inputs),
-            ("z after the jump", own.states, size.outputs),
-        ] {
-            if expected != found {
-                return Err(PlantError::DimensionMismatch { what, expected: (expected, 1), found: (found, 1) });
-            }
-        }
-        Ok(Self { jump: Some(jump), ..self })
+    /// [`RecordingError`].
+    pub fn new<O>(recording: &mut Recording, observer: &O) -> Result<Self, RecordingError>
+    where
+        O: Observer<Recorded, Input = DVector<Recorded>, Output = DVector<Recorded>, Estimate = DVector<Recorded>>,
+    {
+        let size = observer.dimensions();
+        let ObserverDimensions { state, inputs, outputs, estimate } = size;
+        let z = O::State::from_slice;
+        let column = DVector::from_column_slice;
+        let known = (state, inputs + outputs);
+        let rate = recording.program(known, |t, x, known| {
+            let (u, y) = known.split_at(inputs);
+            observer.derivative(t, &z(x), &column(u), &column(y)).as_slice().to_vec()
+        })?;
+        let of_state = recording.program(known, |t, x, known| {
+            let (u, y) = known.split_at(inputs);
+            observer.estimate(t, &z(x), &column(u), &column(y)).as_slice().to_vec()
+        })?;
+        // A start is at u = 0.
+        let start = recording.program((estimate, outputs), |t, xhat, y| {
+            let none = DVector::from_element(inputs, nalgebra::convert(0.0));
+            observer.initial(t, &column(xhat), &none, &column(y)).as_slice().to_vec()
+        })?;
+        let jump = recording.program(known, |t, x, known| {
+            let (u, y) = known.split_at(inputs);
+            observer.jump(t, &z(x), &column(u), &column(y)).as_slice().to_vec()
+        })?;
+        let jump = (!jump.is_identity()).then_some(jump);
+        Ok(Self { maps: Arc::new(ExtensionMaps { rate, estimate: of_state, start, jump }), size })
     }
 
     /// `dg/dz` at a point.
     pub fn jacobian(&self, t: f64, z: &DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) -> DMatrix<f64> {
-        self.flow.state_jacobian(t, z, &joined(u, y))
+        let order = self.size.state;
+        let mut jacobian = DMatrix::zeros(order, order);
+        let slopes = self.maps.rate.jacobian(order);
+        slopes.evaluate(t, z.as_slice(), &joined(u, y), |k, entry| jacobian[(k / order, k % order)] = entry);
+        jacobian
     }
 
-    /// g, k and j as straight-line code.
-    pub(crate) fn routines(&self) -> ExtensionMaps {
-        let flow = self.flow.routines();
-        let jump = self.jump.as_ref().map(|jump| jump.routines().h);
-        ExtensionMaps { rate: flow.f, estimate: flow.h, start: self.start.routines().h, jump }
+    /// g, k, j and q as straight-line code.
+    pub(crate) fn routines(&self) -> &ExtensionMaps {
+        &self.maps
     }
 }
 
-/// g, k and j as straight-line code.
-#[derive(Debug, Clone)]
+/// g, k, j and q as straight-line code.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ExtensionMaps {
     pub(crate) rate: Routine,
     pub(crate) estimate: Routine,
@@ -97,35 +88,41 @@ impl ExtensionMaps {
     }
 }
 
-fn joined<T: RealField + Copy>(u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
-    DVector::from_iterator(u.len() + y.len(), u.iter().chain(y.iter()).copied())
+/// (u, y).
+fn joined<T: Copy>(u: &DVector<T>, y: &DVector<T>) -> Vec<T> {
+    u.iter().chain(y.iter()).copied().collect()
 }
 
-impl<T: RealField + Copy> Observer<T> for ExpressionObserver {
+/// The results of a routine.
+pub(crate) fn results<T: RealField + Copy>(routine: &Routine, t: T, x: &[T], known: &[T]) -> DVector<T> {
+    let mut out = DVector::zeros(routine.len());
+    routine.evaluate(t, x, known, |k, value| out[k] = value);
+    out
+}
+
+impl<T: RealField + Copy> Observer<T> for RecordedObserver {
     type State = DVector<T>;
     type Input = DVector<T>;
     type Output = DVector<T>;
     type Estimate = DVector<T>;
 
     fn dimensions(&self) -> ObserverDimensions {
-        let size = self.flow.dimensions();
-        let (inputs, outputs) = (self.inputs, self.outputs);
-        ObserverDimensions { state: size.states, inputs, outputs, estimate: size.outputs }
+        self.size
     }
 
     fn derivative(&self, t: T, z: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
-        self.flow.derivative(t, z, &joined(u, y))
+        results(&self.maps.rate, t, z.as_slice(), &joined(u, y))
     }
 
     fn estimate(&self, t: T, z: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
-        self.flow.output(t, z, &joined(u, y))
+        results(&self.maps.estimate, t, z.as_slice(), &joined(u, y))
     }
 
     fn jump(&self, t: T, z: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
-        self.jump.as_ref().map_or_else(|| z.clone(), |jump| jump.output(t, z, &joined(u, y)))
+        self.maps.jump.as_ref().map_or_else(|| z.clone(), |jump| results(jump, t, z.as_slice(), &joined(u, y)))
     }
 
     fn initial(&self, t: T, estimate: &DVector<T>, _u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
-        self.start.output(t, estimate, y)
+        results(&self.maps.start, t, estimate.as_slice(), y.as_slice())
     }
 }

@@ -46,9 +46,10 @@
 //! scalar: numbers, dual numbers (so that Jacobians are exact), the intervals and polynomials of `luenberger-design`.
 //! Over numbers a plant is evaluated as a graph with each subexpression once, and so are its Jacobians, whose
 //! derivatives are symbolic; the same graph prints itself as C and Rust ([`Routine`]), with the same results to the
-//! last bit. The evaluation of a tape allocates no memory and does not recurse. Where an expression is undefined
-//! (`1/0`, `ln(-1)`) the value is not finite, as in any right-hand side written in Rust, and [`Expression::examine`]
-//! reports the subexpression that causes it.
+//! last bit. What is written for every scalar, such as an observer, is recorded as one by its evaluation over
+//! [`Recorded`] ([`record`]). The evaluation of a tape allocates no memory and does not recurse. Where an expression is
+//! undefined (`1/0`, `ln(-1)`) the value is not finite, as in any right-hand side written in Rust, and
+//! [`Expression::examine`] reports the subexpression that causes it.
 //!
 //! ```
 //! use luenberger_expression::{ExpressionPlant, Parameters};
@@ -74,7 +75,6 @@
 //! | `derived` | parameters that depend on other parameters |
 //! | `expression`, `affine`, `undefined` | values and derivatives; affine expressions; undefined values |
 //! | `terms` | what an expression is as a sum: a variable, a multiple, what it depends on |
-//! | `partial` | partial derivatives as text |
 //! | `plant` | plants whose rows are expressions |
 //! | `typeset` | expressions as MathML and LaTeX |
 //! | `error`, `nearest` | errors of a text, with positions; the nearest name |
@@ -89,7 +89,6 @@ mod function;
 mod graph;
 mod nearest;
 mod parse;
-mod partial;
 mod plant;
 mod rewritten;
 mod scope;
@@ -103,7 +102,7 @@ mod undefined;
 pub use derived::{Definition, DerivedError, derived};
 pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
 pub use expression::Expression;
-pub use graph::{Dialect, Language, Lookups, MathFunction, Routine};
+pub use graph::{Dialect, Language, Lookups, MathFunction, Recorded, Recording, RecordingError, Routine, record};
 pub use nalgebra;
 pub use nearest::nearest;
 pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Routines, Row};

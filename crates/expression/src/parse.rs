@@ -59,8 +59,8 @@ fn wrong<O>(span: Range<usize>, kind: ExpressionErrorKind) -> Parsed<O> {
 /// The tree of a text.
 pub(crate) fn parse(text: &str, scope: &Scope) -> Result<Tree, ExpressionError> {
     let error = |span, kind| Err(ExpressionError::new(text, span, kind));
-    if text.len() > scope.longest() {
-        return error(0..0, ExpressionErrorKind::TooLong { length: text.len(), longest: scope.longest() });
+    if text.len() > LIMITS.length {
+        return error(0..0, ExpressionErrorKind::TooLong { length: text.len(), longest: LIMITS.length });
     }
     if text.trim().is_empty() {
         return error(0..text.len(), ExpressionErrorKind::Empty { expected: OPERAND });

@@ -14,6 +14,7 @@ use luenberger_plants::{Differentiable, Dimensions, LanePlant, Plant, PlantError
 use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector};
 
 use crate::function::is_number;
+use crate::graph::recording::is_recorded;
 use crate::graph::{Graph, Id, Routine};
 use crate::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
 
@@ -358,13 +359,14 @@ impl ExpressionPlant {
         })
     }
 
-    /// The rows of f or h into `out`: over numbers by the graph, else by the tape of each row.
+    /// The rows of f or h into `out`: over numbers, and while a body is recorded, by the graph; else by the tape of
+    /// each row.
     fn fill<T: RealField + Copy>(&self, family: Row, t: T, x: &[T], u: &[T], out: &mut [T]) {
         let (rows, routine): (_, fn(&Values) -> &Routine) = match family {
             Row::Derivative(_) => (self.f(), |values| &values.f),
             Row::Output(_) => (self.h(), |values| &values.h),
         };
-        if is_number::<T>() {
+        if is_number::<T>() || is_recorded::<T>() {
             routine(self.values()).evaluate(t, x, u, |k, value| out[k] = value);
         } else {
             out.iter_mut().zip(rows).for_each(|(out, row)| *out = row.evaluate(t, x, u));
@@ -384,7 +386,7 @@ impl ExpressionPlant {
             Row::Output(_) => (outputs, &all.measurement, &all.dh),
         };
         let fits = (x.len(), u.len(), values.len(), jacobian.len()) == (states, inputs, rows, rows * states);
-        if fits && is_number::<T>() {
+        if fits && (is_number::<T>() || is_recorded::<T>()) {
             joint.evaluate(t, x, u, |k, value| match k.checked_sub(rows) {
                 None => values[k] = value,
                 Some(k) => jacobian[k] = value,

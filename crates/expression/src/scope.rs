@@ -123,12 +123,7 @@ pub struct Scope {
     input_names: Vec<String>,
     /// The only names of variables, if there are such.
     variables: Option<Vec<(String, Variable)>>,
-    /// The longest text, in bytes.
-    length: usize,
 }
-
-/// The longest text that a program writes.
-const GENERATED: usize = 1 << 20;
 
 impl Scope {
     /// The names of a right-hand side f or an output h: the given numbers of states and inputs, and the time.
@@ -148,19 +143,8 @@ impl Scope {
 
     fn of(states: usize, inputs: usize, reads: Reads) -> Self {
         let (parameters, state_names, input_names) = (Parameters::new(), Vec::new(), Vec::new());
-        let (tables, variables, length) = (Tables::new(), None, crate::LIMITS.length);
-        Self { states, inputs, reads, parameters, tables, state_names, input_names, variables, length }
-    }
-
-    /// The same for texts that a program writes, of up to 1 MiB.
-    #[must_use]
-    pub fn generated(self) -> Self {
-        Self { length: GENERATED, ..self }
-    }
-
-    /// The longest text, in bytes.
-    pub(crate) fn longest(&self) -> usize {
-        self.length
+        let (tables, variables) = (Tables::new(), None);
+        Self { states, inputs, reads, parameters, tables, state_names, input_names, variables }
     }
 
     /// The names of a map whose variables are of several kinds, such as that of an observer: these names alone, and the

@@ -80,18 +80,13 @@ impl Tree {
 
     /// The expression with as few parentheses as give the same tree.
     pub(crate) fn print(&self) -> String {
-        self.print_with(|_, name| name.to_owned())
-    }
-
-    /// The same with the names that `symbol` gives.
-    pub(crate) fn print_with(&self, symbol: impl Fn(&Symbol, &str) -> String) -> String {
         let mut printed: Vec<(String, u8)> = Vec::with_capacity(self.nodes.len());
         for node in self.nodes() {
             // Each node is an operand once, so that its text can be taken.
             let mut take = |index: usize| core::mem::take(&mut printed[index]);
             let text = match node {
                 Node::Number(number) => (format!("{number:?}"), ATOM),
-                Node::Symbol(of, name) => (symbol(of, name), ATOM),
+                Node::Symbol(_, name) => (name.clone(), ATOM),
                 Node::Unary(Unary::Negate, x) => (format!("-{}", held(take(*x), SIGN)), SIGN),
                 Node::Unary(function, x) => (format!("{}({})", function.name(), take(*x).0), ATOM),
                 Node::Binary(operation, x, y) => {

@@ -12,7 +12,7 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use crate::dense::{copy, entry, sum, with_column};
+use crate::dense::{branches, copy, entry, sum, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{Observer, ObserverDimensions, state_is_estimate};
@@ -164,19 +164,21 @@ where
     DefaultAllocator: Allocator<P> + Allocator<P, P>,
 {
     let size = largest(v);
-    // The fourth root is taken only where it can matter; 1/epsilon lies below it for every floating-point format.
-    if size * T::default_epsilon() <= T::one() {
-        return quadratic(theta, v);
-    }
-    let bound = T::max_value().map_or(T::one() / T::default_epsilon(), |max| max.sqrt().sqrt());
-    if size <= bound {
-        return quadratic(theta, v);
-    }
-    with_column(theta.shape_generic().0, |shortened| {
-        for (shortened, v) in shortened.iter_mut().zip(v) {
-            *shortened = *v / size;
+    branches(|| {
+        // The fourth root is taken only where it can matter; 1/epsilon lies below it for every floating-point format.
+        if size * T::default_epsilon() <= T::one() {
+            return quadratic(theta, v);
         }
-        quadratic(theta, shortened) * bound * bound
+        let bound = T::max_value().map_or(T::one() / T::default_epsilon(), |max| max.sqrt().sqrt());
+        if size <= bound {
+            return quadratic(theta, v);
+        }
+        with_column(theta.shape_generic().0, |shortened| {
+            for (shortened, v) in shortened.iter_mut().zip(v) {
+                *shortened = *v / size;
+            }
+            quadratic(theta, shortened) * bound * bound
+        })
     })
 }
 

@@ -15,10 +15,23 @@ pub(crate) fn sum<T: RealField + Copy>(count: usize, term: impl Fn(usize) -> T) 
     (0..count).map(term).reduce(|sum, term| sum + term).unwrap_or_else(T::zero)
 }
 
+/// A number whose computation has branches. Apart from the rest, so that a body that is recorded for its export joins
+/// them here: branches that are side by side would multiply.
+#[inline(always)]
+pub(crate) fn branches<T: RealField + Copy>(value: impl Fn() -> T) -> T {
+    T::zero().map_lanes(|_| value())
+}
+
+/// x where the condition holds, else y.
+#[inline(always)]
+pub(crate) fn choose<T: RealField + Copy>(condition: impl Fn() -> bool, x: T, y: T) -> T {
+    branches(|| if condition() { x } else { y })
+}
+
 /// The larger of two numbers, the second where they are equal or the first is none: that of zeros with different signs
 /// is not the same on all processors with `max`.
 pub(crate) fn larger<T: RealField + Copy>(x: T, y: T) -> T {
-    if x > y { x } else { y }
+    choose(|| x > y, x, y)
 }
 
 /// Columns up to this length live on the stack where their size is not known at compile time.

@@ -28,7 +28,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
 use crate::diagnosis::{Diagnose, Diagnosis};
 use crate::observer::{Observer, ObserverDimensions};
-use crate::pseudo_inverse::{PseudoInverse, pseudo_inverse};
+use crate::pseudo_inverse::pseudo_inverse;
 
 /// Every shape that an I&I observer forms can be stored. Never implement it yourself.
 #[diagnostic::on_unimplemented(
@@ -302,9 +302,10 @@ where
     /// D_chi beta without full row rank (A4), or a right-hand side that is not finite.
     fn diagnose(&self, t: T, chi: &Self::State, u: &Self::Input, y: &Self::Output) -> Diagnosis<T> {
         let jacobian = jacobian(&self.map, y, chi);
-        let PseudoInverse { rank, smallest, largest, .. } = pseudo_inverse(&jacobian);
-        let needed = jacobian.nrows();
+        let inverse = pseudo_inverse(&jacobian);
+        let (rank, needed) = (inverse.rank(), jacobian.nrows());
         if rank < needed {
+            let (smallest, largest) = (inverse.smallest(), inverse.largest());
             return Diagnosis::RankDeficient { rank, needed, smallest, largest };
         }
         let slope = self.derivative(t, chi, u, y);

@@ -201,6 +201,82 @@ where
     fn image(&self, xhat: &OVector<T, N>, y: &OVector<T, P>) -> OVector<T, Z>;
 }
 
+/// A linear left inverse, `phi^L(z, y) = M z + N y` of `phi(x) = T x` with `M T + N C = I`: that of a reduced-order
+/// observer.
+///
+/// ```
+/// use luenberger_observers::{KklObserver, LinearInverse, LinearKkl, Observer};
+/// use nalgebra::{Const, Vector1, matrix, vector};
+/// // The double integrator, y = x1: z = x2 - 4 x1 obeys z' = -4 z - 16 y + u.
+/// let inverse = LinearInverse::new(matrix![0.0; 1.0], matrix![1.0; 4.0], matrix![-4.0, 1.0])?;
+/// let maps = LinearKkl::<f64, _, _, _, Const<2>, _>::new(matrix![-4.0], matrix![-16.0], matrix![1.0], inverse)?;
+/// let observer = KklObserver::new(maps);
+/// let (u, y) = (Vector1::new(0.5), Vector1::new(2.0));
+/// let z = observer.initial(0.0, &vector![2.0, 1.0], &u, &y);
+/// assert_eq!(z, Vector1::new(-7.0));
+/// assert_eq!(observer.derivative(0.0, &z, &u, &y), Vector1::new(-3.5));
+/// assert_eq!(observer.estimate(0.0, &z, &u, &y), vector![2.0, 1.0]);
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearInverse<T: RealField + Copy, Z: Dim, P: Dim, N: Dim>
+where
+    DefaultAllocator: Allocator<N, Z> + Allocator<N, P> + Allocator<Z, N>,
+{
+    m: OMatrix<T, N, Z>,
+    n: OMatrix<T, N, P>,
+    t: OMatrix<T, Z, N>,
+}
+
+impl<T: RealField + Copy, Z: Dim, P: Dim, N: Dim> LinearInverse<T, Z, P, N>
+where
+    DefaultAllocator: Allocator<N, Z> + Allocator<N, P> + Allocator<Z, N>,
+{
+    /// M (n x n_z), N (n x p) and T (n_z x n).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite.
+    pub fn new(m: OMatrix<T, N, Z>, n: OMatrix<T, N, P>, t: OMatrix<T, Z, N>) -> Result<Self, ObserverError> {
+        let (states, order) = m.shape();
+        check_matrix("M", &m, (states, order))?;
+        check_matrix("N", &n, (states, n.ncols()))?;
+        check_matrix("T", &t, (order, states))?;
+        Ok(Self { m, n, t })
+    }
+
+    /// M, n x n_z.
+    pub fn m(&self) -> &OMatrix<T, N, Z> {
+        &self.m
+    }
+
+    /// N, n x p.
+    pub fn n(&self) -> &OMatrix<T, N, P> {
+        &self.n
+    }
+
+    /// T, n_z x n.
+    pub fn t(&self) -> &OMatrix<T, Z, N> {
+        &self.t
+    }
+}
+
+impl<T: RealField + Copy, Z: Dim, P: Dim, N: Dim> LeftInverse<T, Z, P, N> for LinearInverse<T, Z, P, N>
+where
+    DefaultAllocator: Allocator<N, Z> + Allocator<N, P> + Allocator<Z, N> + Allocator<Z> + Allocator<P> + Allocator<N>,
+{
+    fn estimate_len(&self) -> usize {
+        self.m.nrows()
+    }
+
+    fn left_inverse(&self, z: &OVector<T, Z>, y: &OVector<T, P>) -> OVector<T, N> {
+        &self.m * z + &self.n * y
+    }
+
+    fn image(&self, xhat: &OVector<T, N>, _y: &OVector<T, P>) -> OVector<T, Z> {
+        &self.t * xhat
+    }
+}
+
 /// The maps of `z' = D z + B y + E u`, `xhat = phi^L(z, y)` with constant matrices: the form of Luenberger's first
 /// paper and of numerical KKL observers, where phi^L comes from data.
 ///

@@ -31,6 +31,7 @@
 
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
+use crate::dense::{choose, larger};
 use crate::diagnosis::{Diagnose, Diagnosis};
 use crate::error::ObserverError;
 use crate::estimator::{ParameterEstimator, finite_or_zero};
@@ -229,7 +230,7 @@ where
     fn held(&self, parts: &PartsOf<'_, K, T>) -> OVector<T, K::Parameters> {
         OVector::from_fn_generic(parts.regressor.shape_generic().1, U1, |i, _| {
             let theta = parts.estimator[i];
-            self.map.lower_bound(i).map_or(theta, |bound| theta.max(bound))
+            self.map.lower_bound(i).map_or(theta, |bound| larger(theta, bound))
         })
     }
 
@@ -237,7 +238,7 @@ where
     fn first(&self) -> OVector<T, K::Parameters> {
         let (_, q) = self.map.rows_and_parameters();
         OVector::from_fn_generic(K::Parameters::from_usize(q), U1, |i, _| {
-            self.map.lower_bound(i).map_or(self.theta, |bound| self.theta.max(bound))
+            self.map.lower_bound(i).map_or(self.theta, |bound| larger(self.theta, bound))
         })
     }
 
@@ -297,11 +298,9 @@ where
         let (r, q) = self.map.rows_and_parameters();
         let offset = self.map.dimensions().state + r * (q + 2);
         for i in 0..q {
-            if let Some(bound) = self.map.lower_bound(i)
-                && state[offset + i] <= bound
-                && slope[offset + i] < T::zero()
-            {
-                slope[offset + i] = T::zero();
+            if let Some(bound) = self.map.lower_bound(i) {
+                let (theta, rate) = (state[offset + i], slope[offset + i]);
+                slope[offset + i] = choose(|| theta <= bound && rate < T::zero(), T::zero(), rate);
             }
         }
         slope

@@ -92,6 +92,7 @@ pub mod proportional_integral;
 pub mod pseudo_inverse;
 mod regression;
 mod runge_kutta;
+pub mod sampled_jumps;
 pub mod sampled_nonlinear;
 pub mod semi_implicit;
 mod semidefinite;
@@ -128,7 +129,7 @@ pub use interval::{
     StaticSampledIntervalObserver,
 };
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
-pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
+pub use kkl::{KklMap, KklObserver, LeftInverse, LinearInverse, LinearKkl};
 pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
 pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
@@ -143,6 +144,7 @@ pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, Sam
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
 pub use proportional_integral::{ProportionalIntegralObserver, StaticProportionalIntegralObserver};
+pub use sampled_jumps::SampledJumps;
 pub use sampled_nonlinear::{SampledNonlinearObserver, StaticSampledNonlinearObserver};
 pub use sliding_mode::{SlidingModeObserver, StaticSlidingModeObserver};
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};

@@ -38,6 +38,7 @@ use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Plant, PlantError, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField, U1, convert};
 
+use crate::dense::{branches, choose};
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
 
@@ -149,23 +150,21 @@ where
     /// `r = |sigma|^(1/n)` and s for an innovation.
     pub fn resolved(&self, z: T) -> (T, T) {
         let (n, zero) = (self.gains.len(), T::zero());
-        let sign = if z > zero {
-            T::one()
-        } else if z < zero {
-            -T::one()
-        } else {
-            zero
-        };
+        let sign = branches(|| {
+            if z > zero {
+                T::one()
+            } else if z < zero {
+                -T::one()
+            } else {
+                zero
+            }
+        });
         if self.discretisation == Discretisation::Explicit {
             return (root(z.abs(), n), sign);
         }
         let layer = self.boundary_layer();
         let rest = z.abs() - layer;
-        let is_outside = rest > zero;
-        if !is_outside {
-            return (zero, z / layer);
-        }
-        let r = match n {
+        let solved = || match n {
             1 => rest,
             2 => {
                 let a = self.h * self.gain(0);
@@ -173,7 +172,8 @@ where
             }
             _ => self.newton(rest),
         };
-        (r, sign)
+        let r = branches(|| if rest > zero { solved() } else { zero });
+        (r, choose(|| rest > zero, sign, z / layer))
     }
 
     /// The positive root of `r^n + h k_1 r^(n-1) + .. + h^(n-1) k_(n-1) r = rest`.
@@ -183,7 +183,8 @@ where
         let mut power = self.h;
         let mut r = root(rest, n);
         for j in 1..n {
-            r = r.min(root(rest / (power * self.gain(j - 1)), n - j));
+            let bound = root(rest / (power * self.gain(j - 1)), n - j);
+            r = choose(|| bound < r, bound, r);
             power *= self.h;
         }
         for _ in 0..NEWTON {
@@ -197,7 +198,7 @@ where
             slope = slope * r + value;
             value = value * r - rest;
             let next = r - value / slope;
-            r = if next > T::zero() { next } else { r };
+            r = choose(|| next > T::zero(), next, r);
         }
         r
     }
@@ -251,7 +252,6 @@ fn root<T: RealField + Copy>(x: T, order: usize) -> T {
     match order {
         0 | 1 => x,
         2 => x.sqrt(),
-        3 => x.cbrt(),
         4 => x.sqrt().sqrt(),
         order => x.powf(T::one() / crate::cubic::count(order)),
     }

@@ -21,6 +21,7 @@
 //! | [`counterexamples`] | small plants on which the mean-value-theorem observer fails |
 //! | [`cuk`], [`exponential_cascade`], [`driven_cascade`] | the plants of the [KKL+PEB]-observer paper: the Cuk converter with its controller, Proposition 6's, and one of Proposition 7's class |
 //! | `serialization` (feature `serde`) | linear plants in files: matrices by rows, read through the constructor |
+//! | [`mod@real_field`] | other scalars than numbers, from a few operations |
 //! | [`text`] | linear plants and matrices as text |
 //! | [`oscillators`] | the reverse Duffing oscillator and Van der Pol's |
 
@@ -47,6 +48,7 @@ pub mod lanes;
 pub mod linear;
 pub mod oscillators;
 pub mod plant;
+pub mod real_field;
 #[cfg(feature = "serde")]
 pub mod serialization;
 pub mod size;

@@ -42,17 +42,17 @@ pub(crate) fn obsv(input: &ObservabilityInput) -> Result<Answer, Failure> {
         None => luenberger_linalg::observability(&a, &c),
     };
     let found = found.map_err(from(source))?;
-    let mut text = format!("rank {} of {}", found.rank, found.order);
     let is_hidden = || hidden_motion(&proof_matrix(&a), &proof_matrix(&c)).is_ok_and(|hidden| hidden.is_some());
-    text.push_str(&if found.is_observable() {
-        ": observable\n".to_owned()
+    let verdict = if found.is_observable() {
+        "observable".to_owned()
     } else if is_hidden() {
-        ": not observable\n".to_owned()
+        "not observable".to_owned()
     } else if let Some(tolerance) = input.tolerance {
-        format!(": not observable within the tolerance {}\n", numbers::number(tolerance))
+        format!("not observable within the tolerance {}", numbers::number(tolerance))
     } else {
-        ": not observable to working precision\n".to_owned()
-    });
+        "not observable to working precision".to_owned()
+    };
+    let mut text = format!("rank {} of {}: {verdict}\n", found.rank, found.order);
     for mode in &found.modes {
         let (eigenvalue, margin) = (numbers::complex(mode.eigenvalue), numbers::margin(mode.margin));
         text.extend(["  mode ", &eigenvalue, ": margin ", &margin, "\n"]);

@@ -26,7 +26,7 @@ struct Regulator {
 }
 
 #[derive(Serialize)]
-struct Filter {
+struct Estimation {
     p: Vec<Vec<f64>>,
     l: Vec<Vec<f64>>,
     /// In discrete time: gain of the measurement update, and the covariance after it.
@@ -207,7 +207,7 @@ fn filter(Estimate { equation, kalman: found, update }: &Estimate) -> Result<Ans
         numbers::list("poles of A - L C", &found.poles),
         accuracy(found.residual, condition)
     );
-    let filter = Filter {
+    let filter = Estimation {
         p: json_output::rows(&found.p),
         l: json_output::rows(&found.l),
         filter_gain: update.as_ref().map(|update| json_output::rows(&update.gain)),

@@ -86,7 +86,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "dare",
         r#"{"a": [[1]], "b": [[1]], "q": [[-1]], "r": [[1]]}"#,
         1,
-        "no stabilizing solution was found, although A has no eigenvalue that prevents one: for an indefinite Q, or where R + B'X B is not positive definite, there may be none",
+        "no stabilizing solution was found, although A has no eigenvalue that prevents one: with an indefinite Q or R there may be none",
     ),
     ("obsv", r#"{"a": [[1]], "c": [[1, 2]]}"#, 2, "C must be 1 x 1, found 1 x 2"),
     ("place", r#"{"a": [[1]], "b": [[1]], "poles": [-1, -2]}"#, 2, "a plant of order 1 needs 1 poles, and 2 are given"),

@@ -17,7 +17,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use luenberger_proof::{Interval, Ring};
 
 use super::paths::{comparison, note_steered, note_undefined};
-use crate::real_field::{Real, real_field};
+use luenberger_plants::real_field;
+use luenberger_plants::real_field::Real;
 
 /// An interval of values with an interval of derivatives along a direction.
 ///

@@ -6,7 +6,8 @@ use core::fmt;
 use approx::{RelativeEq, UlpsEq};
 
 use super::jet::Jet;
-use crate::real_field::{Real, real_field};
+use luenberger_plants::real_field;
+use luenberger_plants::real_field::Real;
 
 impl PartialEq for Jet {
     fn eq(&self, other: &Self) -> bool {

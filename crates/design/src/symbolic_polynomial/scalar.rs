@@ -7,7 +7,8 @@ use core::ops::{Div, Mul, Neg};
 use luenberger_proof::{Interval, Ring};
 
 use super::{Function, SymbolicPolynomial, fail, open_question};
-use crate::real_field::{Real, real_field};
+use luenberger_plants::real_field;
+use luenberger_plants::real_field::Real;
 
 impl Div for SymbolicPolynomial {
     type Output = Self;

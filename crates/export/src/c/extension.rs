@@ -1,4 +1,4 @@
-//! The step of an observer of expressions, with an output predicted between samples.
+//! The step of a recorded observer, with an output predicted between samples.
 
 use std::fmt::Write;
 

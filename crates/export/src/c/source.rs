@@ -57,8 +57,8 @@ pub(super) fn source(export: &Export) -> String {
         (ExportableObserver::Extension(observer), Some(maps)) => {
             let own = observer.observer().routines();
             plant::functions(&mut text, export, maps);
-            extension::functions(&mut text, export, &own);
-            extension::start(&mut text, export, (maps, &own));
+            extension::functions(&mut text, export, own);
+            extension::start(&mut text, export, (maps, own));
         }
         _ => {
             _ = write!(
@@ -94,7 +94,7 @@ void {name}_reset({name}_state *state)
         }
         (ExportableObserver::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
         (ExportableObserver::Extension(observer), Some(maps)) => {
-            extension::step(&mut text, export, observer, (maps, &observer.observer().routines()));
+            extension::step(&mut text, export, observer, (maps, observer.observer().routines()));
         }
         (ExportableObserver::Discrete(_), Some(maps)) => sampled_nonlinear::discrete_step(&mut text, export, maps),
         (ExportableObserver::Step(_), Some(maps)) => super::step::step(&mut text, export, maps),

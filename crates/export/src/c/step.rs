@@ -1,4 +1,4 @@
-//! The step of an observer that is given by expressions as a whole.
+//! The step of an observer that is straight-line code as a whole.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! An observer of expressions as Rust.
+//! A recorded observer as Rust.
 
 use std::fmt::Write;
 

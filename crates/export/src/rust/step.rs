@@ -1,4 +1,4 @@
-//! An observer that is given by expressions as a whole, as Rust.
+//! An observer whose step is straight-line code, as Rust.
 
 use std::fmt::Write;
 
@@ -6,11 +6,11 @@ use luenberger_observers::SampledObserver;
 
 use super::plant;
 use crate::exportable_observer::tables;
-use crate::step::ExpressionStep;
+use crate::step::RecordedStep;
 use crate::{Export, number};
 
 /// The type `Step` with its function.
-pub(super) fn model(text: &mut String, export: &Export, observer: &ExpressionStep<f64>) {
+pub(super) fn model(text: &mut String, export: &Export, observer: &RecordedStep<f64>) {
     let scalar = export.scalar.name();
     let size = observer.dimensions();
     let (n, m, p) = (size.estimate, size.inputs, size.outputs);

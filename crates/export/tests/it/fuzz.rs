@@ -6,9 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::moving_horizon::MovingHorizon;
-use luenberger_export::step::ExpressionStep;
 use luenberger_export::{Export, ExportableObserver, File, Names, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::{
@@ -20,6 +18,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::compiled::{self, SANITISERS, can_sanitise, compilers, has_haswell, is_complete};
 use crate::kkl;
+use crate::rows::{self, Rows};
 
 const STEPS: usize = 1000;
 
@@ -90,16 +89,15 @@ pub(crate) fn plant(random: &mut Random, (n, m, p): (usize, usize, usize)) -> Ex
     ExpressionPlant::within(&f, &h, &scope).unwrap_or_else(|error| panic!("{f:?} {h:?}: {error}"))
 }
 
-/// An observer of expressions, of a plant which may have lookup tables: it has none itself.
+/// A recorded observer, which may have lookup tables, as its plant.
 fn extension(random: &mut Random) -> ExportableObserver {
     let (n, m, p, z) = (1 + random.below(4), random.below(3), 1 + random.below(2), 1 + random.below(3));
     let mut own = |(states, inputs, outputs): (usize, usize, usize)| {
         let parameters = Parameters::from([("k".to_owned(), 0.7), ("J".to_owned(), -1.3)]);
-        let scope = Scope::plant(states, inputs).with(&parameters).unwrap();
+        let scope = Scope::plant(states, inputs).with(&parameters).unwrap().tables(&tables()).unwrap();
         let mut row = |linear: String| {
             let depth = 1 + random.below(3);
-            let rest = expression(random, depth, (states, inputs));
-            format!("{linear} + 0.3*tanh({})", rest.replace("line(", "sin(").replace("cubic(", "cos("))
+            format!("{linear} + 0.3*tanh({})", expression(random, depth, (states, inputs)))
         };
         let f: Vec<String> = (1..=states).map(|i| row(format!("-0.5*x{i}"))).collect();
         let h: Vec<String> = (0..outputs).map(|i| row(format!("x{}", 1 + i % states))).collect();
@@ -107,30 +105,28 @@ fn extension(random: &mut Random) -> ExportableObserver {
     };
     let (flow, start) = (own((z, m + p, n)), own((n, p, z)));
     let jump = own((z, m + p, z));
-    let observer = ExpressionObserver::new(flow, start, (m, p)).unwrap();
-    let observer = if random.below(2) == 0 { observer.with_jump(jump).unwrap() } else { observer };
+    let jump = (random.below(2) == 0).then_some(jump);
     let (period, substeps) = (0.02 + 0.01 * random.below(5) as f64, 1 + random.below(3));
-    ExportableObserver::Extension(
-        InterSampleObserver::new(plant(random, (n, m, p)), observer, period, substeps).unwrap(),
-    )
+    let plant = plant(random, (n, m, p));
+    let observer = Rows { flow, start, jump, outputs: p }.recorded(&plant);
+    ExportableObserver::Extension(InterSampleObserver::new(plant, observer, period, substeps).unwrap())
 }
 
 /// An observer whose step is given by expressions, with the outputs that its first states predict.
 fn step(random: &mut Random) -> ExportableObserver {
     let (n, m, p) = (2 + random.below(3), random.below(3), 1 + random.below(2));
     let parameters = Parameters::from([("k".to_owned(), 0.7), ("J".to_owned(), -1.3)]);
-    let scope = Scope::plant(n, m + p).with(&parameters).unwrap();
+    let scope = Scope::plant(n, m + p).with(&parameters).unwrap().tables(&tables()).unwrap();
     let f: Vec<String> = (1..=n)
         .map(|i| {
             let depth = 1 + random.below(3);
             let rest = expression(random, depth, (n, m + p));
-            let rest = rest.replace("line(", "sin(").replace("cubic(", "cos(");
             format!("0.5*x{i} + 0.1*abs(u{}) + 0.3*tanh({rest})", m + 1)
         })
         .collect();
     let h: Vec<String> = (1..=p).map(|i| format!("x{i}")).collect();
     let flow = ExpressionPlant::within(&f, &h, &scope).unwrap_or_else(|error| panic!("{f:?}: {error}"));
-    ExportableObserver::Step(ExpressionStep::new(flow, m, 0.02 + 0.01 * random.below(5) as f64).unwrap())
+    ExportableObserver::Step(rows::step(&flow, m, 0.02 + 0.01 * random.below(5) as f64))
 }
 
 /// An observer of a nonlinear plant.

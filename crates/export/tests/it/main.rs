@@ -11,3 +11,4 @@ mod moving_horizon;
 mod names;
 mod number;
 mod operations;
+mod rows;

@@ -6,13 +6,15 @@
 //! and the value of the one that is not taken has no effect, whether it is defined or not.
 //!
 //! Simplifications are exact: neutral elements, signs, and operations on constants, which are rounded to binary64 once.
-//! A product with zero is kept unless the zero is a derivative that vanishes identically.
+//! A product with zero is kept unless the zero is a derivative that vanishes identically. In a recording the sign of a
+//! zero is kept as well.
 //!
 //! | file | subject |
 //! |---|---|
 //! | `translate` | from the syntax tree of an expression to nodes |
 //! | `derivative` | partial derivatives of nodes |
 //! | `routine` | the nodes that some results need, in order: evaluation over any scalar |
+//! | `recording` | a body that is written for every scalar, as a routine |
 //! | `program` | a routine over binary64 in registers, over several lanes at once |
 //! | `source` | a routine as source code of C and Rust |
 //!
@@ -21,6 +23,7 @@
 
 mod derivative;
 mod program;
+pub(crate) mod recording;
 mod routine;
 mod source;
 mod translate;
@@ -28,6 +31,7 @@ mod translate;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+pub use recording::{Recorded, Recording, RecordingError, record};
 pub use routine::Routine;
 pub use source::{Dialect, Language, Lookups, MathFunction};
 
@@ -42,6 +46,10 @@ pub(crate) type Id = u32;
 pub(crate) enum Node {
     /// The bits of a binary64 number.
     Constant(u64),
+    /// The distance from 1 to the next number of the format.
+    Epsilon,
+    /// The largest number of the format.
+    Largest,
     Truth(bool),
     Time,
     State(u32),
@@ -65,20 +73,24 @@ impl Node {
     /// The operands, in order.
     pub(crate) fn operands(self) -> impl Iterator<Item = Id> {
         let list: [Option<Id>; 3] = match self {
-            Self::Constant(_) | Self::Truth(_) | Self::Time | Self::State(_) | Self::Input(_) => [None; 3],
             Self::Unary(_, x) | Self::Table(_, x) | Self::Slope(_, x) | Self::Not(x) => [Some(x), None, None],
             Self::Binary(_, x, y) | Self::Compare(_, x, y) | Self::And(x, y) | Self::Or(x, y) => {
                 [Some(x), Some(y), None]
             }
             Self::Select(c, x, y) => [Some(c), Some(x), Some(y)],
+            _ => [None; 3],
         };
         list.into_iter().flatten()
+    }
+
+    /// Whether it has no operands, so that it is written where it is used.
+    pub(crate) fn is_leaf(self) -> bool {
+        self.operands().next().is_none()
     }
 
     /// The same operation with other numbers for its operands.
     pub(crate) fn renumbered(self, number: impl Fn(Id) -> Id) -> Self {
         match self {
-            Self::Constant(_) | Self::Truth(_) | Self::Time | Self::State(_) | Self::Input(_) => self,
             Self::Unary(unary, x) => Self::Unary(unary, number(x)),
             Self::Binary(binary, x, y) => Self::Binary(binary, number(x), number(y)),
             Self::Table(table, x) => Self::Table(table, number(x)),
@@ -88,6 +100,7 @@ impl Node {
             Self::Or(x, y) => Self::Or(number(x), number(y)),
             Self::Not(x) => Self::Not(number(x)),
             Self::Select(c, x, y) => Self::Select(number(c), number(x), number(y)),
+            leaf => leaf,
         }
     }
 }
@@ -97,10 +110,24 @@ impl Node {
 pub(crate) struct Graph {
     nodes: Vec<Node>,
     known: HashMap<Node, Id>,
+    /// The values in binary64 and binary32 of nodes without time, states and inputs.
+    fixed: Vec<Option<(f64, f32)>>,
     tables: Vec<Arc<Table>>,
+    /// Of a recording: a simplification may not change the sign of a zero.
+    keeps_signs: bool,
 }
 
 impl Graph {
+    /// That of a recording, with these tables.
+    fn recording(tables: Vec<Arc<Table>>) -> Self {
+        Self { tables, keeps_signs: true, ..Self::default() }
+    }
+
+    /// Whether adding this constant changes no number: in a recording only that of the negative zero does not.
+    fn is_neutral(&self, constant: Option<f64>) -> bool {
+        constant.is_some_and(|zero| zero == 0.0 && (!self.keeps_signs || zero.is_sign_negative()))
+    }
+
     fn node(&self, id: Id) -> Node {
         self.nodes[id as usize]
     }
@@ -133,9 +160,23 @@ impl Graph {
         }
         // Rows are bounded in number and length, so that 32 bits count their nodes.
         let id = self.nodes.len() as Id;
+        let fixed = self.fixed_value(node);
         self.nodes.push(node);
+        self.fixed.push(fixed);
         self.known.insert(node, id);
         id
+    }
+
+    fn fixed_value(&self, node: Node) -> Option<(f64, f32)> {
+        let of = |id: Id| self.fixed[id as usize];
+        match node {
+            Node::Constant(bits) => Some((f64::from_bits(bits), f64::from_bits(bits) as f32)),
+            Node::Epsilon => Some((f64::EPSILON, f32::EPSILON)),
+            Node::Largest => Some((f64::MAX, f32::MAX)),
+            Node::Unary(unary, x) => of(x).map(|(x, single)| (unary.at(x), unary.at(single))),
+            Node::Binary(binary, x, y) => of(x).zip(of(y)).map(|(x, y)| (binary.at(x.0, y.0), binary.at(x.1, y.1))),
+            _ => None,
+        }
     }
 
     fn table(&mut self, table: &Arc<Table>) -> u32 {
@@ -164,7 +205,9 @@ impl Graph {
         if unary == Unary::Negate {
             match self.node(x) {
                 Node::Unary(Unary::Negate, inner) => return inner,
-                Node::Binary(Binary::Subtract, a, b) => return self.binary(Binary::Subtract, b, a),
+                Node::Binary(Binary::Subtract, a, b) if !self.keeps_signs => {
+                    return self.binary(Binary::Subtract, b, a);
+                }
                 _ => {}
             }
         }
@@ -201,8 +244,8 @@ impl Graph {
         match binary {
             Binary::Add => self.sum(x, y, first, second),
             Binary::Subtract => match (self.negated(y), first, second) {
-                (_, _, Some(0.0)) => x,
-                (_, Some(0.0), _) => self.negate(y),
+                (_, _, Some(zero)) if self.is_neutral(Some(-zero)) => x,
+                (_, Some(0.0), _) if !self.keeps_signs => self.negate(y),
                 (Some(y), ..) => self.add(x, y),
                 _ => self.push(Node::Binary(binary, x, y)),
             },
@@ -227,8 +270,8 @@ impl Graph {
 
     fn sum(&mut self, x: Id, y: Id, first: Option<f64>, second: Option<f64>) -> Id {
         match (self.negated(x), self.negated(y), first, second) {
-            (_, _, _, Some(0.0)) => x,
-            (_, _, Some(0.0), _) => y,
+            _ if self.is_neutral(second) => x,
+            _ if self.is_neutral(first) => y,
             (_, Some(y), ..) => self.subtract(x, y),
             (Some(x), ..) => self.subtract(y, x),
             // Addition and multiplication of floating-point numbers commute.
@@ -262,9 +305,14 @@ impl Graph {
     }
 
     pub(crate) fn compare(&mut self, comparison: Comparison, x: Id, y: Id) -> Id {
-        match (self.value(x), self.value(y)) {
-            (Some(x), Some(y)) => self.push(Node::Truth(comparison.at(x, y))),
-            _ => self.push(Node::Compare(comparison, x, y)),
+        // What is the same in both formats.
+        let answer = self.fixed[x as usize].zip(self.fixed[y as usize]).and_then(|(x, y)| {
+            let answer = comparison.at(x.0, y.0);
+            (answer == comparison.at(x.1, y.1)).then_some(answer)
+        });
+        match answer {
+            Some(truth) => self.push(Node::Truth(truth)),
+            None => self.push(Node::Compare(comparison, x, y)),
         }
     }
 
@@ -289,6 +337,12 @@ impl Graph {
             Some(truth) => self.push(Node::Truth(!truth)),
             None => self.push(Node::Not(x)),
         }
+    }
+
+    /// Whether a number is finite.
+    pub(crate) fn finite(&mut self, x: Id) -> Id {
+        let (size, largest) = (self.unary(Unary::Abs, x), self.push(Node::Largest));
+        self.compare(Comparison::LessOrEqual, size, largest)
     }
 
     pub(crate) fn select(&mut self, condition: Id, x: Id, y: Id) -> Id {

@@ -70,6 +70,8 @@ impl Program {
         for node in nodes {
             match *node {
                 Node::Constant(bits) => constants.push(f64::from_bits(bits)),
+                Node::Epsilon => constants.push(f64::EPSILON),
+                Node::Largest => constants.push(f64::MAX),
                 Node::Truth(truth) => constants.push(f64::from(u8::from(truth))),
                 Node::Time => loads.push(Load::Time),
                 Node::State(k) => loads.push(Load::State(k)),
@@ -93,7 +95,9 @@ impl Program {
         let mut places = vec![0; nodes.len()];
         for (k, operation) in operations.iter().enumerate() {
             let counter = match operation {
-                Operation::Node(Node::Constant(_) | Node::Truth(_)) => Some(&mut constant),
+                Operation::Node(Node::Constant(_) | Node::Epsilon | Node::Largest | Node::Truth(_)) => {
+                    Some(&mut constant)
+                }
                 Operation::Node(Node::Time | Node::State(_) | Node::Input(_)) => Some(&mut load),
                 Operation::Within => continue,
                 _ => None,
@@ -341,6 +345,12 @@ fn instruction(node: Node, to: Register, place: impl Fn(Id) -> Register) -> Opti
         Node::Or(x, y) => Instruction::Or(to, place(x), place(y)),
         Node::Not(x) => Instruction::Not(to, place(x)),
         Node::Select(condition, x, y) => Instruction::Select(to, place(condition), place(x), place(y)),
-        Node::Constant(_) | Node::Truth(_) | Node::Time | Node::State(_) | Node::Input(_) => return None,
+        Node::Constant(_)
+        | Node::Epsilon
+        | Node::Largest
+        | Node::Truth(_)
+        | Node::Time
+        | Node::State(_)
+        | Node::Input(_) => return None,
     })
 }

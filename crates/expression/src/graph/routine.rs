@@ -7,7 +7,9 @@ use std::sync::Arc;
 use nalgebra::{RealField, convert, try_convert};
 
 use super::program::Program;
+use super::recording;
 use super::source::{self, Dialect, Lookups, MathFunction};
+use super::translate::Leaves;
 use super::{Graph, Id, Node};
 use crate::function::{Binary, Unary};
 use crate::table::Table;
@@ -61,6 +63,9 @@ impl Routine {
             let result = |k: usize, [value]: [f64; 1]| result(k, convert(value));
             return program.run([number(t)], |k| entry(x, k), |k| entry(u, k), result);
         }
+        if let Some(values) = recording::routine(self, &t, x, u) {
+            return values.into_iter().enumerate().for_each(|(k, value)| result(k, value));
+        }
         // Most plants are short; the stack of the others is not worth an allocation per call until they are long.
         match self.code.len() {
             0..=16 => self.run(&mut [T::zero(); 16], t, x, u, result),
@@ -100,6 +105,8 @@ impl Routine {
             let holds = |id: Id| at(id) != T::zero();
             values[k] = match *node {
                 Node::Constant(bits) => convert(f64::from_bits(bits)),
+                Node::Epsilon => T::default_epsilon(),
+                Node::Largest => T::max_value().unwrap_or_else(|| convert(f64::MAX)),
                 Node::Truth(condition) => truth(condition),
                 Node::Time => t,
                 Node::State(k) => entry(x, k),
@@ -124,6 +131,30 @@ impl Routine {
         for (k, id) in self.results.iter().enumerate() {
             result(k, values[*id as usize]);
         }
+    }
+
+    /// The derivatives of its results by the first n states, row by row.
+    ///
+    /// ```
+    /// use luenberger_expression::{ExpressionPlant, Parameters};
+    /// let plant = ExpressionPlant::new(&["x1*x2", "x2^2"], &["x1"], 0, &Parameters::new())?;
+    /// let mut jacobian = Vec::new();
+    /// plant.routines().f.jacobian(2).evaluate(0.0, &[2.0, 3.0], &[], |_, entry| jacobian.push(entry));
+    /// assert_eq!(jacobian, [3.0, 2.0, 0.0, 6.0]);
+    /// # Ok::<(), luenberger_expression::ExpressionPlantError>(())
+    /// ```
+    #[must_use]
+    pub fn jacobian(&self, n: usize) -> Self {
+        let mut graph = Graph { tables: self.tables.clone(), ..Graph::default() };
+        let results = graph.inlined(self, Leaves::Own);
+        let jacobian = graph.jacobian(&results, n);
+        graph.routine(&jacobian)
+    }
+
+    /// Whether its results are the states, in order.
+    pub fn is_identity(&self) -> bool {
+        let mut results = self.results.iter().map(|result| self.code[*result as usize]).enumerate();
+        results.all(|(k, node)| node == Node::State(k as u32))
     }
 
     /// Whether the time occurs in it.
@@ -178,19 +209,15 @@ impl Routine {
     /// Operations on numbers: sums, products, quotients, comparisons and calls of functions, each counted once.
     pub fn operations(&self) -> usize {
         let counts = |node: &&Node| {
-            !matches!(
-                node,
-                Node::Constant(_)
-                    | Node::Truth(_)
-                    | Node::Time
-                    | Node::State(_)
-                    | Node::Input(_)
-                    | Node::Unary(Unary::Negate | Unary::Abs, _)
-                    | Node::And(..)
-                    | Node::Or(..)
-                    | Node::Not(_)
-                    | Node::Select(..)
-            )
+            !node.is_leaf()
+                && !matches!(
+                    node,
+                    Node::Unary(Unary::Negate | Unary::Abs, _)
+                        | Node::And(..)
+                        | Node::Or(..)
+                        | Node::Not(_)
+                        | Node::Select(..)
+                )
         };
         self.code.iter().filter(counts).count()
     }

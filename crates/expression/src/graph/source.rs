@@ -165,6 +165,14 @@ impl Dialect<'_> {
         }
     }
 
+    /// A number of `<float.h>`, and in Rust of the type.
+    fn of_format(&self, name: &str) -> String {
+        match self.language {
+            Language::C => format!("{}_{name}", if self.single { "FLT" } else { "DBL" }),
+            Language::Rust => format!("{}::{name}", self.number()),
+        }
+    }
+
     /// `condition ? x : y`.
     fn choice(&self, condition: &str, x: &str, y: &str) -> String {
         match self.language {
@@ -181,6 +189,8 @@ fn operand(routine: &Routine, dialect: &Dialect, id: Id) -> String {
             let literal = dialect.literal(f64::from_bits(bits));
             if literal.starts_with('-') { format!("({literal})") } else { literal }
         }
+        Node::Epsilon => dialect.of_format("EPSILON"),
+        Node::Largest => dialect.of_format("MAX"),
         Node::Truth(truth) => truth.to_string(),
         Node::Time => "t".to_owned(),
         Node::State(k) => format!("x[{k}]"),
@@ -210,7 +220,6 @@ pub(super) fn body(routine: &Routine, dialect: &Dialect) -> String {
 fn operation(routine: &Routine, dialect: &Dialect, node: Node) -> Option<String> {
     let of = |id: Id| operand(routine, dialect, id);
     Some(match node {
-        Node::Constant(_) | Node::Truth(_) | Node::Time | Node::State(_) | Node::Input(_) => return None,
         Node::Unary(unary, x) => function(dialect, unary, &of(x)),
         Node::Binary(binary, x, y) => two(dialect, binary, &of(x), &of(y)),
         Node::Table(table, x) => format!("{}table{table}({})", dialect.prefix, of(x)),
@@ -220,6 +229,7 @@ fn operation(routine: &Routine, dialect: &Dialect, node: Node) -> Option<String>
         Node::Or(x, y) => format!("{} || {}", of(x), of(y)),
         Node::Not(x) => format!("!{}", of(x)),
         Node::Select(condition, x, y) => dialect.choice(&of(condition), &of(x), &of(y)),
+        _ => return None,
     })
 }
 

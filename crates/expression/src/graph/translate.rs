@@ -1,13 +1,71 @@
 //! From the syntax tree of an expression to nodes of the graph.
 
-use super::{Graph, Id, Node as Operation};
+use super::{Graph, Id, Node as Operation, Routine};
 use crate::function::{Binary, LARGEST_PRODUCT, Unary};
 use crate::scope::Symbol;
 use crate::tree::{Node, Tree};
 
+/// What stands for time, states and inputs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Leaves<'a> {
+    /// Themselves.
+    Own,
+    /// These nodes; others are NaN.
+    Given {
+        /// The time.
+        t: Id,
+        /// The states.
+        x: &'a [Id],
+        /// The inputs.
+        u: &'a [Id],
+    },
+}
+
 impl Graph {
+    /// The node of time, of a state or of an input.
+    fn leaf(&mut self, leaf: Operation, leaves: Leaves<'_>) -> Id {
+        let given = match (leaves, leaf) {
+            (Leaves::Given { t, .. }, Operation::Time) => Some(t),
+            (Leaves::Given { x, .. }, Operation::State(k)) => x.get(k as usize).copied(),
+            (Leaves::Given { u, .. }, Operation::Input(k)) => u.get(k as usize).copied(),
+            _ => return self.push(leaf),
+        };
+        given.unwrap_or_else(|| self.constant(f64::NAN))
+    }
+
+    /// The nodes of the results of a routine.
+    pub(super) fn inlined(&mut self, routine: &Routine, leaves: Leaves<'_>) -> Vec<Id> {
+        let tables: Vec<u32> = routine.tables.iter().map(|table| self.table(table)).collect();
+        let mut ids: Vec<Id> = Vec::with_capacity(routine.code.len());
+        for node in &routine.code {
+            let node = node.renumbered(|operand| ids[operand as usize]);
+            let id = match node {
+                Operation::Time | Operation::State(_) | Operation::Input(_) => self.leaf(node, leaves),
+                Operation::Unary(unary, x) => self.unary(unary, x),
+                Operation::Binary(binary, x, y) => self.binary(binary, x, y),
+                Operation::Table(table, x) => self.looked_up(tables[table as usize], x),
+                Operation::Slope(table, x) => self.push(Operation::Slope(tables[table as usize], x)),
+                Operation::Compare(comparison, x, y) => self.compare(comparison, x, y),
+                Operation::And(x, y) => self.and(x, y),
+                Operation::Or(x, y) => self.or(x, y),
+                Operation::Not(x) => self.not(x),
+                Operation::Select(condition, x, y) => self.select(condition, x, y),
+                Operation::Constant(_) | Operation::Epsilon | Operation::Largest | Operation::Truth(_) => {
+                    self.push(node)
+                }
+            };
+            ids.push(id);
+        }
+        routine.results.iter().map(|result| ids[*result as usize]).collect()
+    }
+
     /// The node of an expression.
     pub(crate) fn expression(&mut self, tree: &Tree) -> Id {
+        self.expression_of(tree, Leaves::Own)
+    }
+
+    /// The same of these variables.
+    pub(crate) fn expression_of(&mut self, tree: &Tree, leaves: Leaves<'_>) -> Id {
         let nodes: Vec<&Node> = tree.nodes().collect();
         // The nodes between the parts of a choice have no value.
         let none = self.constant(0.0);
@@ -16,9 +74,9 @@ impl Graph {
             let id = match node {
                 Node::Number(number) => self.constant(*number),
                 Node::Symbol(symbol, _) => match *symbol {
-                    Symbol::Time => self.push(Operation::Time),
-                    Symbol::State(k) => self.push(Operation::State(k as u32)),
-                    Symbol::Input(k) => self.push(Operation::Input(k as u32)),
+                    Symbol::Time => self.leaf(Operation::Time, leaves),
+                    Symbol::State(k) => self.leaf(Operation::State(k as u32), leaves),
+                    Symbol::Input(k) => self.leaf(Operation::Input(k as u32), leaves),
                     Symbol::Pi => self.constant(core::f64::consts::PI),
                     Symbol::E => self.constant(core::f64::consts::E),
                     Symbol::Parameter(value) => self.constant(value),

@@ -11,6 +11,9 @@
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
+use crate::cubic::count;
+use crate::dense::{choose, times};
+
 /// `adj A` and `det A`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Adjugate<T: RealField + Copy, Q: Dim>
@@ -41,44 +44,43 @@ where
     if n == 0 {
         return Adjugate { adjugate: a.clone(), determinant: one };
     }
-    if a.iter().any(|entry| !entry.is_finite()) {
-        let determinant = nalgebra::convert::<f64, T>(f64::NAN);
-        return Adjugate { adjugate: OMatrix::repeat_generic(order, order, determinant), determinant };
-    }
+    // 0, and NaN with an entry that is not finite.
+    let spoiled = a.iter().fold(zero, |sum, entry| sum + *entry * zero);
     // Elimination of U, with L^-1 P' gathered in `left` and the order of the columns in `columns`.
     let mut u = a.clone();
     let mut left = OMatrix::<T, Q, Q>::identity_generic(order, order);
-    let mut columns = OVector::<usize, Q>::from_fn_generic(order, U1, |i, _| i);
+    let mut columns = OVector::<T, Q>::from_fn_generic(order, U1, |i, _| count(i));
     let mut sign = one;
     for k in 0..n {
-        let (mut row, mut column) = (k, k);
+        let (mut largest, mut row, mut column) = (u[(k, k)].abs(), count::<T>(k), count::<T>(k));
         for j in k..n {
             for i in k..n {
-                if u[(i, j)].abs() > u[(row, column)].abs() {
-                    (row, column) = (i, j);
-                }
+                let (size, before) = (u[(i, j)].abs(), largest);
+                largest = choose(|| size > before, size, before);
+                row = choose(|| size > before, count(i), row);
+                column = choose(|| size > before, count(j), column);
             }
-        }
-        if row != k {
-            u.swap_rows(k, row);
-            left.swap_rows(k, row);
-            sign = -sign;
-        }
-        if column != k {
-            u.swap_columns(k, column);
-            columns.swap_rows(k, column);
-            sign = -sign;
-        }
-        let pivot = u[(k, k)];
-        if pivot == zero {
-            if k + 1 < n {
-                // Two zero pivots: rank n - 2 or less.
-                return Adjugate { adjugate: OMatrix::zeros_generic(order, order), determinant: zero };
-            }
-            break;
         }
         for i in k + 1..n {
-            let factor = u[(i, k)] / pivot;
+            let is_row = || row == count(i);
+            for j in 0..n {
+                exchange(is_row, &mut u, (k, j), (i, j));
+                exchange(is_row, &mut left, (k, j), (i, j));
+            }
+            sign = choose(is_row, -sign, sign);
+        }
+        for j in k + 1..n {
+            let is_column = || column == count(j);
+            for i in 0..n {
+                exchange(is_column, &mut u, (i, k), (i, j));
+            }
+            exchange(is_column, &mut columns, (k, 0), (j, 0));
+            sign = choose(is_column, -sign, sign);
+        }
+        let pivot = u[(k, k)];
+        for i in k + 1..n {
+            // Beside a zero pivot all is zero.
+            let factor = choose(|| pivot == zero, zero, u[(i, k)] / pivot);
             for j in 0..n {
                 if j >= k {
                     let reduced = u[(i, j)] - factor * u[(k, j)];
@@ -89,21 +91,35 @@ where
             }
         }
     }
-    let determinant = (0..n).fold(sign, |product, k| product * u[(k, k)]);
+    let determinant = (0..n).fold(sign, |product, k| product * u[(k, k)]) + spoiled;
     // adj U: upper triangular, its diagonal the products of the other pivots; rows above the diagonal by U adj(U) =
-    // det(U) I.
+    // det(U) I, and 0 where two pivots are.
     let mut middle = OMatrix::<T, Q, Q>::zeros_generic(order, order);
     for j in 0..n {
         middle[(j, j)] = (0..n).filter(|&k| k != j).fold(sign, |product, k| product * u[(k, k)]);
         for i in (0..j).rev() {
             let sum = (i + 1..=j).fold(zero, |sum, k| sum + u[(i, k)] * middle[(k, j)]);
-            middle[(i, j)] = -sum / u[(i, i)];
+            let pivot = u[(i, i)];
+            middle[(i, j)] = choose(|| pivot == zero, zero, -sum / pivot);
         }
     }
-    let product = middle * left;
-    let mut adjugate = OMatrix::zeros_generic(order, order);
-    for (k, &column) in columns.iter().enumerate() {
-        adjugate.set_row(column, &product.row(k));
-    }
-    Adjugate { adjugate, determinant }
+    let product = times(&middle, &left);
+    let placed = |i: usize, j: usize| {
+        (0..n).fold(zero, |entry, k| choose(|| columns[k] == count(i), product[(k, j)], entry)) + spoiled
+    };
+    Adjugate { adjugate: OMatrix::from_fn_generic(order, order, placed), determinant }
+}
+
+/// Two entries change places where the condition holds.
+fn exchange<T: RealField + Copy, R: Dim, C: Dim>(
+    condition: impl Fn() -> bool,
+    of: &mut OMatrix<T, R, C>,
+    first: (usize, usize),
+    second: (usize, usize),
+) where
+    DefaultAllocator: Allocator<R, C>,
+{
+    let (x, y) = (of[first], of[second]);
+    of[first] = choose(&condition, y, x);
+    of[second] = choose(&condition, x, y);
 }

@@ -22,6 +22,8 @@ pub mod gradient;
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
+use crate::dense::choose;
+
 /// Every shape of a regression with `R` rows and `Q` parameters can be stored. Never implement it yourself.
 #[diagnostic::on_unimplemented(
     message = "not every column and matrix of a regression of these sizes can be stored",
@@ -77,5 +79,5 @@ where
 
 /// The rate, or 0 where it has overflown: a state stands still rather than become NaN.
 pub fn finite_or_zero<T: RealField + Copy>(rate: T) -> T {
-    if rate.is_finite() { rate } else { T::zero() }
+    choose(|| rate.is_finite(), rate, T::zero())
 }

@@ -28,6 +28,7 @@ mod pseudo_inverse;
 mod quadrature;
 mod reset;
 mod sampled;
+mod sampled_jumps;
 mod sampled_nonlinear;
 mod semi_implicit;
 #[cfg(feature = "serde")]

@@ -8,8 +8,8 @@
 //! | `exported` | the program that an export prints, under the names of the study |
 //! | `kkl` | the numerical KKL observer |
 //! | `interval` | the interval observer |
-//! | `sliding_mode` | the sliding-mode observer |
 //! | `expressions` | the plant as expressions, which can be printed as source code |
+//! | `recorded` | observers as programs |
 //! | `record` | the run of the study at the samples: what the exported step is compared with |
 
 mod exported;
@@ -21,7 +21,7 @@ mod kkl;
 mod linear;
 mod nonlinear;
 mod record;
-mod sliding_mode;
+pub(crate) mod recorded;
 
 pub use exported::exported;
 pub use interval::IntervalDeployment;

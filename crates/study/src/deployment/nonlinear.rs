@@ -2,7 +2,7 @@
 
 use luenberger_design::Certificate;
 use luenberger_export::ExportableObserver;
-use luenberger_export::extension::ExpressionObserver;
+use luenberger_export::extension::RecordedObserver;
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
@@ -18,7 +18,6 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::fixed_steps::{self, MOST_SUBSTEPS};
 use super::{Evidence, Refusal, of_statement};
 use crate::design::{Designed, PrintedMean, Runnable};
-use crate::maps::{composed, whole};
 use crate::results::{DesignVerdict, Statement};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 
@@ -71,7 +70,7 @@ impl NonlinearStep {
                 // The design says of the sampled observer what the theorem does not.
                 let alone = Statement::of_proved(self.statement.proved_sentences().cloned());
                 let rest = format!(
-                    "The step in this code solves the implicit equation in closed form; rounding to {format} is not covered."
+                    "The step in this code solves the implicit equation at each sample; rounding to {format} is not covered."
                 );
                 let of_what = ", for the observer in continuous time";
                 return of_statement(title, self.certificate.as_ref(), of_what, &alone, &rest);
@@ -166,25 +165,7 @@ fn extension(
     plant: &ExpressionPlant,
     (period, substeps): (f64, Option<usize>),
 ) -> Result<NonlinearStep, Refusal> {
-    let written = match (&observer.kind, &designed.runnable) {
-        (_, Runnable::KklMaps(observer)) => whole::kkl(&study.plant, observer.map()),
-        (ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec), _) => whole::peb(&study.plant, spec, period),
-        (ObserverKind::ImmersionInvariance(spec), _) => composed::immersion(&study.plant, &spec.maps),
-        (ObserverKind::MeanValue { eta, internal_error, printed: Some(_), .. }, _) => {
-            composed::printed_mean_value(&study.plant, *eta, internal_error)
-        }
-        (_, Runnable::HighGainMaps(given)) => composed::high_gain(&study.plant, given.map(), given.gain().as_slice()),
-        (_, Runnable::UnknownInput(decoupled)) => {
-            let inner = composed::Decoupled::Linear(decoupled.inner());
-            composed::unknown_input(&inner, decoupled.h(), decoupled.d(), study.plant.model.size())
-        }
-        (_, Runnable::UnknownInputCubic(decoupled)) => {
-            let inner = composed::Decoupled::Cubic(decoupled.inner());
-            composed::unknown_input(&inner, decoupled.h(), decoupled.d(), study.plant.model.size())
-        }
-        _ => Err("the observer has no given maps".to_owned()),
-    };
-    let written = written.map_err(|why| (format!("the observer has no source code: {why}"), Vec::new()))?;
+    let written = super::recorded::observer(observer, &designed.runnable, (plant, period))?;
     let substeps = match substeps {
         Some(substeps) => substeps,
         None => substeps_of(study, observer, &written, plant, period)?,
@@ -214,7 +195,7 @@ fn remark(runnable: &Runnable) -> &'static str {
 fn substeps_of(
     study: &Study,
     observer: &ObserverSpec,
-    written: &ExpressionObserver,
+    written: &RecordedObserver,
     plant: &ExpressionPlant,
     period: f64,
 ) -> Result<usize, Refusal> {
@@ -376,11 +357,8 @@ pub(super) fn sampled(
             let step = (period, substeps.map_or_else(|| steps_for(period, fastest), Ok)?);
             Ok(of_design(ExportableObserver::Kkl(super::kkl::step((study, observer), kkl, &plant, step)?)))
         }
-        Runnable::SlidingMode(_) => {
-            let ObserverKind::SlidingMode(spec) = &observer.kind else {
-                return Err(plain("the observer has another kind".to_owned()));
-            };
-            Ok(of_design(ExportableObserver::Step(super::sliding_mode::step(study, spec)?)))
+        Runnable::SlidingMode(found) => {
+            Ok(of_design(ExportableObserver::Step(super::recorded::sliding_mode(found, &plant)?)))
         }
         Runnable::PrintedMeanValue(_) if !is_integral(observer) => Err((
             "the mean-value observer as printed has no export with beta by an iteration: its number of steps depends on the data"
@@ -395,7 +373,8 @@ pub(super) fn sampled(
                 .to_owned(),
             vec!["reduced-order, or luenberger, with K times its estimate".to_owned()],
         )),
-        Runnable::KklMaps(_)
+        Runnable::ReducedOrder(_)
+        | Runnable::KklMaps(_)
         | Runnable::Peb(_)
         | Runnable::PrintedMeanValue(_)
         | Runnable::Immersion(_)

@@ -32,7 +32,6 @@ pub(super) enum Misfit {
     Rank { needed: usize, smallest: f64, point: Vec<f64> },
     NotRegression { worst: ResidualWitness, inputs: usize },
     Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
-    UnnamedMaps,
 }
 
 impl From<DesignError> for Misfit {
@@ -298,11 +297,6 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
             (hypothesis, Advice::hint(exciting).and(Advice::hint(kkl)))
         }
         Misfit::Expressions(error) => (error.to_string(), Advice::default()),
-        Misfit::UnnamedMaps => (
-            "a state, an input or an output has a name that no expression can have, or that of another variable"
-                .to_owned(),
-            Advice::hint("other names in [plant]; xi1, xi2, .. are those of the observer"),
-        ),
     };
     failure(requested, hypothesis, advice).caused_by(misfit)
 }

@@ -18,7 +18,7 @@ mod nonlinear;
 pub(crate) mod norm_filter;
 mod operating_point;
 mod optimal;
-mod peb;
+pub(crate) mod peb;
 mod printed_mean_value;
 mod reduced_order;
 mod sliding_mode;
@@ -32,7 +32,6 @@ pub(crate) use interval::{Sampling, sampled_design as sampled_interval};
 pub use kkl_maps::candidate;
 pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 pub(crate) use noise_gain::SPEED_RATIO;
-pub(crate) use sliding_mode::gains as sliding_mode_gains_of;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;

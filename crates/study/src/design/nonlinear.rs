@@ -5,6 +5,8 @@ use luenberger_design::lpv::Polytope;
 use luenberger_design::{
     DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, Region, Sector,
 };
+use luenberger_export::extension::RecordedObserver;
+use luenberger_expression::record;
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel, Observer};
 use luenberger_plants::Plant;
 use luenberger_proof::certificate::{ProvedSentence, Reading, Represented};
@@ -14,7 +16,8 @@ use nalgebra::{DMatrix, DVector};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::{Designed, certified, lower_bound, matrix, number, uncertified, upper_bound};
-use crate::maps::{HighGainMaps, composed};
+use crate::deployment::recorded;
+use crate::maps::HighGainMaps;
 use crate::model::Model;
 use crate::results::{DesignReport, Statement};
 use crate::runnable::{Chains, Runnable};
@@ -217,8 +220,13 @@ pub(super) fn high_gain_maps(
 ) -> Result<Designed, Misfit> {
     let observer = HighGainObserver::new(maps.clone(), DVector::from_column_slice(alpha), r)?;
     let gain = observer.gain();
-    let poles = composed::high_gain(&study.plant, maps, gain.as_slice())
-        .ok()
+    let plant = study.plant.model.expressions().ok();
+    let poles = plant
+        .and_then(|plant| {
+            record(Some(&plant), |recording| {
+                RecordedObserver::new(recording, &recorded::high_gain(&observer).ok()?).ok()
+            })
+        })
         .and_then(|written| {
             let mut u = DVector::zeros(study.plant.inputs.len());
             if let Some(program) = study.input.program() {

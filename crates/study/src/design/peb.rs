@@ -9,16 +9,16 @@ use luenberger_design::kkl::{KklSettings, Residual};
 use luenberger_design::kkl_peb::{Excitation, Excite, excitation};
 use luenberger_design::{KklCandidate, KklError, Region};
 use luenberger_observers::kkl::KklMap;
-use luenberger_observers::{FilterMemory, KklPebObserver, ObserverDimensions, Regression, Reset};
+use luenberger_observers::{FilterMemory, KklPebObserver, ObserverDimensions, ObserverError, Regression, Reset};
 use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::Verdict;
 use luenberger_proof::wording::{at_most, counted, significant};
-use nalgebra::{DMatrix, DVector, Dyn, RealField};
+use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
 
 use super::explain::Misfit;
 use super::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
 use super::{Designed, matrix, number, upper_bound};
-use crate::maps::{PebSpec, RegressionMaps, ResetSpec};
+use crate::maps::{Estimator, PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
 use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
 use crate::runnable::Runnable;
@@ -47,12 +47,7 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
     }
     is_left_inverse(model, &maps.kkl, &spec.region, &report, settings.tolerance)?;
     let regression = regression(model, spec, &settings)?;
-    let mut observer =
-        KklPebObserver::new(maps.clone(), spec.estimator.clone(), spec.alpha)?.starting_at(spec.start)?;
-    if let Some(ResetSpec { period, above }) = spec.reset {
-        observer = observer.resetting(Reset { period, above, memory: maps.memory() })?;
-    }
-
+    let observer = observer(spec)?;
     let mut facts = kkl_maps::all_facts(&report, &report.stability.certificate);
     if maps.open.len() == maps.kkl.order() {
         // Nothing decays.
@@ -109,6 +104,22 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
     }
     designed.report.evidence = Some(evidence.join("; "));
     Ok(designed)
+}
+
+/// The observer with the numbers of a study, over any scalar.
+pub(crate) fn observer<T: RealField + Copy>(
+    spec: &PebSpec,
+) -> Result<KklPebObserver<RegressionMaps, Estimator<T>, T>, ObserverError> {
+    let maps = &spec.maps;
+    let observer = KklPebObserver::new(maps.clone(), spec.estimator.cast()?, convert(spec.alpha))?;
+    let observer = observer.starting_at(convert(spec.start))?;
+    match spec.reset {
+        Some(ResetSpec { period, above }) => {
+            let (period, above) = (convert(period), above.map(convert));
+            observer.resetting(Reset { period, above, memory: maps.memory() })
+        }
+        None => Ok(observer),
+    }
 }
 
 fn statement(spec: &PebSpec) -> Statement {

@@ -5,7 +5,7 @@ use luenberger_expression::Expression;
 use luenberger_observers::ObserverDimensions;
 use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 use luenberger_plants::Dimensions;
-use nalgebra::{DVector, Dyn};
+use nalgebra::{DVector, Dyn, RealField};
 
 /// The maps of a high-gain observer that estimates all states of the plant.
 ///
@@ -33,8 +33,8 @@ impl HighGainMaps {
     }
 
     /// The rows at these values.
-    fn column(rows: &[Expression], t: f64, x: &[f64], u: &DVector<f64>, y: &DVector<f64>) -> DVector<f64> {
-        let known: Vec<f64> = u.iter().chain(y.iter()).copied().collect();
+    fn column<T: RealField + Copy>(rows: &[Expression], t: T, x: &[T], u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
+        let known: Vec<T> = u.iter().chain(y.iter()).copied().collect();
         DVector::from_iterator(rows.len(), rows.iter().map(|row| row.evaluate(t, x, &known)))
     }
 }
@@ -52,7 +52,7 @@ pub(crate) fn place(lengths: &[usize], i: usize) -> ChainPosition {
     ChainPosition { output: lengths.len(), position: 0 }
 }
 
-impl HighGainMap<f64> for HighGainMaps {
+impl<T: RealField + Copy> HighGainMap<T> for HighGainMaps {
     type Xi = Dyn;
     type Inputs = Dyn;
     type Outputs = Dyn;
@@ -67,19 +67,19 @@ impl HighGainMap<f64> for HighGainMaps {
         place(&self.lengths, i)
     }
 
-    fn drift(&self, t: f64, xi: &DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) -> DVector<f64> {
+    fn drift(&self, t: T, xi: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
         Self::column(&self.drift, t, xi.as_slice(), u, y)
     }
 
-    fn shape(&self, t: f64, u: &DVector<f64>, y: &DVector<f64>) -> DVector<f64> {
+    fn shape(&self, t: T, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
         Self::column(&self.shape, t, &[], u, y)
     }
 
-    fn estimate(&self, t: f64, xi: &DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) -> DVector<f64> {
+    fn estimate(&self, t: T, xi: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
         Self::column(&self.estimate, t, xi.as_slice(), u, y)
     }
 
-    fn start(&self, t: f64, estimate: &DVector<f64>, _u: &DVector<f64>, y: &DVector<f64>) -> DVector<f64> {
+    fn start(&self, t: T, estimate: &DVector<T>, _u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
         Self::column(&self.start, t, estimate.as_slice(), &DVector::zeros(0), y)
     }
 }

@@ -111,18 +111,12 @@ impl<T: RealField + Copy> Immersion<T> for ImmersionMaps {
     }
 }
 
-impl DifferentiableImmersion<f64> for ImmersionMaps {
-    fn beta_directional(
-        &self,
-        y: &DVector<f64>,
-        chi: &DVector<f64>,
-        dy: &DVector<f64>,
-        dchi: &DVector<f64>,
-    ) -> DVector<f64> {
+impl<T: RealField + Copy> DifferentiableImmersion<T> for ImmersionMaps {
+    fn beta_directional(&self, y: &DVector<T>, chi: &DVector<T>, dy: &DVector<T>, dchi: &DVector<T>) -> DVector<T> {
         self.beta_jacobian(chi, y) * joined(dchi, dy)
     }
 
-    fn phi_directional(&self, x: &DVector<f64>, dx: &DVector<f64>) -> DVector<f64> {
+    fn phi_directional(&self, x: &DVector<T>, dx: &DVector<T>) -> DVector<T> {
         self.phi_jacobian(x) * dx
     }
 }

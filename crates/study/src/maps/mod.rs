@@ -11,18 +11,14 @@
 //! | `names` | what the variables of each map are called |
 //! | `kkl` | phi, Lambda, B and phi^L |
 //! | `bound` | the guaranteed bound of the estimation error |
-//! | `whole` | an observer as one set of expressions, for export |
-//! | `composed` | the same for observers that contain the plant |
 //! | `regression` | s, g and m, and what theta adds to xi; estimators |
 
 mod bound;
-pub(crate) mod composed;
 pub(crate) mod high_gain;
 mod immersion;
 mod kkl;
 mod names;
 mod regression;
-pub(crate) mod whole;
 
 pub(crate) use bound::{kkl_error_bound, left_inverse_defect};
 pub use high_gain::HighGainMaps;
@@ -30,4 +26,3 @@ pub use immersion::{ImmersionMaps, ImmersionSpec};
 pub use kkl::{KklMaps, KklMapsSpec};
 pub(crate) use names::MapNames;
 pub use regression::{Estimator, PebSpec, RegressionMaps, ResetSpec};
-pub(crate) use whole::operand;

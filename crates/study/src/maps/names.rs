@@ -69,38 +69,6 @@ impl<'a> MapNames<'a> {
         self.scope((parameters, 0), theta)
     }
 
-    /// An observer with `states` states, xi first: all of them are `_1, ..`, and outputs are `_y1, ..` as well.
-    pub(crate) fn whole(&self, states: usize) -> Result<Scope, ParameterError> {
-        let before = self.plant.inputs.len();
-        let all = (0..states).map(|k| (format!("_{}", k + 1), Variable::State(k)));
-        let names = self.own().chain(self.inputs()).chain(self.outputs()).chain(all);
-        let whole = self.scope((states, before + self.plant.outputs.len()), names.chain(self.plain_outputs(before)));
-        whole.map(Scope::generated)
-    }
-
-    /// The estimate of an observer as the states of the plant, and the outputs `_y1, ..`: the states are `_1, ..` as
-    /// well.
-    pub(crate) fn corrected(&self) -> Result<Scope, ParameterError> {
-        let count = self.plant.states.len();
-        let states = self.family(&self.plant.states, 'x', Variable::State);
-        let all = (0..count).map(|k| (format!("_{}", k + 1), Variable::State(k)));
-        let before = self.plant.inputs.len();
-        let names = states.chain(self.inputs()).chain(all).chain(self.plain_outputs(before));
-        self.scope((count, before + self.plant.outputs.len()), names)
-    }
-
-    /// The start of an observer: as phi, with outputs as `_y1, ..` as well.
-    pub(crate) fn start(&self) -> Result<Scope, ParameterError> {
-        let states = self.family(&self.plant.states, 'x', Variable::State);
-        let outputs = self.family(&self.plant.outputs, 'y', Variable::Input);
-        let names = states.chain(outputs).chain(self.plain_outputs(0));
-        self.scope((self.plant.states.len(), self.plant.outputs.len()), names).map(Scope::generated)
-    }
-
-    fn plain_outputs(&self, before: usize) -> impl Iterator<Item = (String, Variable)> + use<> {
-        (0..self.plant.outputs.len()).map(move |k| (format!("_y{}", k + 1), Variable::Input(before + k)))
-    }
-
     /// beta(y, chi): evaluated with (chi, y), of `order` states chi.
     pub(crate) fn manifold(&self, order: usize) -> Result<Scope, ParameterError> {
         let outputs = self.family(&self.plant.outputs, 'y', move |k| Variable::State(order + k));

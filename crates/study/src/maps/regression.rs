@@ -126,13 +126,13 @@ impl<T: RealField + Copy> Regression<T> for RegressionMaps {
 
 /// The estimator of theta.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Estimator {
+pub enum Estimator<T: RealField + Copy = f64> {
     /// The gradient estimator.
-    Gradient(Gradient<f64, Dyn>),
+    Gradient(Gradient<T, Dyn>),
     /// DREM with Kreisselmeier's extension.
-    Kreisselmeier(Drem<f64, Dyn, Kreisselmeier<f64>>),
+    Kreisselmeier(Drem<T, Dyn, Kreisselmeier<T>>),
     /// DREM with stable filters.
-    Filters(Drem<f64, Dyn, LtiFilters<f64, Dyn>>),
+    Filters(Drem<T, Dyn, LtiFilters<T, Dyn>>),
 }
 
 /// The same expression for each estimator.
@@ -146,27 +146,27 @@ macro_rules! each {
     };
 }
 
-impl ParameterEstimator<f64, Dyn, Dyn> for Estimator {
+impl<T: RealField + Copy> ParameterEstimator<T, Dyn, Dyn> for Estimator<T> {
     type Length = Dyn;
 
     fn state_len(&self, rows: usize) -> usize {
-        each!(self, one => ParameterEstimator::<f64, Dyn, Dyn>::state_len(one, rows))
+        each!(self, one => ParameterEstimator::<T, Dyn, Dyn>::state_len(one, rows))
     }
 
     fn parameters(&self) -> usize {
-        each!(self, one => ParameterEstimator::<f64, Dyn, Dyn>::parameters(one))
+        each!(self, one => ParameterEstimator::<T, Dyn, Dyn>::parameters(one))
     }
 
-    fn rate(&self, state: &[f64], y: &DVector<f64>, m: &DMatrix<f64>, rate: &mut [f64]) {
+    fn rate(&self, state: &[T], y: &DVector<T>, m: &DMatrix<T>, rate: &mut [T]) {
         each!(self, one => one.rate(state, y, m, rate));
     }
 
-    fn excitation(&self, state: &[f64], m: &DMatrix<f64>) -> Option<f64> {
+    fn excitation(&self, state: &[T], m: &DMatrix<T>) -> Option<T> {
         each!(self, one => one.excitation(state, m))
     }
 
-    fn shift(&self, state: &mut [f64], delta: &DVector<f64>) {
-        each!(self, one => ParameterEstimator::<f64, Dyn, Dyn>::shift(one, state, delta));
+    fn shift(&self, state: &mut [T], delta: &DVector<T>) {
+        each!(self, one => ParameterEstimator::<T, Dyn, Dyn>::shift(one, state, delta));
     }
 }
 
@@ -194,6 +194,25 @@ impl Estimator {
     pub fn filters(gain: &[f64], beta: &[f64]) -> Result<Self, ObserverError> {
         let filters = LtiFilters::new(DVector::from_column_slice(beta))?;
         Drem::new(DVector::from_column_slice(gain), filters).map(Self::Filters)
+    }
+
+    /// The same over another scalar.
+    ///
+    /// # Errors
+    /// Those of the constructors, which are not expected for an estimator that was made.
+    pub(crate) fn cast<T: RealField + Copy>(&self) -> Result<Estimator<T>, ObserverError> {
+        let column = |values: &DVector<f64>| values.map(convert::<f64, T>);
+        Ok(match self {
+            Self::Gradient(gradient) => Estimator::Gradient(Gradient::new(gradient.gain().map(convert))?),
+            Self::Kreisselmeier(drem) => {
+                let extension = Kreisselmeier::new(convert(drem.extension().forgetting_rate()))?;
+                Estimator::Kreisselmeier(Drem::new(column(drem.gain()), extension)?)
+            }
+            Self::Filters(drem) => {
+                let extension = LtiFilters::new(column(drem.extension().poles()))?;
+                Estimator::Filters(Drem::new(column(drem.gain()), extension)?)
+            }
+        })
     }
 
     /// As a phrase.

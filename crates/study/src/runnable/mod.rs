@@ -10,9 +10,10 @@ use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
     FunctionalObserver, HighGainObserver, ImmersionInvarianceObserver, Integral, IntervalObserver, KklObserver,
-    KklPebObserver, LinearObserver, MeanValueObserver, MovingHorizonEstimator, NonlinearLuenbergerObserver, Observer,
-    ObserverDimensions, ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver,
-    SlidingModeObserver, StationaryKalmanFilter, UnknownInputObserver, UnscentedKalmanFilter, VaryingPeriodObserver,
+    KklPebObserver, LinearInverse, LinearKkl, LinearObserver, MeanValueObserver, MovingHorizonEstimator,
+    NonlinearLuenbergerObserver, Observer, ObserverDimensions, ProportionalIntegralObserver, SampledCubicObserver,
+    SampledIntervalObserver, SampledObserver, SlidingModeObserver, StationaryKalmanFilter, UnknownInputObserver,
+    UnscentedKalmanFilter, VaryingPeriodObserver,
 };
 use luenberger_plants::{Plant, state_jacobian};
 use luenberger_sim::{AnyObserver, Continuous, Replay, SampleTimes, Sampled, Scenario};
@@ -32,6 +33,9 @@ pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
 
 /// An observer whose error does not depend on a disturbance.
 pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
+
+/// An observer of what the outputs leave open.
+pub(crate) type ReducedOrder = KklObserver<LinearKkl<f64, Dyn, Dyn, Dyn, Dyn, LinearInverse<f64, Dyn, Dyn, Dyn>>>;
 
 /// An observer of upper and lower bounds.
 pub(crate) type Enclosing = IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
@@ -123,6 +127,8 @@ pub enum Runnable {
     MovingHorizon(Box<MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_WINDOW>>),
     /// Functional observer, with K of z = K x.
     Functional(Box<FunctionalObserver<f64, Dyn, Dyn, Dyn>>, DMatrix<f64>),
+    /// Reduced-order observer.
+    ReducedOrder(Box<ReducedOrder>),
     /// KKL observer with given maps.
     KklMaps(Box<KklObserver<KklMaps>>),
     /// PEBO or [KKL+PEB] observer with given maps.
@@ -292,6 +298,7 @@ impl Runnable {
             Self::PrintedMeanValue(observer) => continuous(observer.as_ref()),
             Self::HighGain(observer) => continuous(observer.as_ref()),
             Self::HighGainMaps(observer) => continuous(observer.as_ref()),
+            Self::ReducedOrder(observer) => continuous(observer.as_ref()),
             Self::KklMaps(observer) => continuous(observer.as_ref()),
             Self::Peb(observer) => continuous(observer.as_ref()),
             Self::Immersion(observer) => continuous(observer.as_ref()),

@@ -1,12 +1,11 @@
-//! Observers that contain the plant, as one set of expressions for export: they are the observers that run.
+//! Exported observers that contain the plant: their steps approach the observer in continuous time, and their mistakes.
+//! That they are the observers that run is in [`recorded`](crate::recorded).
 
 use luenberger_export::Scalar;
 use luenberger_export::golden::Stepper;
-use luenberger_observers::Observer;
 use luenberger_study::deployment;
-use nalgebra::DVector;
 
-use crate::studies::{designed, extension, mistakes, read};
+use crate::studies::{mistakes, read};
 
 const CONVERTER: &str = r#"
 [plant]
@@ -91,12 +90,7 @@ e = [[0], [1], [0]]
 poles = [-1, -3, -4]
 "#;
 
-/// A sequence that looks random, in [0, 1).
-fn shares(count: usize, seed: f64) -> Vec<f64> {
-    (0..count).map(|k| ((k as f64 + seed) * 0.618_033_988_749_895).fract()).collect()
-}
-
-fn texts() -> Vec<String> {
+pub(crate) fn texts() -> Vec<String> {
     vec![
         format!("{CONVERTER}{HIGH_GAIN}"),
         format!("{CONVERTER}{IMMERSION}"),
@@ -105,40 +99,6 @@ fn texts() -> Vec<String> {
         LINEAR.to_owned(),
         format!("{LINEAR}gamma = 0.7\n"),
     ]
-}
-
-#[test]
-fn exported_expressions_are_the_observer() {
-    for text in texts() {
-        let study = read(&text).unwrap_or_else(|error| panic!("{error}"));
-        let observer = &study.observers[0];
-        let runnable = designed(&study).unwrap().runnable;
-        let size = runnable.dimensions();
-        let sampled =
-            deployment::sampled(&study, observer, Some(1e-9), Some(1)).unwrap_or_else(|why| panic!("{why:?}"));
-        let written = extension(&sampled).observer();
-        let column = |values: &[f64]| DVector::from_column_slice(values);
-        let close = |found: &[f64], expected: &[f64]| {
-            let scale = expected.iter().fold(1e-300_f64, |most, x| most.max(x.abs()));
-            for (found, expected) in found.iter().zip(expected) {
-                assert!((found - expected).abs() <= 1e-11 * scale, "{text}\n{found} {expected}");
-            }
-            assert_eq!(found.len(), expected.len());
-        };
-        for seed in 0..8 {
-            let seed = f64::from(seed) * 17.0 + 1.0;
-            let z: Vec<f64> = shares(size.state, seed).iter().map(|x| 2.0 * x - 0.5).collect();
-            let (u, y) = (shares(size.inputs, seed + 0.3), shares(size.outputs, seed + 0.7));
-            let slope = written.derivative(0.3, &column(&z), &column(&u), &column(&y));
-            close(slope.as_slice(), &runnable.motion(0.3, &z, &u, &y).unwrap());
-            let estimate = Observer::estimate(written, 0.3, &column(&z), &column(&u), &column(&y));
-            close(estimate.as_slice(), &runnable.estimate(0.3, &z, &u, &y).unwrap());
-            // An exported start is at u = 0.
-            let (xhat, none) = (shares(size.estimate, seed + 0.1), vec![0.0; size.inputs]);
-            let start = Observer::initial(written, 0.0, &column(&xhat), &column(&none), &column(&y));
-            close(start.as_slice(), &runnable.initial(0.0, &xhat, &none, &y).unwrap());
-        }
-    }
 }
 
 /// With shorter periods the exported step approaches the observer in continuous time.

@@ -34,6 +34,7 @@ mod page;
 mod plant;
 mod printed_mean_value;
 mod ranking;
+mod recorded;
 mod reduced_order;
 mod report;
 mod report_in_browser;

@@ -5,16 +5,15 @@ use std::sync::atomic::AtomicBool;
 
 use luenberger_export::Scalar;
 use luenberger_export::golden::Stepper;
-use luenberger_observers::Observer;
 use luenberger_proof::certificate::verify;
 use luenberger_study::Study;
 use luenberger_study::deployment;
 use luenberger_study::design::{Designed, NoDesign, design};
 
 use crate::messages;
-use crate::studies::{designed, extension, mistakes, read};
+use crate::studies::{designed, mistakes, read};
 
-const PLANT: &str = r#"
+pub(crate) const PLANT: &str = r#"
 [plant]
 states = ["i1", "v2", "i3", "v4"]
 f = ["(E - (1 - duty)*v2)/L1", "((1 - duty)*i1 + duty*i3)/C2", "(-duty*v2 - v4)/L3", "(i3 - G*v4)/C4"]
@@ -33,14 +32,14 @@ region = { states = [[-5, 5], [0, 60], [-5, 5], [-60, 0]], inputs = [[0.2, 0.8]]
 initial = [0, 24, -0.5, 0]
 "#;
 
-const KKL: &str = r#"kind = "kkl"
+pub(crate) const KKL: &str = r#"kind = "kkl"
 phi = ["v4", "L1*i1 - C2*v2"]
 lambda = ["-G/C4", "-(1 - duty)/L1"]
 b = ["i3/C4", "E - duty*i3 - (1 + C2/L1)*(1 - duty)*v2"]
 left_inverse = ["(xi2 + C2*v2)/L1", "v2", "i3", "xi1"]
 "#;
 
-const PEBO: &str = r#"kind = "pebo"
+pub(crate) const PEBO: &str = r#"kind = "pebo"
 phi = ["i1", "v4 - G*L3/C4*i3"]
 b = ["(E - (1 - duty)*v2)/L1", "(i3 + G*duty*v2)/C4"]
 left_inverse = ["xi1", "v2", "i3", "xi2 + G*L3/C4*i3"]
@@ -51,7 +50,7 @@ alpha = 0.5
 estimator = { kind = "gradient", gain = [0.001, 100] }
 "#;
 
-const BOTH: &str = r#"kind = "kkl-peb"
+pub(crate) const BOTH: &str = r#"kind = "kkl-peb"
 phi = ["i1", "v4"]
 lambda = [0, "-G/C4"]
 b = ["(E - (1 - duty)*v2)/L1", "i3/C4"]
@@ -70,7 +69,7 @@ left_inverse = ["z1", "v2", "i3", "z2"]
 "#;
 
 /// Proposition 6's plant with its [KKL+PEB] observer.
-const SIXTH: &str = r#"[plant]
+pub(crate) const SIXTH: &str = r#"[plant]
 f = ["exp(x3) - x1^3", "x1^2 + sin(x1) - x2", "1/(x1^2 + 1) + x1*u1"]
 h = ["x1"]
 [input]
@@ -377,65 +376,6 @@ pub(crate) fn mistakes_in_maps_are_reported_at_their_place() {
     assert!(read(&moving).unwrap_err().to_string().contains("`missing` depends on the time t"));
     let parameter = format!("{PLANT}{KKL}").replace("E = 12.0 }", "E = 12.0, xi1 = 1 }");
     assert!(read(&parameter).unwrap_err().to_string().contains("`xi1` cannot be the name of a parameter"));
-}
-
-/// A sequence that looks random, in [0, 1).
-fn shares(count: usize, seed: f64) -> Vec<f64> {
-    (0..count).map(|k| ((k as f64 + seed) * 0.618_033_988_749_895).fract()).collect()
-}
-
-/// The expressions that are exported have the right-hand side, the estimate and the start of the observer that runs.
-#[test]
-fn exported_expressions_are_the_observer() {
-    let drem =
-        |of: &str, extension: &str| of.replace("kind = \"gradient\", ", &format!("kind = \"drem\", {extension}, "));
-    let two_in_one = PEBO
-        .replace("s = [\"v2\", \"i3\"]", "s = [\"v2 + i3\"]")
-        .replace("g = [\"((1 - duty)*xi1 + duty*i3)/C2\", \"-(", "g = [\"((1 - duty)*xi1 + duty*i3)/C2 - (")
-        .replace("m = [\"(1 - duty)/C2\", \"-1/L3\"]", "m = [[\"(1 - duty)/C2\", \"-1/L3\"]]");
-    let on_converter = |observer: &str| format!("{PLANT}{observer}");
-    for (text, states) in [
-        (on_converter(KKL), 2),
-        (on_converter(PEBO), 12),
-        (on_converter(&PEBO.replace("alpha = 0.5", "alpha = 0.5\nleakage = 3")), 12),
-        (on_converter(&PEBO.replace("gain = [0.001, 100]", "gain = [[2, 1], [1, 3]]")), 12),
-        (on_converter(&drem(PEBO, "forgetting = 2")), 18),
-        (on_converter(&drem(&two_in_one, "filters = [30]")), 8 + 3),
-        (SIXTH.to_owned(), 6),
-    ] {
-        let study = read(&text).unwrap_or_else(|error| panic!("{error}"));
-        let observer = &study.observers[0];
-        let runnable = designed(&study).unwrap().runnable;
-        let size = runnable.dimensions();
-        assert_eq!(size.state, states, "{text}");
-        let sampled = deployment::sampled(&study, observer, Some(1e-9), Some(1)).unwrap();
-        let written = extension(&sampled).observer();
-        let column = |values: &[f64]| nalgebra::DVector::from_column_slice(values);
-        let close = |found: &[f64], expected: &[f64]| {
-            let scale = expected.iter().fold(1e-300_f64, |most, x| most.max(x.abs()));
-            for (found, expected) in found.iter().zip(expected) {
-                assert!((found - expected).abs() <= 1e-12 * scale, "{text}\n{found} {expected}");
-            }
-            assert_eq!(found.len(), expected.len());
-        };
-        for seed in 0..8 {
-            let seed = f64::from(seed) * 17.0 + 1.0;
-            let z: Vec<f64> = shares(size.state, seed).iter().map(|x| 2.0 * x - 0.5).collect();
-            let (u, y) = (shares(size.inputs, seed + 0.3), shares(size.outputs, seed + 0.7));
-            let mut z = z;
-            // theta inside its domain.
-            if text == SIXTH {
-                z[5] += 0.6;
-            }
-            let slope = written.derivative(0.3, &column(&z), &column(&u), &column(&y));
-            close(slope.as_slice(), &runnable.motion(0.3, &z, &u, &y).unwrap());
-            let estimate = Observer::estimate(written, 0.3, &column(&z), &column(&u), &column(&y));
-            close(estimate.as_slice(), &runnable.estimate(0.3, &z, &u, &y).unwrap());
-            let xhat = shares(size.estimate, seed + 0.1);
-            let start = Observer::initial(written, 0.0, &column(&xhat), &column(&u), &column(&y));
-            close(start.as_slice(), &runnable.initial(0.0, &xhat, &u, &y).unwrap());
-        }
-    }
 }
 
 /// With ever shorter periods the exported step approaches the observer in continuous time, at first order or better.

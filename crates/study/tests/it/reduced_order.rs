@@ -10,7 +10,7 @@ use crate::studies::{designed, extension, read, scratch};
 
 /// MATLAB's example of a minimum-order observer, Ogata, Modern Control Engineering, 5th ed., example 10-8: `x1' = x2`,
 /// `x2' = x3`, `x3' = -6 x1 - 11 x2 - 6 x3 + u`, `y = x1`, poles -2 +- j 2 sqrt 3, for which Ke = [-2; 17].
-const OGATA: &str = r#"[plant]
+pub(crate) const OGATA: &str = r#"[plant]
 a = [[0, 1, 0], [0, 0, 1], [-6, -11, -6]]
 b = [[0], [0], [1]]
 c = [[1, 0, 0]]

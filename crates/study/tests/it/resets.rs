@@ -10,10 +10,10 @@ use luenberger_study::deployment;
 use luenberger_study::design::{Designed, Runnable};
 use nalgebra::{DMatrix, DVector};
 
-use crate::studies::{designed, extension, mistakes, read};
+use crate::studies::{designed, mistakes, read};
 
 /// Van der Pol's oscillator: `z = x2 - x1 + x1^3/3` has `z' = -x1`, and `y' = z + y - y^3/3`.
-const STUDY: &str = r#"[plant]
+pub(crate) const STUDY: &str = r#"[plant]
 f = ["x2", "(1 - x1^2)*x2 - x1"]
 h = ["x1"]
 [simulation]
@@ -135,39 +135,6 @@ fn resets_on_a_log_leave_the_estimate() {
         let with = on_log(&format!("reset = {{ period = {period} }}"));
         let apart = (&with - &without).amax();
         assert!(apart < 1e-8 && with != without, "{period} {apart:e}");
-    }
-}
-
-/// The jump that is exported is that of the observer that runs, for every estimator and for both kinds of resets.
-#[test]
-fn exported_jumps_are_those_of_the_observer() {
-    let gradient = STUDY.to_owned();
-    let with =
-        |estimator: &str| STUDY.replace("kind = \"gradient\", gain", &format!("kind = \"drem\", {estimator}, gain"));
-    let scaled = |text: &str| text.replace("m = [1]", "m = [2]\nmissing = [\"2*theta1\"]");
-    for text in [gradient.clone(), with("forgetting = 1"), scaled(&gradient), scaled(&with("forgetting = 1"))] {
-        for reset in ["reset = { period = 0.5 }", "reset = { period = 0.5, above = 0.6 }"] {
-            let study = read(&format!("{text}theta_start = 0.25\n{reset}\n")).unwrap();
-            let designed = designed(&study).unwrap();
-            let Runnable::Peb(observer) = &designed.runnable else { unreachable!("a PEBO") };
-            let sampled = deployment::sampled(&study, &study.observers[0], Some(0.1), Some(1)).unwrap();
-            let written = extension(&sampled).observer();
-            let size = designed.runnable.dimensions().state;
-            for seed in 0..8 {
-                let share = |k: usize| (f64::from(seed) * 0.37 + k as f64 * 0.618_033_988_749_895).fract() * 2.0 - 0.8;
-                let state = DVector::from_fn(size, |k, _| share(k));
-                let y = DVector::from_element(1, share(99));
-                let due = observer.jump(0.0, &state, &DVector::zeros(0), &y);
-                for count in 0..=5 {
-                    let counted = state.clone().push(f64::from(count));
-                    let after = Observer::jump(written, 0.0, &counted, &DVector::zeros(0), &y);
-                    let expected = if count == 5 { &due } else { &state };
-                    let apart = (after.rows(0, size) - expected).amax();
-                    assert!(apart < 1e-13, "{text}{reset}\n{count} {apart:e}");
-                    assert_eq!(after[size], if count == 5 { 1.0 } else { f64::from(count) + 1.0 });
-                }
-            }
-        }
     }
 }
 

@@ -114,8 +114,8 @@ const SYSTEMS: Suite =
     Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["left_inverses::", "equations::"] };
 const TIMES: Suite =
     Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["varying_periods::", "exponential::"] };
-const EXPORTED: Suite =
-    Suite { package: "luenberger-study", binaries: &["--test", "it"], only: &["composed::", "resets::"] };
+const RECORDINGS: Suite =
+    Suite { package: "luenberger-expression", binaries: &["--test", "it"], only: &["recording::"] };
 const KKL_BOUND: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["kkl::"] };
 
 /// All of them.

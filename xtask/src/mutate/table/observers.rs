@@ -2,7 +2,7 @@
 
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
 use super::{
-    CUBIC, EXPORTED, INPUT_TO_STATE, INTERVAL, KKL, MEAN_VALUE, OBSERVERS, SAMPLED, SLIDING, Source, dropped, mutant,
+    CUBIC, INPUT_TO_STATE, INTERVAL, KKL, MEAN_VALUE, OBSERVERS, RECORDINGS, SAMPLED, SLIDING, Source, dropped, mutant,
     sign,
 };
 
@@ -388,14 +388,14 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "[KKL+PEB]: theta_hat not held in its domain",
                 Hypothesis,
-                ".map_or(theta, |bound| theta.max(bound))",
+                ".map_or(theta, |bound| larger(theta, bound))",
                 ".map_or(theta, |_| theta)",
             ),
             mutant(
                 "[KKL+PEB]: projected when it rises",
                 Sign,
-                "&& slope[offset + i] < T::zero()",
-                "&& slope[offset + i] > T::zero()",
+                "&& rate < T::zero(), T::zero(), rate",
+                "&& rate > T::zero(), T::zero(), rate",
             ),
             mutant(
                 "[KKL+PEB]: leaves its domain in 1/alpha, other sign",
@@ -468,33 +468,28 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/study/src/maps/composed.rs",
-        suites: &[EXPORTED],
+        file: "crates/observers/src/sampled_jumps.rs",
+        suites: &[OBSERVERS],
         mutants: &[
-            sign("exported high gain: drift - shape alpha/r^j (y - head)", "\"({}) + ({})*{}*({} - {})\""),
-            mutant("exported I&I: Dphi f + D_y beta Dh f", Sign, "(-{})*({rate})", "({})*({rate})"),
-            mutant("exported I&I: no Q in the kernel", Dropped, "format!(\"{} + {back}\", free[j])", "back"),
-            sign("exported unknown-input observer: + N", "{linear} - {strength}"),
-            sign("exported mean value: - |D| y~", "({}) + {}*{measured}"),
+            mutant("jumps at samples: not counted", Dropped, "samples + T::one()", "samples"),
+            mutant(
+                "jumps at samples: counted from 0",
+                Constant,
+                "u, y).as_slice(), T::one())",
+                "u, y).as_slice(), T::zero())",
+            ),
         ],
     },
     Source {
-        file: "crates/study/src/maps/whole.rs",
-        suites: &[EXPORTED],
+        file: "crates/expression/src/graph/recording.rs",
+        suites: &[RECORDINGS],
         mutants: &[
-            sign("exported reset: xi - missing(theta_hat)", "\"{} + ({} - {})\", state(i)"),
-            mutant("exported reset: Z + Phi delta", Sign, "format!(\"(-{})\", by(j))", "by(j)"),
+            mutant("recording: the other branch", WrongOperand, "yes.0, no.0)", "no.0, yes.0)"),
             mutant(
-                "exported reset: counts from 0",
-                Constant,
-                "if({is_due}, 1, {count} + 1)",
-                "if({is_due}, 0, {count} + 1)",
-            ),
-            mutant(
-                "exported reset: F[g] stays",
+                "recording: a number that is none is the largest",
                 Dropped,
-                "moved(known(k - r), &|j| regressor(k - r, j))",
-                "moved(known(k - r), &|j| format!(\"0*{}\", regressor(k - r, j)))",
+                "graph.or(better, none)",
+                "graph.or(better, better)",
             ),
         ],
     },
@@ -600,10 +595,10 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "adjugate: no sign of the permutation of columns",
                 Sign,
-                "columns.swap_rows(k, column);\n            sign = -sign;",
-                "columns.swap_rows(k, column);",
+                "sign = choose(is_column, -sign, sign);",
+                "",
             ),
-            mutant("adjugate: + sum/u", Sign, "middle[(i, j)] = -sum", "middle[(i, j)] = sum"),
+            mutant("adjugate: + sum/u", Sign, "zero, -sum / pivot", "zero, sum / pivot"),
         ],
     },
     Source {
@@ -627,8 +622,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "sliding mode: the sign in the layer",
                 Hypothesis,
-                "return (zero, z / layer);",
-                "return (zero, sign);",
+                "(r, choose(|| rest > zero, sign, z / layer))",
+                "(r, sign)",
             ),
             mutant("sliding mode: layer h^n", Dropped, "|layer, _| layer * self.h)", "|layer, _| layer)"),
             mutant("sliding mode: half the root", Constant, "(rest + rest) / (a +", "rest / (a +"),

@@ -1,7 +1,7 @@
 //! InterSampleObserver of 2 states, 1 inputs and 1 outputs, one step per sample.
 //!
 //!
-//! SHA-256 of the numbers: 4a995a783f5114de160f8be1e3055032d2d3c0ced320bd1d9d9aac93dd5543ce
+//! SHA-256 of the numbers: 8f60598981dbc255ab654af835cb266e9e6d22b7a4b3533380479ece2f96b997
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{Const, SVector};
@@ -73,18 +73,18 @@ impl luenberger_observers::Observer<f32> for Extension {
 #[allow(unused_parens, clippy::all, clippy::pedantic)]
 fn rate(t: f32, x: &[f32; 1], u: &[f32], out: &mut [f32; 1]) {
     let Some(u) = u.first_chunk::<2>() else { return };
-    let v3 = (-2.0) * x[0];
-    let v6 = 5.0 * u[1];
-    let v7 = v3 - v6;
-    let v9 = u[1] * u[1];
-    let v10 = u[1] * v9;
-    let v11 = v10 / 3.0;
-    let v12 = u[1] - v11;
-    let v13 = 2.0 * v12;
-    let v14 = v7 - v13;
+    let v6 = x[0] * (-2.0);
+    let v8 = u[1] * 5.0;
+    let v9 = v6 - v8;
+    let v11 = u[1] * u[1];
+    let v12 = u[1] * v11;
+    let v13 = v12 / 3.0;
+    let v14 = u[1] - v13;
+    let v15 = 2.0 * v14;
+    let v16 = v9 - v15;
     let v17 = libm::cosf(t);
     let v18 = u[0] * v17;
-    let v19 = v14 + v18;
+    let v19 = v16 + v18;
     out[0] = v19;
 }
 
@@ -106,13 +106,13 @@ fn estimate(_t: f32, x: &[f32; 1], u: &[f32], out: &mut [f32; 2]) {
 #[allow(unused_parens, clippy::all, clippy::pedantic)]
 fn start(_t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 1]) {
     let Some(u) = u.first_chunk::<1>() else { return };
-    let v3 = u[0] * u[0];
-    let v4 = u[0] * v3;
-    let v5 = v4 / 3.0;
-    let v6 = u[0] - v5;
-    let v7 = x[1] - v6;
+    let v4 = u[0] * u[0];
+    let v5 = u[0] * v4;
+    let v6 = v5 / 3.0;
+    let v7 = u[0] - v6;
+    let v8 = x[1] - v7;
     let v9 = u[0] * 2.0;
-    let v10 = v7 - v9;
+    let v10 = v8 - v9;
     out[0] = v10;
 }
 
@@ -120,11 +120,11 @@ fn start(_t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 1]) {
 #[allow(unused_parens, clippy::all, clippy::pedantic)]
 fn after(_t: f32, x: &[f32; 1], u: &[f32], out: &mut [f32; 1]) {
     let Some(u) = u.first_chunk::<2>() else { return };
-    let v2 = x[0] > 0.75;
-    let v4 = x[0] * 0.5;
-    let v7 = 0.125 * u[1];
-    let v8 = v4 + v7;
-    let v9 = if v2 { v8 } else { x[0] };
+    let v3 = x[0] > 0.75;
+    let v5 = x[0] * 0.5;
+    let v7 = u[1] * 0.125;
+    let v8 = v5 + v7;
+    let v9 = if v3 { v8 } else { x[0] };
     out[0] = v9;
 }
 

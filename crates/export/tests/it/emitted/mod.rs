@@ -13,7 +13,6 @@ emitted!(discrete extension filter kkl kkl_held kkl_held_table kkl_low_rank movi
 use std::path::Path;
 use std::sync::Arc;
 
-use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::kkl::Kkl;
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, ExportableObserver, Names, Scalar, golden};
@@ -27,6 +26,8 @@ use luenberger_observers::{
     SampledNonlinearObserver, SampledObserver, SigmaPoints, UnscentedKalmanFilter,
 };
 use nalgebra::{SMatrix, SVector, dmatrix, dvector};
+
+use crate::rows::Rows;
 
 fn plant(f: &[&str], h: &[&str], inputs: usize) -> ExpressionPlant {
     let table = Table::new(&[-1.0, 0.0, 2.0], &[0.5, 0.0, 1.5], Interpolation::MonotoneCubic, Extrapolation::Linear);
@@ -90,7 +91,7 @@ fn an_observer_of_expressions_is_emitted_as_rust() {
     let flow = plant(&["-2*x1 - 5*u2 - 2*(u2 - u2^3/3) + u1*cos(t)"], &["u2", "x1 + 3*u2 - u2^3/3"], 2);
     let start = plant(&["0", "0"], &["x2 - (u1 - u1^3/3) - 2*u1"], 1);
     let jump = plant(&["0"], &["if(x1 > 0.75, 0.5*x1 + 0.125*u2, x1)"], 2);
-    let observer = ExpressionObserver::new(flow, start, (1, 1)).unwrap().with_jump(jump).unwrap();
+    let observer = Rows { flow, start, jump: Some(jump), outputs: 1 }.recorded(&model);
     let sampled = InterSampleObserver::new(model, observer, 0.125, 2).unwrap();
     let export = export(ExportableObserver::Extension(sampled), Scalar::Binary32);
     unchanged(&export, "extension");

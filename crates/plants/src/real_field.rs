@@ -8,13 +8,14 @@
 //!
 //! - Rust's `+ - * /` and the sign, `PartialEq`, `PartialOrd` and `Display`;
 //! - [`Real`]: conversion from a number, elementary functions, and unsupported operations;
-//! - `real_field!(Type)`, which writes the rest.
+//! - [`real_field!(Type)`](crate::real_field!), which writes the rest. A crate that calls it depends on `approx`,
+//!   `nalgebra`, `num-traits` and `simba`.
 //!
 //! A macro and not a generic wrapper, because the types are public and appear in the messages of users' compilers:
 //! `IntervalDual` is to be read there, and not `Real<Dual<Interval>>`.
 //!
-//! The three: [`IntervalDual`](crate::IntervalDual) over a box, [`SymbolicPolynomial`](crate::SymbolicPolynomial) for
-//! what cancels, [`Jet`](crate::nonlinear_observability::Jet) along a trajectory.
+//! The four: `IntervalDual` over a box, `SymbolicPolynomial` for what cancels and `Jet` along a trajectory in the crate
+//! of designs, `Recorded` for the program that an observer runs in that of expressions.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -25,7 +26,9 @@ const EXACT_INTEGERS: u64 = 1 << f64::MANTISSA_DIGITS;
 /// say so.
 ///
 /// A file that implements it imports it in place of `ComplexField` and `RealField`, so that `x.sin()` is this one.
-pub(crate) trait Real:
+#[expect(missing_docs, reason = "a method without words is that of nalgebra with its name")]
+#[expect(clippy::return_self_not_must_use, reason = "as in nalgebra")]
+pub trait Real:
     Copy
     + PartialOrd
     + Add<Output = Self>
@@ -65,16 +68,32 @@ pub(crate) trait Real:
         true
     }
 
+    /// The distance from 1 to the next number.
+    fn epsilon() -> Self {
+        Self::exactly(f64::EPSILON)
+    }
+
+    /// The largest number.
+    fn largest() -> Self {
+        Self::exactly(f64::MAX)
+    }
+
+    /// What a function with branches comes to: `map_lanes` of one lane. A scalar that follows both branches joins them
+    /// here.
+    fn joined(branches: impl Fn() -> Self) -> Self {
+        branches()
+    }
+
     /// A piecewise constant function: `floor`, `signum` and similar.
     fn step(&self, operation: &'static str, f: impl Fn(f64) -> f64) -> Self;
 
     fn fract(self) -> Self {
-        self - self.step("fract", f64::trunc)
+        self - self.step("fract", <f64 as nalgebra::ComplexField>::trunc)
     }
 
     /// `x - y trunc(x/y)`, which jumps where x/y is an integer.
     fn remainder(self, other: Self) -> Self {
-        self - other * (self / other).step("remainder", f64::trunc)
+        self - other * (self / other).step("remainder", <f64 as nalgebra::ComplexField>::trunc)
     }
 
     fn abs(self) -> Self;
@@ -171,39 +190,36 @@ pub(crate) trait Real:
     }
 }
 
-/// Methods of a trait of nalgebra's that are those of [`Real`].
-macro_rules! by_real {
-    ($($method:ident($($argument:ident: $of:ty),*) -> $result:ty;)*) => {$(
+/// Writes what a [`Real`](crate::real_field::Real) needs to be a scalar of nalgebra's.
+#[macro_export]
+macro_rules! real_field {
+    // Methods of a trait of nalgebra that are those of `Real`.
+    (@by_real $($method:ident($($argument:ident: $of:ty),*) -> $result:ty;)*) => {$(
         #[inline]
         fn $method(self $(, $argument: $of)*) -> $result {
             $crate::real_field::Real::$method(self $(, $argument)*)
         }
     )*};
-}
-
-/// Functions that jump.
-macro_rules! steps {
-    ($($method:ident)*) => {$(
+    // Functions that jump.
+    (@steps $($method:ident)*) => {$(
         #[inline]
         fn $method(self) -> Self {
-            $crate::real_field::Real::step(&self, stringify!($method), f64::$method)
+            $crate::real_field::Real::step(
+                &self,
+                stringify!($method),
+                <f64 as nalgebra::ComplexField>::$method,
+            )
         }
     )*};
-}
-
-/// The constants of mathematics.
-macro_rules! constants {
-    ($($method:ident $name:ident,)*) => {$(
+    // The constants of mathematics.
+    (@constants $($method:ident $name:ident,)*) => {$(
         #[inline]
         fn $method() -> Self {
             $crate::real_field::Real::mathematical(core::f64::consts::$name)
         }
     )*};
-}
-
-/// An operator, and the same with an assignment.
-macro_rules! assigned {
-    ($scalar:ty: $($operator:ident $method:ident $by:ident::$of:ident,)*) => {$(
+    // An operator with an assignment.
+    (@assigned $scalar:ty: $($operator:ident $method:ident $by:ident::$of:ident,)*) => {$(
         impl core::ops::$operator for $scalar {
             #[inline]
             fn $method(&mut self, rhs: Self) {
@@ -211,11 +227,8 @@ macro_rules! assigned {
             }
         }
     )*};
-}
-
-/// Conversions from and to floating point.
-macro_rules! supersets {
-    ($scalar:ty: $($float:ident)*) => {$(
+    // Conversions from and to floating point.
+    (@supersets $scalar:ty: $($float:ident)*) => {$(
         impl simba::scalar::SupersetOf<$float> for $scalar {
             #[inline]
             fn is_in_subset(&self) -> bool {
@@ -233,10 +246,6 @@ macro_rules! supersets {
             }
         }
     )*};
-}
-
-/// Writes what a [`Real`] needs to be a scalar of nalgebra's.
-macro_rules! real_field {
     ($scalar:ident) => {
         impl core::ops::Rem for $scalar {
             type Output = Self;
@@ -247,7 +256,7 @@ macro_rules! real_field {
             }
         }
 
-        $crate::real_field::assigned! { $scalar:
+        $crate::real_field! { @assigned $scalar:
             AddAssign add_assign Add::add,
             SubAssign sub_assign Sub::sub,
             MulAssign mul_assign Mul::mul,
@@ -313,7 +322,7 @@ macro_rules! real_field {
 
             #[inline]
             fn signum(&self) -> Self {
-                $crate::real_field::Real::step(self, "signum", f64::signum)
+                $crate::real_field::Real::step(self, "signum", <f64 as nalgebra::ComplexField>::signum)
             }
 
             #[inline]
@@ -331,7 +340,7 @@ macro_rules! real_field {
             type Epsilon = Self;
 
             fn default_epsilon() -> Self {
-                $crate::real_field::Real::exactly(f64::EPSILON)
+                $crate::real_field::Real::epsilon()
             }
 
             fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
@@ -341,7 +350,7 @@ macro_rules! real_field {
 
         impl approx::RelativeEq for $scalar {
             fn default_max_relative() -> Self {
-                $crate::real_field::Real::exactly(f64::EPSILON)
+                $crate::real_field::Real::epsilon()
             }
 
             fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
@@ -376,7 +385,7 @@ macro_rules! real_field {
             }
         }
 
-        $crate::real_field::supersets! { $scalar: f32 f64 }
+        $crate::real_field! { @supersets $scalar: f32 f64 }
 
         impl nalgebra::SimdValue for $scalar {
             const LANES: usize = 1;
@@ -416,6 +425,16 @@ macro_rules! real_field {
             fn select(self, cond: bool, other: Self) -> Self {
                 if cond { self } else { other }
             }
+
+            #[inline]
+            fn map_lanes(self, f: impl Fn(Self) -> Self) -> Self {
+                $crate::real_field::Real::joined(|| f(self))
+            }
+
+            #[inline]
+            fn zip_map_lanes(self, b: Self, f: impl Fn(Self, Self) -> Self) -> Self {
+                $crate::real_field::Real::joined(|| f(self, b))
+            }
         }
 
         impl nalgebra::Field for $scalar {}
@@ -423,7 +442,7 @@ macro_rules! real_field {
         impl nalgebra::ComplexField for $scalar {
             type RealField = Self;
 
-            $crate::real_field::by_real! {
+            $crate::real_field! { @by_real
                 abs() -> Self; argument() -> Self; modulus_squared() -> Self; hypot(other: Self) -> Self; fract() -> Self; recip() -> Self;
                 sqrt() -> Self; try_sqrt() -> Option<Self>; cbrt() -> Self; powi(n: i32) -> Self; powf(n: Self) -> Self;
                 exp() -> Self; exp_m1() -> Self; ln() -> Self; ln_1p() -> Self;
@@ -431,7 +450,7 @@ macro_rules! real_field {
                 sinh() -> Self; cosh() -> Self; sinh_cosh() -> (Self, Self); tanh() -> Self; asinh() -> Self; acosh() -> Self; atanh() -> Self;
             }
 
-            $crate::real_field::steps! { signum floor ceil round trunc }
+            $crate::real_field! { @steps signum floor ceil round trunc }
 
             #[inline]
             fn from_real(re: Self) -> Self {
@@ -510,11 +529,11 @@ macro_rules! real_field {
         }
 
         impl nalgebra::RealField for $scalar {
-            $crate::real_field::by_real! {
+            $crate::real_field! { @by_real
                 copysign(sign: Self) -> Self; max(other: Self) -> Self; min(other: Self) -> Self; atan2(other: Self) -> Self;
             }
 
-            $crate::real_field::constants! {
+            $crate::real_field! { @constants
                 pi PI, two_pi TAU, frac_pi_2 FRAC_PI_2, frac_pi_3 FRAC_PI_3, frac_pi_4 FRAC_PI_4, frac_pi_6 FRAC_PI_6, frac_pi_8 FRAC_PI_8,
                 frac_1_pi FRAC_1_PI, frac_2_pi FRAC_2_PI, frac_2_sqrt_pi FRAC_2_SQRT_PI,
                 e E, log2_e LOG2_E, log10_e LOG10_E, ln_2 LN_2, ln_10 LN_10,
@@ -537,15 +556,13 @@ macro_rules! real_field {
 
             #[inline]
             fn min_value() -> Option<Self> {
-                Some($crate::real_field::Real::exactly(f64::MIN))
+                Some(-<Self as $crate::real_field::Real>::largest())
             }
 
             #[inline]
             fn max_value() -> Option<Self> {
-                Some($crate::real_field::Real::exactly(f64::MAX))
+                Some($crate::real_field::Real::largest())
             }
         }
     };
 }
-
-pub(crate) use {assigned, by_real, constants, real_field, steps, supersets};
