@@ -66,7 +66,7 @@ fn separation(poles: &[Complex<f64>]) -> f64 {
 fn eigenvector(f: &DMatrix<f64>, pole: Complex<f64>) -> Option<DVector<Complex<f64>>> {
     let n = f.nrows();
     // Next to the pole, so that the matrix is not singular.
-    let near = pole + Complex::new(1e-13 * f.norm(), 0.0);
+    let near = pole + Complex::new((1e-13 * f.norm()).max(f64::MIN_POSITIVE), 0.0);
     let shifted = DMatrix::from_fn(n, n, |i, j| {
         Complex::new(f[(i, j)], 0.0) - if i == j { near } else { Complex::new(0.0, 0.0) }
     });

@@ -14,7 +14,7 @@ use luenberger_plants::{Differentiable, Dimensions, LanePlant, Plant, PlantError
 use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector};
 
 use crate::function::is_number;
-use crate::graph::recording::is_recorded;
+use crate::graph::recording::{Recording, is_recorded, with_tables};
 use crate::graph::{Graph, Id, Routine};
 use crate::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
 
@@ -314,6 +314,12 @@ impl ExpressionPlant {
     /// The rows of h.
     pub fn h(&self) -> &[Expression] {
         &self.0.h
+    }
+
+    /// As [`record`](crate::record), for observers of this plant: its lookup tables have the numbers that they have in
+    /// its [`routines`](Self::routines), and others follow.
+    pub fn record<R>(&self, run: impl FnOnce(&mut Recording) -> R) -> R {
+        with_tables(self.routines().f.tables, run)
     }
 
     /// The right-hand sides as straight-line code: what is evaluated over numbers, and what is exported.

@@ -331,7 +331,8 @@ impl Task<'_> {
         }
         let candidates = self.candidates(f64::INFINITY, options);
         let best = candidates.iter().min_by(|x, y| x.found.norm.total_cmp(&y.found.norm));
-        let units = Units::of(self, best.map(|best| (&best.of, best.found.norm)));
+        let reference = if best.is_none() { self.reference() } else { None };
+        let units = Units::of(self, best.or(reference.as_ref()).map(|best| (&best.of, best.found.norm)));
         let (found, gain) = match (self.least_value(&units, options), best) {
             (Ok(found), _) => found,
             (Err(_), Some(best)) => (best.found.norm, best.of.l.clone()),
@@ -368,6 +369,11 @@ impl Task<'_> {
         all
     }
 
+    /// The first Kalman filter that has a norm, within the bound of the gain or not: its units are those of the plant.
+    fn reference(&self) -> Option<Candidate> {
+        self.candidates(f64::INFINITY, &GainOptions::default()).into_iter().next()
+    }
+
     /// The design for a bound.
     fn below(&self, gamma: f64, options: &GainOptions) -> Result<NormFilterDesign, DesignError> {
         if self.norm == SystemNorm::HInfinity
@@ -378,7 +384,8 @@ impl Task<'_> {
         }
         let candidates = self.candidates(gamma, options);
         let best = candidates.into_iter().min_by(|x, y| x.found.norm.total_cmp(&y.found.norm));
-        let units = Units::of(self, best.as_ref().map(|best| (&best.of, gamma)));
+        let reference = if best.is_none() { self.reference() } else { None };
+        let units = Units::of(self, best.as_ref().or(reference.as_ref()).map(|best| (&best.of, gamma)));
         let solved = self.gain_below(gamma, &units, options)?;
         if let Ok((l, p)) = &solved
             && let Ok(found) = self.measured(l)

@@ -2,7 +2,7 @@
 
 use luenberger_export::extension::RecordedObserver;
 use luenberger_export::step::RecordedStep;
-use luenberger_expression::{ExpressionPlant, Recorded, record};
+use luenberger_expression::{ExpressionPlant, Recorded};
 use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::{Plant, Shape};
 use nalgebra::{DVector, RealField};
@@ -51,7 +51,7 @@ impl<T: RealField + Copy> Observer<T> for Rows {
 impl Rows {
     /// Its program, with this plant.
     pub(crate) fn recorded(&self, plant: &ExpressionPlant) -> RecordedObserver {
-        record(Some(plant), |recording| RecordedObserver::new(recording, self)).unwrap()
+        plant.record(|recording| RecordedObserver::new(recording, self)).unwrap()
     }
 }
 
@@ -65,5 +65,5 @@ pub(crate) fn step(flow: &ExpressionPlant, inputs: usize, period: f64) -> Record
         flow.derivative(t, &column(z), &joined(&column(u), &column(y))).as_slice().to_vec()
     };
     let output = |t, z: &[Recorded]| flow.output(t, &column(z), &DVector::zeros(0)).as_slice().to_vec();
-    record(Some(flow), |recording| RecordedStep::new(recording, sizes, period, next, output)).unwrap()
+    flow.record(|recording| RecordedStep::new(recording, sizes, period, next, output)).unwrap()
 }

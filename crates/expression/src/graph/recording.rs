@@ -20,14 +20,15 @@ use core::cell::RefCell;
 use core::cmp::Ordering;
 use core::fmt;
 use core::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::Arc;
 
 use luenberger_plants::real_field;
 use luenberger_plants::real_field::Real;
 
 use super::translate::Leaves;
 use super::{Graph, Id, Node, Routine};
-use crate::ExpressionPlant;
 use crate::function::{Binary, Comparison, Unary};
+use crate::table::Table;
 use crate::tree::Tree;
 
 /// Paths of a body, and of a function in it, that are followed at most.
@@ -168,13 +169,13 @@ fn joined(graph: &mut Graph, paths: &[Followed], depth: usize) -> Vec<Recorded> 
 pub struct Recording(());
 
 /// Records bodies: within `run` numbers of the type [`Recorded`] can be made, and an observer of them, whose bodies
-/// become programs. The lookup tables of `plant` have the numbers that they have in its own
-/// [`Routines`](crate::Routines), and others follow.
+/// become programs. For observers of a plant of expressions see
+/// [`ExpressionPlant::record`](crate::ExpressionPlant::record).
 ///
 /// ```
 /// use luenberger_expression::{Recorded, record};
 /// use nalgebra::{SimdValue, convert};
-/// let halved = record(None, |recording| {
+/// let halved = record(|recording| {
 ///     let half: Recorded = convert(0.5);
 ///     recording.program((1, 1), |_, x, u| {
 ///         vec![(x[0] + u[0]).map_lanes(|sum| if sum > x[0] { sum * half } else { -sum })]
@@ -187,8 +188,12 @@ pub struct Recording(());
 /// assert_eq!(results, [1.5, -1.0]);
 /// # Ok::<(), luenberger_expression::RecordingError>(())
 /// ```
-pub fn record<R>(plant: Option<&ExpressionPlant>, run: impl FnOnce(&mut Recording) -> R) -> R {
-    let tables = plant.map(|plant| plant.routines().f.tables).unwrap_or_default();
+pub fn record<R>(run: impl FnOnce(&mut Recording) -> R) -> R {
+    with_tables(Vec::new(), run)
+}
+
+/// [`record`] with lookup tables that have the numbers 0, 1, ..; others follow.
+pub(crate) fn with_tables<R>(tables: Vec<Arc<Table>>, run: impl FnOnce(&mut Recording) -> R) -> R {
     let tape = Tape { graph: Graph::recording(tables), paths: Vec::new(), error: None };
     let outer = TAPE.replace(Some(tape));
     let result = run(&mut Recording(()));

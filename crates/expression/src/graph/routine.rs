@@ -19,7 +19,7 @@ use crate::table::Table;
 pub struct Routine {
     pub(super) code: Vec<Node>,
     pub(super) results: Vec<Id>,
-    pub(super) tables: Vec<Arc<Table>>,
+    pub(crate) tables: Vec<Arc<Table>>,
     /// What runs over binary64, unless it is too long.
     program: Option<Program>,
 }

@@ -13,7 +13,7 @@ const NUMBERS: [f64; 11] =
 
 /// Compares the program of a body of two numbers with the body.
 fn compare(program: impl Fn(&[Recorded]) -> Vec<Recorded>, body: impl Fn(&[f64]) -> Vec<f64>) {
-    let routine = record(None, |recording| recording.program((2, 0), |_, x, _| program(x))).unwrap();
+    let routine = record(|recording| recording.program((2, 0), |_, x, _| program(x))).unwrap();
     for a in NUMBERS {
         for b in NUMBERS {
             let mut found = Vec::new();
@@ -51,7 +51,7 @@ fn programs_have_the_bits_of_their_bodies() {
 /// The largest number and the epsilon are those of the format.
 #[test]
 fn limits_are_those_of_the_format() {
-    let routine = record(None, |recording| recording.program((2, 0), |_, x, _| limits(x))).unwrap();
+    let routine = record(|recording| recording.program((2, 0), |_, x, _| limits(x))).unwrap();
     let mut found = Vec::new();
     routine.evaluate(0.0_f32, &[1.0, 1e10], &[], |_, value| found.push(value));
     assert_eq!(found, [f32::EPSILON, f32::MAX.sqrt().sqrt(), f32::MAX.sqrt().sqrt()]);
@@ -77,7 +77,7 @@ fn plants_are_recorded_as_their_graph() {
 #[test]
 fn what_is_not_recorded_is_an_error() {
     let program = |body: &dyn Fn(&[Recorded]) -> Recorded| {
-        record(None, |recording| recording.program((20, 0), |_, x, _| vec![body(x)])).map(|routine| routine.len())
+        record(|recording| recording.program((20, 0), |_, x, _| vec![body(x)])).map(|routine| routine.len())
     };
     let sorted = |x: &[Recorded]| x.iter().fold(convert(0.0), |sum, x| if *x > convert(0.0) { sum + *x } else { sum });
     assert!(matches!(program(&sorted), Err(RecordingError::Paths { .. })));

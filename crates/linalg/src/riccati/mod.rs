@@ -264,8 +264,8 @@ fn exists(problem: &Scaled, Outcome { k, evidence, .. }: &Outcome) -> Result<()>
     if evidence.forward_error.is_finite() || positive_semidefinite("Q", &problem.q).is_ok() {
         return Ok(());
     }
-    let closed = problem.closed_loop(k)?.norm();
-    let size = if problem.discrete { closed.max(1.0) } else { closed };
+    let terms = problem.a.norm() + problem.b.norm() * k.norm();
+    let size = if problem.discrete { terms.max(1.0) } else { terms };
     let change = evidence.residual.max(f64::EPSILON);
     popov::resolved(problem, &evidence.poles, 10.0 * change.sqrt() * problem.a.nrows() as f64 * size)
 }

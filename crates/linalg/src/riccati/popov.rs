@@ -5,6 +5,7 @@
 //! mode counts as one on the boundary within the accuracy of its own eigenvalue: a slow mode decays.
 
 use super::scaled::Scaled;
+use crate::balance::Balance;
 use crate::placement::sensitivity::conditions;
 use crate::sequential::singular_values;
 use crate::{LinalgError, Result, schur};
@@ -41,8 +42,11 @@ fn margin(a: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> f64 {
 }
 
 /// Error for the eigenvalue of smallest margin, if that margin is at most `tolerance` times the norm of `A`.
+/// In the units of the states that fit A and Q: those of the computation balance neither what nothing drives nor what
+/// drives nothing.
 fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
-    let a = &problem.a;
+    let units = Balance::fitted_with_weight(&problem.a, &problem.q);
+    let (a, b, q) = (&units.similar(&problem.a), units.driven(&problem.b), units.form(&problem.q));
     let n = a.nrows() as f64;
     let size = a.norm().max(f64::MIN_POSITIVE);
     let unit = n * if problem.discrete { size.max(1.0) } else { size };
@@ -61,11 +65,11 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
         let distance = distance(problem, lambda);
         let eigenvalue = lambda / problem.time;
         if distance <= near {
-            let found = margin(&a.transpose(), &problem.b.transpose(), lambda);
+            let found = margin(&a.transpose(), &b.transpose(), lambda);
             consider(found, LinalgError::NotStabilizable { eigenvalue, margin: found / problem.time });
         }
         if distance.abs() <= near {
-            let found = margin(a, &problem.q, lambda);
+            let found = margin(a, &q, lambda);
             consider(found, LinalgError::NotWeighted { eigenvalue, margin: found / problem.time });
         }
     }

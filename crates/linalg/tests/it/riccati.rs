@@ -436,3 +436,33 @@ fn a_filter_without_measurement_noise() {
         Err(LinalgError::NotPositiveDefinite { what: "V", .. })
     ));
 }
+
+/// By hand: `X^2 + 2 k X + k^2 = 0` has the double root -k, with which the closed loop is 0.
+#[test]
+fn a_double_root_of_an_indefinite_weight_is_no_solution() {
+    for k in [0.1, 1.0, 2.0, 3.0, 7.0, 100.0] {
+        let found = care(&dmatrix![-k], &dmatrix![1.0], &dmatrix![-k * k], &dmatrix![1.0]);
+        assert!(found.is_err(), "{k}: {found:?}");
+    }
+}
+
+/// By hand in units of one: `P = [4/9 4/3; 4/3 4]`, with the poles -1 and -2. Nothing excites the unstable mode; that
+/// is no mode on the boundary, in any unit of the first state.
+#[test]
+fn an_unstable_mode_that_nothing_excites_is_stabilised_in_any_units() {
+    for power in [0, 10, 27, 40] {
+        let s = 2f64.powi(power);
+        let found = kalman_gain(
+            &dmatrix![-1.0, s; 0.0, 2.0],
+            &dmatrix![0.0, 1.0],
+            &dmatrix![1.0, 0.0; 0.0, 0.0],
+            &dmatrix![1.0],
+        )
+        .unwrap();
+        // x1 is driven by w of unit intensity besides, which adds 1/2.
+        assert!(
+            (found.p[(1, 1)] - 4.0).abs() <= 1e-9 && (found.p[(0, 1)] / s - 4.0 / 3.0).abs() <= 1e-9,
+            "{power}: {found}"
+        );
+    }
+}

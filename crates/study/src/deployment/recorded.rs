@@ -5,16 +5,16 @@ use luenberger_export::extension::RecordedObserver;
 use luenberger_export::step::RecordedStep;
 use luenberger_expression::{ExpressionPlant, Recorded, Recording, RecordingError, record};
 use luenberger_observers::{
-    CubicObserver, HighGainObserver, ImmersionInvarianceObserver, Integral, KklObserver, LinearInverse, LinearKkl,
-    LinearObserver, MeanValueObserver, Observer, ObserverDimensions, ObserverError, SampledIntervalGains,
-    SampledIntervalObserver, SampledJumps, SampledObserver, SlidingModeObserver, UnknownInputObserver,
+    CubicObserver, ImmersionInvarianceObserver, Integral, KklObserver, LinearInverse, LinearKkl, LinearObserver,
+    MeanValueObserver, Observer, ObserverDimensions, ObserverError, SampledIntervalGains, SampledIntervalObserver,
+    SampledJumps, SampledObserver, SlidingModeObserver, UnknownInputObserver,
 };
 use luenberger_plants::Plant;
 use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::Refusal;
 use crate::design::{self, Runnable};
-use crate::maps::{HighGainMaps, ResetSpec};
+use crate::maps::{ResetSpec, high_gain};
 use crate::model::Model;
 use crate::runnable::WithoutDisturbance;
 use crate::study::{ObserverKind, ObserverSpec};
@@ -30,7 +30,7 @@ pub(super) fn observer(
 ) -> Result<RecordedObserver, Refusal> {
     let plain = |why: String| (why, Vec::new());
     let refused = |error: ObserverError| plain(error.to_string());
-    record(Some(plant), |recording| match (&observer.kind, runnable) {
+    plant.record(|recording| match (&observer.kind, runnable) {
         (_, Runnable::ReducedOrder(observer)) => {
             let (maps, inverse) = (observer.map(), observer.map().inverse());
             let inverse =
@@ -62,7 +62,7 @@ pub(super) fn observer(
             let observer = MeanValueObserver::new(plant.clone(), convert(*eta), Integral, start);
             recorded(recording, &observer.map_err(refused)?)
         }
-        (_, Runnable::HighGainMaps(given)) => recorded(recording, &high_gain(given).map_err(refused)?),
+        (_, Runnable::HighGainMaps(given)) => recorded(recording, &high_gain::recorded(given).map_err(refused)?),
         (_, Runnable::UnknownInput(decoupled)) => {
             let LinearObserver { a, b, c, d, l } = decoupled.inner();
             let inner = LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) };
@@ -80,13 +80,6 @@ pub(super) fn observer(
 
 fn cast(m: &DMatrix<f64>) -> DMatrix<Recorded> {
     m.map(convert)
-}
-
-/// A high-gain observer with given maps, over the scalar that records.
-pub(crate) fn high_gain(
-    given: &HighGainObserver<HighGainMaps, f64, Dyn>,
-) -> Result<HighGainObserver<HighGainMaps, Recorded, Dyn>, ObserverError> {
-    HighGainObserver::new(given.map().clone(), given.gain().map(convert), convert(1.0))
 }
 
 fn without_disturbance<O, I>(
@@ -116,7 +109,7 @@ pub(super) fn sliding_mode(
     plant: &ExpressionPlant,
 ) -> Result<RecordedStep<f64>, Refusal> {
     let (rule, period) = (observer.discretisation(), observer.period());
-    record(Some(plant), |recording| {
+    plant.record(|recording| {
         let gains = observer.gains().map(convert);
         let same: SlidingModeObserver<Model, Recorded, Dyn, Dyn, Dyn> =
             SlidingModeObserver::new(observer.plant().clone(), gains, convert(period), rule)
@@ -141,7 +134,7 @@ pub(super) fn sliding_mode(
 pub(super) fn interval(
     observer: &SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>,
 ) -> Result<RecordedStep<f64>, String> {
-    record(None, |recording| {
+    record(|recording| {
         let SampledIntervalGains { f, g, c, l, blocks, constant, of_estimate, of_input, h, outward, start, period } =
             observer.gains();
         let same = SampledIntervalObserver::<Recorded, Dyn, Dyn, Dyn, Dyn, Dyn>::new(SampledIntervalGains {

@@ -6,7 +6,6 @@ use luenberger_design::{
     DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, Region, Sector,
 };
 use luenberger_export::extension::RecordedObserver;
-use luenberger_expression::record;
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel, Observer};
 use luenberger_plants::Plant;
 use luenberger_proof::certificate::{ProvedSentence, Reading, Represented};
@@ -16,8 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::{Designed, certified, lower_bound, matrix, number, uncertified, upper_bound};
-use crate::deployment::recorded;
-use crate::maps::HighGainMaps;
+use crate::maps::{HighGainMaps, high_gain};
 use crate::model::Model;
 use crate::results::{DesignReport, Statement};
 use crate::runnable::{Chains, Runnable};
@@ -223,9 +221,7 @@ pub(super) fn high_gain_maps(
     let plant = study.plant.model.expressions().ok();
     let poles = plant
         .and_then(|plant| {
-            record(Some(&plant), |recording| {
-                RecordedObserver::new(recording, &recorded::high_gain(&observer).ok()?).ok()
-            })
+            plant.record(|recording| RecordedObserver::new(recording, &high_gain::recorded(&observer).ok()?).ok())
         })
         .and_then(|written| {
             let mut u = DVector::zeros(study.plant.inputs.len());
