@@ -65,8 +65,8 @@ fn separation(poles: &[Complex<f64>]) -> f64 {
 /// An eigenvector of length 1 by inverse iteration, real for a real pole.
 fn eigenvector(f: &DMatrix<f64>, pole: Complex<f64>) -> Option<DVector<Complex<f64>>> {
     let n = f.nrows();
-    // Next to the pole, so that the matrix is not singular.
-    let near = pole + Complex::new((1e-13 * f.norm()).max(f64::MIN_POSITIVE), 0.0);
+    // Next to the pole, so that the matrix is not singular, and squares of the solution are in range.
+    let near = pole + Complex::new((1e-13 * f.norm()).max(1e-140), 0.0);
     let shifted = DMatrix::from_fn(n, n, |i, j| {
         Complex::new(f[(i, j)], 0.0) - if i == j { near } else { Complex::new(0.0, 0.0) }
     });
