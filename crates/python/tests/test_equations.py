@@ -158,6 +158,9 @@ def test_equations_without_solution_say_why():
         lg.care([[1.0]], [[0.0]], [[1.0]])
     assert found.value.eigenvalue == 1.0 and found.value.margin == 0.0
     with pytest.raises(lg.NotPositiveDefinite):
+        lg.care([[1.0]], [[1.0]], [[1.0]], [[0.0]])
+    # X^2 + 2 X + 1 = 0: a double root.
+    with pytest.raises(np.linalg.LinAlgError):
         lg.care([[1.0]], [[1.0]], [[1.0]], [[-1.0]])
     with pytest.raises(lg.Uncontrollable) as found:
         lg.place(np.diag([1.0, 2.0]), [[1.0], [0.0]], [-1, -2])

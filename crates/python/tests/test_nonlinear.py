@@ -196,7 +196,7 @@ def test_what_is_wrong_with_a_plant_is_said():
     cubic = lg.plant(["x2", "-x1^3"], ["x1"])
     with pytest.raises(lg.NotApplicable) as found:
         lg.lpv_observer(cubic)
-    assert any("region" in text for text in found.value.alternatives)
+    assert any("region" in text for text in found.value.hints)
     with pytest.raises(lg.InvalidArgument, match="dt"):
         lg.ekf(PENDULUM, 1.0, 1.0)
     with pytest.raises(lg.DesignError):

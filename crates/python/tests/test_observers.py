@@ -280,7 +280,7 @@ def test_designs_that_do_not_exist_say_why():
     with pytest.raises(lg.Unobservable) as found:
         lg.place_observer(hidden, [-1, -2])
     assert found.value.eigenvalue == 1.0 and np.allclose(np.abs(found.value.direction), [1, 0])
-    assert found.value.alternatives
+    assert found.value.hints and not found.value.alternatives
     with pytest.raises(lg.InvalidPole) as found:
         lg.place_observer(SYS, [1, -2])
     assert found.value.pole == 1.0

@@ -185,8 +185,10 @@ class InvalidPole(LinAlgError):
 
 
 class DesignError(LuenbergerError):
-    """An observer has no design. `alternatives` lists observers that have one on this plant, `hints` what may help
-    besides."""
+    """An observer has no design.
+
+    `alternatives` lists observers that have one on this plant, `hints` what may help besides.
+    """
 
     alternatives: tuple[str, ...] = ()
     hints: tuple[str, ...] = ()
