@@ -44,9 +44,7 @@ impl From<ExportError> for Refusal {
 impl Refusal {
     pub(crate) fn raised(self, py: Python<'_>) -> PyErr {
         match self {
-            Self::Misfit(why) if why.cause.is_some() => {
-                error::design(py, &why)
-            }
+            Self::Misfit(why) if why.cause.is_some() => error::design(py, &why),
             Self::Misfit(why) => error::plain(py, "ExportRefused", why.hypothesis),
             Self::Export(why) => error::plain(py, "ExportRefused", why),
             Self::Unproved(sentences) => error::plain(

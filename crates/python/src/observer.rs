@@ -57,9 +57,7 @@ impl Design {
         })?;
         match designed {
             Some(Ok(designed)) => Ok(Self { study, designed: Arc::new(designed) }),
-            Some(Err(NoDesign::Misfit(why))) => {
-                Err(error::design(py, &why))
-            }
+            Some(Err(NoDesign::Misfit(why))) => Err(error::design(py, &why)),
             Some(Err(NoDesign::Interrupted)) => Err(error::plain(py, "Cancelled", "the design was ended")),
             None => Err(error::plain(py, "InvalidArgument", "the study has no observer")),
         }
