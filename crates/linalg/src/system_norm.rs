@@ -62,7 +62,7 @@ pub struct HInfinityNorm {
 ///
 /// # Errors
 /// [`LinalgError::NotStable`] names an eigenvalue that is not in the open left half plane; [`LinalgError::NotSquare`],
-/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`lyapunov()`].
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`lyapunov()`](crate::lyapunov()).
 pub fn h2_norm<'a>(
     a: impl Into<RealMatrixView<'a>>,
     b: impl Into<RealMatrixView<'a>>,
@@ -104,7 +104,7 @@ fn with_time(error: LinalgError, time: i32) -> LinalgError {
 ///
 /// # Errors
 /// [`LinalgError::NotStable`] names an eigenvalue that is not inside the unit circle; [`LinalgError::NotSquare`],
-/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`stein()`].
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`stein()`](crate::stein()).
 pub fn discrete_h2_norm<'a>(
     a: impl Into<RealMatrixView<'a>>,
     b: impl Into<RealMatrixView<'a>>,

@@ -52,7 +52,7 @@ pub enum RecordingError {
     },
 }
 
-/// A number of a body that is recorded; see the [module](self). It has a meaning only within its recording.
+/// A number of a body that is recorded: it has a meaning only within its recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Recorded(Id);
 
