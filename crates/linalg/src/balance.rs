@@ -30,6 +30,17 @@ pub fn sizes(m: &DMatrix<f64>) -> DMatrix<f64> {
 /// By how much units must make the largest entry smaller.
 const APART: f64 = 1024.0;
 
+/// Whether no two entries are further apart than [`APART`] times their number, zeros left out: then nothing is to be
+/// gained. One in a thousand random matrices is not.
+fn are_near<'a>(entries: impl ExactSizeIterator<Item = &'a f64>) -> bool {
+    let count = entries.len() as f64;
+    let (least, most) = entries.fold((f64::INFINITY, 0.0_f64), |(least, most), entry| {
+        let size = entry.abs();
+        (if size > 0.0 && size < least { size } else { least }, if size > most { size } else { most })
+    });
+    most <= APART * count * least || most == 0.0
+}
+
 /// The largest ratio of units, as a power of two, that is left as it is.
 pub(crate) const NEARBY: i32 = 10;
 
@@ -100,17 +111,20 @@ impl Balance {
         Self(e.into_iter().map(|e| (e - centre) as i32).collect())
     }
 
-    /// The fitted units of `a`, and `a` in them, if they make the largest entry a thousand times smaller. (Where they
-    /// do not, they might do harm: entries that are rounding are as good as others to them. Watkins, ETNA 23, 2006.)
+    /// Units of `a`, and `a` in them, if they make the largest entry a thousand times smaller. (Where they do not, they
+    /// might do harm: entries that are rounding are as good as others to them. Watkins, ETNA 23, 2006.)
     pub fn worthwhile(a: &DMatrix<f64>) -> Option<(Self, DMatrix<f64>)> {
         let target = a.amax() / APART;
         // No units change the diagonal.
         if target == 0.0 || (0..a.nrows()).any(|k| a[(k, k)].abs() > target) {
             return None;
         }
-        let balance = Self::fitted(a);
-        let balanced = balance.similar(a);
-        (balanced.amax() <= target).then_some((balance, balanced))
+        // A triangular chain has rows and columns that balancing leaves alone.
+        [|a: &DMatrix<f64>| Self::of(&sizes(a), None), Self::fitted].into_iter().find_map(|units| {
+            let balance = units(a);
+            let balanced = balance.similar(a);
+            (balanced.amax() <= target).then_some((balance, balanced))
+        })
     }
 
     /// The units that fit the most entries ([`Units`]): they also find those of a triangular chain.
@@ -118,14 +132,22 @@ impl Balance {
         Self(Units::of(a, &DMatrix::zeros(0, a.nrows())).state)
     }
 
-    /// The units that fit the most entries of `a` and of the roots of the diagonal of the weight `q`.
-    pub(crate) fn fitted_with_weight(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Self {
-        Self(Units::of(a, &DMatrix::from_fn(1, a.nrows(), |_, j| q[(j, j)].abs().sqrt())).state)
+    /// The units that fit the most entries of `a` and of the outputs `c`, where there is something to gain.
+    pub(crate) fn of_seen(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Option<Self> {
+        if are_near(a.iter()) && are_near(c.iter()) { None } else { Self(Units::of(a, c).state).apart() }
     }
 
-    /// The units of the spaces of `A` and `B` that fit the most entries of the equation `A X + X B = C` (`A X B - X =
-    /// C`).
-    pub(crate) fn fitted_pair(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> [Option<Self>; 2] {
+    /// The same for a weight instead of outputs, by the roots of its diagonal.
+    pub(crate) fn of_weighted(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<Self> {
+        Self::of_seen(a, &DMatrix::from_fn(1, a.nrows(), |_, j| q[(j, j)].abs().sqrt()))
+    }
+
+    /// The units of the spaces of `A` and `B` that fit the most entries of the equation `A X + X B = C` (`A X B - X = C`),
+    /// where there is something to gain.
+    pub(crate) fn of_pair(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> [Option<Self>; 2] {
+        if [a, b, c].iter().all(|m| are_near(m.iter())) {
+            return [None, None];
+        }
         let (n, m) = c.shape();
         let mut all = DMatrix::zeros(n + m, n + m);
         all.view_mut((0, 0), (n, n)).copy_from(a);

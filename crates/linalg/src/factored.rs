@@ -17,7 +17,6 @@ use crate::argument::{RealMatrixView, finite, owned, square, unit_scale};
 use crate::balance::Balance;
 use crate::forward_error::relative;
 use crate::schur_operator::Kind;
-use crate::units::Units;
 use crate::{LinalgError, Result, Schur, schur};
 use nalgebra::{Complex, DMatrix};
 
@@ -83,7 +82,7 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
         return Err(LinalgError::DimensionMismatch { what: "C", expected: (c.nrows(), n), found: c.shape() });
     }
     finite("C", c)?;
-    let balance = Balance(Units::of(a, c).state).apart();
+    let balance = Balance::of_seen(a, c);
     let (mut a, mut c) = (a.clone(), c.clone());
     if let Some(balance) = &balance {
         (a, c) = (balance.similar(&a), balance.seen(&c));

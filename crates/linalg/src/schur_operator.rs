@@ -175,7 +175,7 @@ impl SchurEquation {
     /// relative residual: in the units that fit both matrices, if they differ by decades.
     pub(crate) fn solved(kind: Kind, a: &DMatrix<f64>, q: &mut DMatrix<f64>) -> Result<(Self, f64)> {
         square("A", a)?;
-        if let Some(balance) = Balance::fitted_with_weight(a, q).apart() {
+        if let Some(balance) = Balance::of_weighted(a, q) {
             let (mut equation, mut p) = (Self::vacant(kind), q.clone());
             let solved = equation.factor_in_some_units(a, Some(balance)).and_then(|()| equation.solve_in_place(&mut p));
             // Entries can leave the range of binary64 in these units.

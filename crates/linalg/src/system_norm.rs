@@ -2,8 +2,8 @@
 //!
 //! **H2**: `||G||_2^2 = tr(B'QB)` with `A'Q + Q A + C'C = 0` (in discrete time `A'QA - Q + C'C = 0`).
 //!
-//! **H-infinity**: the maximum over w of the largest singular value of `C(jw I - A)^-1 B + D`. For gamma above the norm
-//! of D, gamma is a singular value at the frequency w iff `jw` is an eigenvalue of the Hamiltonian matrix
+//! **H-infinity**: the maximum over w of the largest singular value of `C(jw I - A)^-1 B + D`. A gamma that is no
+//! singular value of D is one of it at the frequency w iff `jw` is an eigenvalue of the Hamiltonian matrix
 //! ```text
 //! [F  G ]
 //! [-H -F'],    F = A + B R^-1 D'C,  G = gamma B R^-1 B',  H = gamma C'S^-1 C,  R = gamma^2 I - D'D,  S = gamma^2 I - D D'.
@@ -41,7 +41,8 @@ const FLAT: f64 = 1e-13;
 /// The H-infinity norm of a system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HInfinityNorm {
-    /// The largest singular value found. It is attained; the norm is at most larger by a relative 1e-9, up to rounding.
+    /// The largest singular value found. It is attained; the norm is at most larger by a relative 1e-9, up to rounding:
+    /// that of a response at s, eps times the condition of `s I - A`.
     pub norm: f64,
     /// Frequency at which it is attained, in radians per unit of time; infinite for the norm of D. In discrete time an
     /// angle in radians per sample, from 0 to pi.
@@ -376,20 +377,22 @@ impl Search {
         Ok(zeros.zeros.iter().map(|z| z.im.abs()).collect())
     }
 
-    /// Frequencies at which gamma may be a singular value; `None` if gamma is not above the norm of D.
+    /// Frequencies at which gamma may be a singular value; `None` if it is one of D. (In discrete time gamma can be below
+    /// the norm of D, which the maximum over the circle is not.)
     fn crossings(&self, gamma: f64) -> Result<Option<Vec<f64>>> {
         let FrequencyResponse { t: a, b, c, d, .. } = &self.system;
         let n = a.nrows();
         if !self.discrete && (self.best.frequency.is_infinite() || gamma <= NEAR * largest(&d.map(Complex::from))) {
             return self.crossings_near_feedthrough(gamma).map(Some);
         }
-        let definite = |square: DMatrix<f64>| {
-            (DMatrix::identity(square.nrows(), square.nrows()) * (gamma * gamma) - square).cholesky()
+        let inverse = |square: DMatrix<f64>| {
+            let m = DMatrix::identity(square.nrows(), square.nrows()) * (gamma * gamma) - square;
+            m.try_inverse().filter(|m| m.iter().all(|x| x.is_finite()))
         };
-        let (Some(r), Some(s)) = (definite(d.tr_mul(d)), definite(d * d.transpose())) else { return Ok(None) };
-        let f = a + b * r.solve(&(d.tr_mul(c)));
-        let g = b * r.solve(&b.transpose()) * gamma;
-        let h = c.tr_mul(&s.solve(c)) * gamma;
+        let (Some(r), Some(s)) = (inverse(d.tr_mul(d)), inverse(d * d.transpose())) else { return Ok(None) };
+        let f = a + b * &r * d.tr_mul(c);
+        let g = b * r * b.transpose() * gamma;
+        let h = c.tr_mul(&s) * c * gamma;
         let assembled = |blocks: [&DMatrix<f64>; 4]| {
             let mut whole = DMatrix::zeros(2 * n, 2 * n);
             for (k, block) in blocks.into_iter().enumerate() {

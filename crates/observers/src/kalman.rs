@@ -119,7 +119,6 @@ where
         Ok(Self { prediction: Prediction::Discrete, ..Self::new(plant, noises, h, 1)? })
     }
 
-    #[cfg(feature = "alloc")]
     /// The filter of `plant`, sampled with period `h`, whose prediction controls its error: exact for a plant that is
     /// linear between samples, and right for stiff ones. How long a step takes depends on the plant.
     ///
@@ -142,6 +141,7 @@ where
     /// ```
     /// # Errors
     /// As [`new`](Self::new).
+    #[cfg(feature = "alloc")]
     pub fn error_controlled(plant: S, noises: NoiseModel<T, N, P>, h: T) -> Result<Self, ObserverError> {
         Ok(Self { prediction: Prediction::ErrorControlled, ..Self::new(plant, noises, h, 1)? })
     }

@@ -65,8 +65,8 @@ pub const COVARIANCE_SHARE: f64 = 1e-6;
 /// The same two for the steps of stiff plants.
 pub const STIFF_SHARES: [f64; 2] = [1e-5, 1e-4];
 
-#[cfg(feature = "alloc")]
 /// A plant counts as stiff where the norm of its Jacobian, in balanced coordinates, times the duration is above this.
+#[cfg(feature = "alloc")]
 const STIFF: f64 = 500.0;
 
 /// Most steps of a prediction with error control.
@@ -105,7 +105,6 @@ impl Prediction {
     }
 }
 
-#[cfg(feature = "alloc")]
 /// The exact discretisation of `x' = A x + B u + w` with the input held and w white of intensity W: over tau, `x+ = phi
 /// x + integral B u + w+` with w+ of covariance `noise`. Exact to rounding, of the order of `epsilon |A| tau`.
 ///
@@ -117,6 +116,7 @@ impl Prediction {
 /// assert_eq!((phi, integral * Vector2::new(0.0, 1.0)), (Matrix2::new(1.0, 2.0, 0.0, 1.0), Vector2::new(2.0, 2.0)));
 /// assert_eq!(noise, Matrix2::new(8.0, 6.0, 6.0, 6.0));
 /// ```
+#[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExactDiscretisation<T: RealField + Copy, N: Dim>
 where
@@ -240,14 +240,14 @@ where
         found.is_finite().then_some(found)
     }
 
-    #[cfg(feature = "alloc")]
     /// Whether the steps from x on are linearly implicit.
+    #[cfg(feature = "alloc")]
     pub(crate) fn is_stiff(&self, t: T, duration: T, x: &OVector<T, N>) -> bool {
         is_stiff(&(self.field)(t, x).1, duration)
     }
 
-    #[cfg(feature = "alloc")]
     /// The step that is exact if f is linear, with this value and this Jacobian at x.
+    #[cfg(feature = "alloc")]
     fn linear_step(
         &self,
         tau: T,
@@ -342,8 +342,8 @@ where
         way
     }
 
-    #[cfg(feature = "alloc")]
     /// Steps whose errors are compared with the standard deviations.
+    #[cfg(feature = "alloc")]
     fn controlled(&self, t: T, duration: T, x: &OVector<T, N>, p: &OMatrix<T, N, N>) -> Option<Transition<T, N>> {
         let mut way = Transition::none(x);
         let mut covariance = p.clone();
@@ -391,8 +391,8 @@ where
         None
     }
 
-    #[cfg(feature = "alloc")]
     /// How many times the error of a step is larger than it may be; NaN if it is no number.
+    #[cfg(feature = "alloc")]
     #[allow(clippy::type_complexity, reason = "where the step starts: state, f and Df, length")]
     fn excess(
         &self,
@@ -430,8 +430,8 @@ where
         excess
     }
 
-    #[cfg(feature = "alloc")]
     /// A step of order 5, its difference from order 4, and f and Df at its end.
+    #[cfg(feature = "alloc")]
     #[allow(clippy::type_complexity, reason = "step, error, and f and Df at the end")]
     fn dormand_prince(
         &self,
@@ -475,9 +475,9 @@ where
         (place, moved(None, &slopes, &ERRORS), end)
     }
 
-    #[cfg(feature = "alloc")]
     /// Two exponential steps of half the length, their difference from one, and f and Df at the end. x is linearised at
     /// the start of each step; Phi and Q belong to the Jacobian at its end, by which fast modes follow slow ones.
+    #[cfg(feature = "alloc")]
     #[allow(clippy::type_complexity, reason = "step, error, and f and Df at the end")]
     fn local_linearisation(
         &self,
@@ -530,8 +530,8 @@ where
     balanced_norm(jacobian) * duration > convert(STIFF)
 }
 
-#[cfg(feature = "alloc")]
 /// Nodes and weights of the stages of Dormand and Prince after the first; the last row is the result of order 5.
+#[cfg(feature = "alloc")]
 const STAGES: [(f64, [f64; 6]); 6] = [
     (1.0 / 5.0, [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
     (3.0 / 10.0, [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0]),
@@ -541,7 +541,7 @@ const STAGES: [(f64, [f64; 6]); 6] = [
     (1.0, [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0]),
 ];
 
-#[cfg(feature = "alloc")]
 /// The weights of order 5 minus those of order 4.
+#[cfg(feature = "alloc")]
 const ERRORS: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];

@@ -63,7 +63,8 @@ pub(crate) fn place(input: &PlacementInput) -> Result<Answer, Failure> {
     let relative_errors = relative_errors(&found, &poles);
     let warning = warning(&found, &poles, &relative_errors).or_else(|| {
         let missed = structure.as_ref().is_some_and(|structure| !structure.is_placed);
-        missed.then(|| "no gain of this pattern with these poles was found: the poles above are the nearest".to_owned())
+        missed
+            .then(|| "no gain of this pattern with these poles was found: those above are the nearest found".to_owned())
     });
     let mut text = text(names, sign, &found, &relative_errors, warning.as_deref());
     if let Some(Structure { free, rank, .. }) = structure {

@@ -288,9 +288,14 @@ fn triangle(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>,
 
 /// The inverse of a matrix that is regular to working precision with rows and columns scaled to entries of about one.
 fn inverse(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    Ok(equilibrated_inverse(what, m)?.0)
+}
+
+/// The same, and the condition number of the scaled matrix.
+fn equilibrated_inverse(what: &'static str, m: &DMatrix<f64>) -> Result<(DMatrix<f64>, f64)> {
     let equilibrated = Equilibrated::new(m);
-    let (inverse, _) = inverse_condition(what, &equilibrated.matrix)?;
-    Ok(equilibrated.inverse_back(&inverse))
+    let (inverse, condition) = inverse_condition(what, &equilibrated.matrix)?;
+    Ok((equilibrated.inverse_back(&inverse), condition))
 }
 
 /// The inverse of a matrix that is regular to working precision, and the condition number.

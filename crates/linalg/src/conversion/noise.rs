@@ -13,6 +13,7 @@ use nalgebra::DMatrix;
 use super::period;
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
 use crate::balance::Balance;
+use crate::definite::{in_units, unit_diagonal};
 use crate::discretize::expm;
 use crate::{LinalgError, Result};
 
@@ -170,9 +171,20 @@ pub fn continuous_process_noise<'a>(
             map[(row, k)] = image[(*i, *j)];
         }
     }
-    let inverse = super::inverse("the map from W to Qd", &map)?;
+    let what = "the map from W to Qd";
+    let (inverse, condition) = super::equilibrated_inverse(what, &map)?;
     let solved = inverse * DMatrix::from_fn(pairs.len(), 1, |k, _| qd[pairs[k]]);
     let place = |i: usize, j: usize| pairs.iter().position(|pair| *pair == (i.min(j), i.max(j))).unwrap_or(0);
     let w = DMatrix::from_fn(n, n, |i, j| solved[place(i, j)]);
-    if w.iter().all(|x| x.is_finite()) { Ok(w) } else { Err(LinalgError::Overflow { what: "W" }) }
+    if !w.iter().all(|x| x.is_finite()) {
+        return Err(LinalgError::Overflow { what: "W" });
+    }
+    // A map that is singular but for its rounding has an inverse, whose W has another Qd.
+    let units = unit_diagonal(&qd);
+    let missed = in_units(&(discrete_process_noise(&a, &w, h)? - &qd), &units).norm();
+    if missed <= f64::EPSILON.sqrt() * in_units(&qd, &units).norm() {
+        Ok(w)
+    } else {
+        Err(LinalgError::Singular { what, condition })
+    }
 }

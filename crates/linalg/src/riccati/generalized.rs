@@ -9,7 +9,7 @@
 
 use super::input_weight::InputWeight;
 use super::scaled::{Data, Weight, factored, input_weight};
-use super::{Riccati, continuous, discrete, unverified};
+use super::{Riccati, continuous, discrete, double_root, unverified};
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
 use crate::balance::NEARBY;
 use crate::definite::{in_units, positive_definite, positive_semidefinite, unit_diagonal};
@@ -321,11 +321,12 @@ impl Generalized {
         }
         // Where no digit is known, a pole within the accuracy of a double eigenvalue on the boundary may be one; there
         // is a solution if the cost is semidefinite, and else the defect counts as well.
-        let change = if self.is_semidefinite() { 0.0 } else { 100.0 * residual.max(f64::EPSILON) };
-        let near = change.max(f64::EPSILON).sqrt() * at.x.nrows() as f64;
+        let n = at.x.nrows();
+        let near =
+            if self.is_semidefinite() { f64::EPSILON.sqrt() * n as f64 * size } else { double_root(residual, n, size) };
         if forward_error.is_infinite()
             && let Some(&eigenvalue) = nearest
-            && distance(&eigenvalue) <= near * size
+            && distance(&eigenvalue) <= near
         {
             return Err(LinalgError::NotStabilizing { eigenvalue, distance: distance(&eigenvalue) });
         }

@@ -258,16 +258,20 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
 }
 
 /// Error if no digit of the solution is known, Q is indefinite, and a pole is as near to the boundary as the defect
-/// leaves open: there may be no stabilizing solution. A double eigenvalue of the pencil on the boundary moves by the
-/// root of a relative change of the data.
+/// leaves open: there may be no stabilizing solution.
 fn exists(problem: &Scaled, Outcome { k, evidence, .. }: &Outcome) -> Result<()> {
     if evidence.forward_error.is_finite() || positive_semidefinite("Q", &problem.q).is_ok() {
         return Ok(());
     }
     let terms = problem.a.norm() + problem.b.norm() * k.norm();
     let size = if problem.discrete { terms.max(1.0) } else { terms };
-    let change = evidence.residual.max(f64::EPSILON);
-    popov::resolved(problem, &evidence.poles, 10.0 * change.sqrt() * problem.a.nrows() as f64 * size)
+    popov::resolved(problem, &evidence.poles, double_root(evidence.residual, problem.a.nrows(), size))
+}
+
+/// How far from the boundary the poles may be found that a double eigenvalue on it has become, by a relative defect of
+/// the equation for a closed loop of this size: its root.
+fn double_root(defect: f64, n: usize, size: f64) -> f64 {
+    10.0 * defect.max(f64::EPSILON).sqrt() * n as f64 * size
 }
 
 /// For an indefinite R only a solution that is verified to exist is returned: its error has a bound. For a definite

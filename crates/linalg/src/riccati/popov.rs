@@ -45,8 +45,11 @@ fn margin(a: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> f64 {
 /// In the units of the states that fit A and Q: those of the computation balance neither what nothing drives nor what
 /// drives nothing.
 fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
-    let units = Balance::fitted_with_weight(&problem.a, &problem.q);
-    let (a, b, q) = (&units.similar(&problem.a), units.driven(&problem.b), units.form(&problem.q));
+    let Scaled { a, b, q, .. } = problem;
+    let (a, b, q) = match Balance::of_weighted(a, q) {
+        Some(units) => (&units.similar(a), units.driven(b), units.form(q)),
+        None => (a, b.clone(), q.clone()),
+    };
     let n = a.nrows() as f64;
     let size = a.norm().max(f64::MIN_POSITIVE);
     let unit = n * if problem.discrete { size.max(1.0) } else { size };

@@ -147,7 +147,7 @@ impl SchurPair {
         let (n, m) = (square("A", a)?, square("B", b)?);
         shaped("C", c, n, m)?;
         finite("C", c)?;
-        let balance = Balance::fitted_pair(a, b, c);
+        let balance = Balance::of_pair(a, b, c);
         if balance.iter().any(Option::is_some)
             && let Ok((residual, found)) = Self::balanced(equation, a, b, balance).and_then(&solve)
             && residual <= DIGITS

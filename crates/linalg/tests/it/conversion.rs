@@ -447,3 +447,14 @@ fn a_slow_mode_beside_a_fast_one_keeps_its_digits() {
         }
     }
 }
+
+/// `e^(As)` turns by a whole angle within the period: any W of the same trace has this Qd, or none where Qd is no multiple
+/// of the identity.
+#[test]
+fn an_intensity_that_a_covariance_does_not_determine_is_refused() {
+    let a = dmatrix![0.0, std::f64::consts::PI; -std::f64::consts::PI, 0.0];
+    for qd in [dmatrix![1.0, 0.0; 0.0, 1.0], dmatrix![1.0, 0.2; 0.2, 1.0]] {
+        let found = continuous_process_noise(&a, &qd, 1.0);
+        assert!(matches!(found, Err(LinalgError::Singular { .. })), "{found:?}");
+    }
+}

@@ -79,13 +79,14 @@ fn region_key(region: &Region) -> Option<String> {
     (!keys.is_empty()).then(|| format!("region = {{ {} }}", keys.join(", ")))
 }
 
+const LARGEST_MARGIN: &str = "the gain with the largest margin of its inequality";
+
 /// The kinds for a linear plant.
 fn for_linear(is_discrete: bool) -> Vec<Proposal> {
     let why = "a filter for noise of these intensities, which are to be chosen";
     let mut kinds = vec![Proposal::kind("kalman", unit_noise(), why)];
     if !is_discrete {
-        let why = "the gain with the largest margin of its inequality";
-        kinds.push(Proposal::kind("luenberger", ["lmi = true".to_owned()], why));
+        kinds.push(Proposal::kind("luenberger", ["lmi = true".to_owned()], LARGEST_MARGIN));
     }
     kinds
 }
@@ -166,9 +167,10 @@ fn linear_gain(kind: &ObserverKind) -> Option<&LinearSpec> {
 
 /// The ways to a gain that the kind has beside its own one.
 pub(super) fn another_gain(study: &Study, requested: &ObserverSpec) -> Advice {
-    const ALL: &[&str] = &["bandwidth", "poles", "decay_rate", "lmi", "kalman", "gain", "rho", "q"];
+    // The last two are limits, which go with a gain by matrix inequality.
     const UNLIMITED: &[&str] =
         &["bandwidth", "poles", "decay_rate", "lmi", "kalman", "gain", "rho", "q", "max_gain", "noise"];
+    const ALL: &[&str] = UNLIMITED.split_at(UNLIMITED.len() - 2).0;
     let zero = || ["decay_rate = 0".to_owned()];
     match &requested.kind {
         ObserverKind::Lpv { .. } | ObserverKind::Lipschitz { .. } => {
@@ -178,11 +180,7 @@ pub(super) fn another_gain(study: &Study, requested: &ObserverSpec) -> Advice {
             let Some(linear) = linear_gain(kind) else { return Advice::default() };
             let mut ways = Vec::new();
             if study.plant.dt.is_none() && !matches!(linear.gain, GainSpec::Lmi) {
-                ways.push(Proposal::keys(
-                    ["lmi = true".to_owned()],
-                    ALL,
-                    "the gain with the largest margin of its inequality",
-                ));
+                ways.push(Proposal::keys(["lmi = true".to_owned()], ALL, LARGEST_MARGIN));
             }
             if !matches!(linear.gain, GainSpec::Kalman { .. }) {
                 let unit = "kalman = { w = 1, v = 1 }".to_owned();
