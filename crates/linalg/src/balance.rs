@@ -142,8 +142,8 @@ impl Balance {
         Self::of_seen(a, &DMatrix::from_fn(1, a.nrows(), |_, j| q[(j, j)].abs().sqrt()))
     }
 
-    /// The units of the spaces of `A` and `B` that fit the most entries of the equation `A X + X B = C` (`A X B - X = C`),
-    /// where there is something to gain.
+    /// The units of the spaces of `A` and `B` that fit the most entries of the equation `A X + X B = C` (`A X B - X =
+    /// C`), where there is something to gain.
     pub(crate) fn of_pair(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> [Option<Self>; 2] {
         if [a, b, c].iter().all(|m| are_near(m.iter())) {
             return [None, None];

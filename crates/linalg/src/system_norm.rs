@@ -377,8 +377,8 @@ impl Search {
         Ok(zeros.zeros.iter().map(|z| z.im.abs()).collect())
     }
 
-    /// Frequencies at which gamma may be a singular value; `None` if it is one of D. (In discrete time gamma can be below
-    /// the norm of D, which the maximum over the circle is not.)
+    /// Frequencies at which gamma may be a singular value; `None` if it is one of D. (In discrete time gamma can be
+    /// below the norm of D, which the maximum over the circle is not.)
     fn crossings(&self, gamma: f64) -> Result<Option<Vec<f64>>> {
         let FrequencyResponse { t: a, b, c, d, .. } = &self.system;
         let n = a.nrows();

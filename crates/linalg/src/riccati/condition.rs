@@ -11,13 +11,12 @@
 //! `||H0|| ||dQ|| + 2 sqrt(||H0|| ||H2||) ||dA|| + ||H2|| ||dG||`; the bounds for Q alone and for G alone are attained.
 //!
 //! **Error.** Let X have the defect D, `-c I <= D <= c I`. If `4 c ||H0|| tr(H0 G) <= 1`, there is a solution that
-//! differs from X by an E with `-2c H0 <= E <= 2c H0`. Reason: for such an E the quadratic term `E G E` is at most
-//! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so the map from E to the solution for `D + E G E` maps this set into itself
-//! and has a fixed point (Brouwer). In discrete time G becomes `B (R + B'X B)^-1 B'`, the quadratic term is
-//! `F'E G (I + E G)^-1 E F`, and 4 becomes 8. With an indefinite R the same holds with `|G|` in place of G in the
-//! condition, `-|G| <= G <= |G|`. The solution `X + E` is the stabilizing one: `|H0^1/2 (E G + G E) H0^1/2| <= I` in the
-//! coordinates of H0, so that H0 is a Lyapunov function of its closed loop `F - G E` as well (in discrete time of
-//! `(I + G E)^-1 F`).
+//! differs from X by an E with `-2c H0 <= E <= 2c H0`. Reason: for such an E the quadratic term `E G E` is at most `4
+//! c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so the map from E to the solution for `D + E G E` maps this set into itself and
+//! has a fixed point (Brouwer). In discrete time G becomes `B (R + B'X B)^-1 B'`, the quadratic term is `F'E G (I + E
+//! G)^-1 E F`, and 4 becomes 8. With an indefinite R the same holds with `|G|` in place of G in the condition, `-|G| <=
+//! G <= |G|`. The solution `X + E` is the stabilizing one: `|H0^1/2 (E G + G E) H0^1/2| <= I` in the coordinates of H0,
+//! so that H0 is a Lyapunov function of its closed loop `F - G E` as well (in discrete time of `(I + G E)^-1 F`).
 
 use super::coordinates::Frame;
 use super::input_weight::InputWeight;

@@ -448,8 +448,8 @@ fn a_slow_mode_beside_a_fast_one_keeps_its_digits() {
     }
 }
 
-/// `e^(As)` turns by a whole angle within the period: any W of the same trace has this Qd, or none where Qd is no multiple
-/// of the identity.
+/// `e^(As)` turns by a whole angle within the period: any W of the same trace has this Qd, or none where Qd is no
+/// multiple of the identity.
 #[test]
 fn an_intensity_that_a_covariance_does_not_determine_is_refused() {
     let a = dmatrix![0.0, std::f64::consts::PI; -std::f64::consts::PI, 0.0];
