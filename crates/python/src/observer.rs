@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use luenberger_export::golden;
 use luenberger_study::deployment::sampled;
-use luenberger_study::design::{Designed, NoDesign, Runnable, design_until};
+use luenberger_study::design::{Designed, NoDesign, design_until};
+use luenberger_study::kinds::SampledCubic;
 use luenberger_study::{Study, replay_designed, simulate_designed};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -70,11 +71,7 @@ impl Design {
 
     /// Matrices that the report does not have.
     fn matrices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let observer = match &self.designed.runnable {
-            Runnable::SampledCubic(observer) => observer.as_ref(),
-            Runnable::VaryingPeriods(varying) => varying.observer.inner().nominal(),
-            _ => return Ok(PyDict::new(py)),
-        };
+        let Some(observer) = SampledCubic::running(&self.designed.runnable) else { return Ok(PyDict::new(py)) };
         let [l, n, theta] = [observer.ld(), observer.n(), observer.theta()].map(|matrix| array(py, matrix));
         Ok(dictionary!(py; L = l, N = n, theta))
     }

@@ -2,8 +2,8 @@
 
 use luenberger_design::{Certificate, OptimalCubicDesign};
 
+use crate::kinds::Runnable;
 use crate::results::DesignReport;
-use crate::runnable::Runnable;
 
 /// An observer with its evidence.
 #[derive(Debug, Clone)]
@@ -20,7 +20,8 @@ pub struct Designed {
 }
 
 impl Designed {
-    pub(crate) fn new(runnable: Runnable, report: DesignReport, certificate: Option<Certificate>) -> Self {
+    /// An observer with its evidence.
+    pub fn new(runnable: Runnable, report: DesignReport, certificate: Option<Certificate>) -> Self {
         Self { runnable, report, certificate, optimal: None }
     }
 

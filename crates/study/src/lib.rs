@@ -10,8 +10,9 @@
 //! | [`model`], [`structure`] | the plant of a study: matrices, expressions (`luenberger-expression`), or from the library; what depends on what |
 //! | [`signal`] | inputs and references: expressions of time, tables, state feedback |
 //! | [`table`] | CSV: measured logs, tables of inputs |
-//! | `runnable`, `designed` | the observers as one type, ready to run; one with its evidence |
-//! | [`design`] | design of each observer, or why it is not applicable |
+//! | [`kinds`] | the kinds of observers, a module each: keys, design, step on a target, tuning rule |
+//! | `designed` | an observer as designed: ready to run, with its evidence |
+//! | [`design`] | what the designs share; why an observer is not applicable, and alternatives that were tried |
 //! | `trajectory`, `operation` | the plant with its observers in a simulation; bounds of its magnitudes |
 //! | [`maps`] | phi, Lambda, B and the other maps of observers as expressions |
 //! | [`deployment`] | observers of a study as they run on a target |
@@ -33,13 +34,13 @@ mod digest;
 pub mod error;
 pub mod execute;
 pub mod import;
+pub mod kinds;
 mod limits;
 pub mod maps;
 pub mod model;
 mod operation;
 pub mod read;
 pub mod results;
-mod runnable;
 pub mod schema;
 pub mod signal;
 pub mod statistics;

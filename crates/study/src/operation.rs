@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::study::{ObserverSpec, Study};
 use crate::trajectory;
 
 /// Bounds of operation relative to the magnitudes in the simulation.
@@ -11,9 +11,9 @@ pub(crate) const MARGIN: f64 = 1.2;
 /// Bounds of |x| and |u| in operation, for the widths that an interval observer states: 1.2 times those of the study's
 /// simulation; without one, those of the box of the first state, and 1.
 pub(crate) fn largest(study: &Study, observer: &ObserverSpec) -> (Vec<f64>, Vec<f64>) {
-    let first = match &observer.kind {
-        ObserverKind::Interval(spec) => spec.first.iter().zip(&observer.initial).map(|(w, x)| x.abs() + w).collect(),
-        _ => observer.initial.clone(),
+    let first: Vec<f64> = match observer.kind.first_bounds() {
+        Some(bounds) => bounds.iter().zip(&observer.initial).map(|(w, x)| x.abs() + w).collect(),
+        None => observer.initial.clone(),
     };
     let inputs = vec![1.0; study.plant.inputs.len()];
     let Some(run) = study.simulation.as_ref().and_then(|simulation| trajectory::of_plant(study, simulation)) else {

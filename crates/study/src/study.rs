@@ -1,6 +1,5 @@
 //! A study as typed data.
 
-mod kinds;
 mod observers;
 
 use std::path::{Path, PathBuf};
@@ -17,11 +16,7 @@ use crate::model::PlantModel;
 use crate::signal::Input;
 use crate::table::Suspicion;
 
-pub use observers::{
-    ActingBounds, GainLimits, GainSpec, IntervalSpec, KklSpec, LinearSpec, MovingHorizonSpec, NormFilterSpec,
-    ObserverKind, ObserverSpec, PrintedMean, RateSpec, SlidingModeSpec, UnscentedSpec,
-};
-pub(crate) use observers::{HORIZON, MOST_STATES_OF_A_FULL_TABLE};
+pub use observers::{ActingBounds, GainLimits, GainSpec, LinearSpec, ObserverSpec, RateSpec};
 
 /// A study without mistakes: a plant, its observers and the experiments with them.
 #[derive(Debug, Clone)]

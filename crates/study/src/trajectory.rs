@@ -120,17 +120,12 @@ pub(crate) fn run_at(
     if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)
         && let Some(fed) = members.iter().find(|fed| fed.requested.name == observer)
     {
-        scenario = fed.designed.runnable.join_sampled(
-            scenario,
-            &fed.requested.name,
-            &fed.requested.initial,
-            &simulation.sampling,
-        );
+        scenario =
+            fed.designed.runnable.join(scenario, &fed.requested.name, &fed.requested.initial, &simulation.sampling);
     }
     if let Some(member) = member {
         let name = &member.requested.name;
-        scenario =
-            member.designed.runnable.join_sampled(scenario, name, &member.requested.initial, &simulation.sampling);
+        scenario = member.designed.runnable.join(scenario, name, &member.requested.initial, &simulation.sampling);
     }
     scenario.run()
 }

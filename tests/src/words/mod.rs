@@ -38,7 +38,7 @@ use luenberger_random::Random;
 use luenberger_study::design::{Designed, NoDesign, design_until};
 use luenberger_study::results::Results;
 use luenberger_study::study::ObserverSpec;
-use luenberger_study::{Format, RunOptions, Step, Study, execute, schema};
+use luenberger_study::{Format, RunOptions, Step, Study, execute};
 use rayon::prelude::*;
 
 use adversary::{Held, Subject, Verdict, Wrong};
@@ -49,7 +49,7 @@ use sentences::{Claim, Sentence};
 
 /// The kinds of observers.
 pub fn kinds() -> Vec<&'static str> {
-    schema::observer_sources().map(|source| source.kind).collect()
+    luenberger_study::kinds::registry().iter().map(|kind| kind.name).collect()
 }
 
 /// The kinds that have a generator.

@@ -9,6 +9,7 @@ use luenberger_plants::{Column, CukConverter};
 use luenberger_reproduce::kkl::cuk::{self, Tuning};
 use luenberger_sim::{Integrator, Scenario, Signal};
 use luenberger_study::design::design;
+use luenberger_study::study::SamplingSpec;
 use luenberger_study::{Format, Study, template};
 use nalgebra::{Vector1, Vector2, Vector4};
 
@@ -65,7 +66,7 @@ fn the_observers_of_a_study_are_those_of_table_i_along_the_papers_run() {
         .tolerances(1e-11, 1e-12)
         .times(&times);
     for ((name, designed), [i1, v4]) in names.iter().zip(&designed).zip(starts) {
-        scenario = designed.runnable.join(scenario, name, &[x0[1], i1, x0[2], v4]);
+        scenario = designed.runnable.join(scenario, name, &[x0[1], i1, x0[2], v4], &SamplingSpec::default());
     }
     let estimated = [1, 3];
     scenario = scenario

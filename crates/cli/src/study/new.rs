@@ -4,7 +4,8 @@ use crate::answer::Answer;
 use crate::arguments::NewInput;
 use crate::failure::Failure;
 use crate::output;
-use luenberger_study::schema::{self, ObserverSource, observer_sources};
+use luenberger_study::kinds::{Declaration, registry};
+use luenberger_study::schema;
 use luenberger_study::template::template;
 use luenberger_study::{TEMPLATES, Template};
 use serde::Serialize;
@@ -71,11 +72,10 @@ pub(crate) fn new(input: &NewInput) -> Result<Answer, Failure> {
 fn list() -> Result<Answer, Failure> {
     let width = TEMPLATES.iter().map(|template| template.name.len()).max().unwrap_or_default();
     let line = |template: &Template| format!("{:<width$}  {}\n", template.name, template.about);
-    let kinds: Vec<ObserverSource> = observer_sources().collect();
-    let longest = kinds.iter().map(|source| source.kind.len()).max().unwrap_or_default();
-    let of_kind = |source: &ObserverSource| {
-        let ObserverSource { kind, about, source } = source;
-        format!("{kind:<longest$}  {about} [{source}]\n")
+    let kinds = registry();
+    let longest = kinds.iter().map(|kind| kind.name.len()).max().unwrap_or_default();
+    let of_kind = |&Declaration { name, about, source, plant, .. }: &&Declaration| {
+        format!("{name:<longest$}  {about} Plants: {plant}. [{source}]\n")
     };
     let text = TEMPLATES
         .iter()
@@ -84,7 +84,7 @@ fn list() -> Result<Answer, Failure> {
         .chain(kinds.iter().map(of_kind))
         .collect();
     let observers =
-        kinds.iter().map(|&ObserverSource { kind, about, source }| Observer { kind, about, source }).collect();
+        kinds.iter().map(|&&Declaration { name, about, source, .. }| Observer { kind: name, about, source }).collect();
     let plants = TEMPLATES.iter().map(|template| Plant { name: template.name, about: template.about }).collect();
     Ok(Answer::new(text, &Listed { plants, observers })?)
 }

@@ -9,30 +9,33 @@ use crate::study::Study;
 
 /// The value of a key.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
+pub enum Value {
+    /// A number.
     Number(f64),
+    /// A list.
     List(Vec<Value>),
+    /// An inline table.
     Table(Keys),
 }
 
 /// Keys with their values.
-pub(super) type Keys = Vec<(&'static str, Value)>;
+pub type Keys = Vec<(&'static str, Value)>;
 
 impl Value {
-    pub(super) fn numbers(numbers: impl IntoIterator<Item = f64>) -> Self {
+    pub(crate) fn numbers(numbers: impl IntoIterator<Item = f64>) -> Self {
         Self::List(numbers.into_iter().map(Self::Number).collect())
     }
 
-    pub(super) fn pairs(pairs: &[(f64, f64)]) -> Self {
+    pub(crate) fn pairs(pairs: &[(f64, f64)]) -> Self {
         Self::List(pairs.iter().map(|(low, high)| Self::numbers([*low, *high])).collect())
     }
 
-    pub(super) fn rows(matrix: &DMatrix<f64>) -> Self {
+    pub(crate) fn rows(matrix: &DMatrix<f64>) -> Self {
         Self::List(matrix.row_iter().map(|row| Self::numbers(row.iter().copied())).collect())
     }
 
     /// A weight: the list of the diagonal of a diagonal matrix, else its rows.
-    pub(super) fn weight(matrix: &DMatrix<f64>) -> Self {
+    pub(crate) fn weight(matrix: &DMatrix<f64>) -> Self {
         let is_diagonal = (0..matrix.nrows()).all(|i| (0..matrix.ncols()).all(|j| i == j || matrix[(i, j)] == 0.0));
         if is_diagonal { Self::numbers(matrix.diagonal().iter().copied()) } else { Self::rows(matrix) }
     }
@@ -71,14 +74,14 @@ fn object(keys: &Keys) -> serde_json::Map<String, serde_json::Value> {
 
 /// An observer to be added to a study.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Block {
-    pub(super) name: String,
-    pub(super) kind: &'static str,
+pub(crate) struct Block {
+    pub(crate) name: String,
+    pub(crate) kind: &'static str,
     /// The specification but for name, kind and first estimate.
-    pub(super) keys: Keys,
-    pub(super) initial: Vec<f64>,
+    pub(crate) keys: Keys,
+    pub(crate) initial: Vec<f64>,
     /// Written above it in TOML.
-    pub(super) comment: String,
+    pub(crate) comment: String,
 }
 
 impl Block {
@@ -107,7 +110,7 @@ impl Block {
 }
 
 /// The text of a study with these observers behind its own; comments and order of a TOML file are kept.
-pub(super) fn text_with(study: &Study, blocks: &[Block]) -> Result<String, StudyError> {
+pub(crate) fn text_with(study: &Study, blocks: &[Block]) -> Result<String, StudyError> {
     let text = study.source.text();
     if study.format == Format::Json {
         let mut root: serde_json::Value = serde_json::from_str(text)?;
@@ -137,6 +140,6 @@ fn start_of_inline_list(text: &str) -> Option<usize> {
 }
 
 /// The study with these observers.
-pub(super) fn study_with(study: &Study, blocks: &[Block]) -> Result<Study, StudyError> {
+pub(crate) fn study_with(study: &Study, blocks: &[Block]) -> Result<Study, StudyError> {
     Study::from_text(study.source.name(), &text_with(study, blocks)?, study.format, &study.folder)
 }

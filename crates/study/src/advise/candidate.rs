@@ -10,11 +10,11 @@ use serde::Serialize;
 use super::block::{Block, study_with};
 use super::information::{Information, InformationKind};
 use super::ranking::{Criterion, Ranked, UNPROVED_FACTOR};
-use super::rules::Rule;
 use super::tuning::Context;
 use crate::deployment;
 use crate::design::{Designed, NoDesign, attempt};
 use crate::execute::Scored;
+use crate::kinds::Rule;
 use crate::statistics;
 use crate::study::{ObserverSpec, Study};
 
@@ -47,7 +47,7 @@ pub(super) enum Outcome {
 pub(super) fn by_rule(
     study: &Study,
     information: &Information,
-    rule: &'static Rule,
+    (kind, rule): (&'static str, &'static Rule),
     (cancel, end): (&AtomicBool, Option<Instant>),
 ) -> Outcome {
     let keys = match (rule.keys)(&Context { study, information }) {
@@ -58,7 +58,7 @@ pub(super) fn by_rule(
     for keys in keys {
         let block = Block {
             name: free_name(study, rule.name),
-            kind: rule.kind,
+            kind,
             keys,
             initial: information.initial.clone(),
             comment: format!("luenberger advise: {}.", rule.tuning),

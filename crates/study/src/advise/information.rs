@@ -8,7 +8,7 @@ use luenberger_sim::Trajectory;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
-use crate::study::{AdviseSpec, ObserverKind, OutputNoise, Simulation, Study};
+use crate::study::{AdviseSpec, OutputNoise, Simulation, Study};
 
 /// One item of the information, as text.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -62,36 +62,36 @@ impl InformationKind {
 
 /// The information in numbers.
 #[derive(Debug, Clone)]
-pub(super) struct Information {
+pub(crate) struct Information {
     /// Standard deviation of a sample of each output.
-    pub(super) noise: Vec<f64>,
+    pub(crate) noise: Vec<f64>,
     /// Intensity of the noise of each output: variance times hold period.
-    pub(super) intensity: Vec<f64>,
+    pub(crate) intensity: Vec<f64>,
     /// Bound of a sample of each output.
-    pub(super) largest: Vec<f64>,
+    pub(crate) largest: Vec<f64>,
     /// The shortest time for which a value of the noise is held.
-    pub(super) held: f64,
-    pub(super) period: f64,
-    pub(super) settling: f64,
-    pub(super) band: f64,
-    pub(super) rate: f64,
+    pub(crate) held: f64,
+    pub(crate) period: f64,
+    pub(crate) settling: f64,
+    pub(crate) band: f64,
+    pub(crate) rate: f64,
     /// Of the kinds for linear plants: the rate, or twice that of the slowest mode of the plant if this is faster.
-    pub(super) linear_rate: f64,
-    pub(super) region: Region,
-    pub(super) initial: Vec<f64>,
+    pub(crate) linear_rate: f64,
+    pub(crate) region: Region,
+    pub(crate) initial: Vec<f64>,
     /// Standard deviations of the first error.
-    pub(super) first_error: Vec<f64>,
+    pub(crate) first_error: Vec<f64>,
     /// Per unit of time, in continuous and in discrete time; none if no filter exists for it, with the reason.
-    pub(super) w: Result<DMatrix<f64>, String>,
-    pub(super) e: Option<DMatrix<f64>>,
+    pub(crate) w: Result<DMatrix<f64>, String>,
+    pub(crate) e: Option<DMatrix<f64>>,
     /// Bounds of |w|, and E of E w.
-    pub(super) acting: Option<(Vec<f64>, DMatrix<f64>)>,
+    pub(crate) acting: Option<(Vec<f64>, DMatrix<f64>)>,
     /// Units of the states in norms.
-    pub(super) scale: Vec<f64>,
+    pub(crate) scale: Vec<f64>,
     /// A and C at the first estimate.
-    pub(super) linearised: (DMatrix<f64>, DMatrix<f64>),
+    pub(crate) linearised: (DMatrix<f64>, DMatrix<f64>),
     /// The same in words.
-    pub(super) lines: Vec<PriorInformation>,
+    pub(crate) lines: Vec<PriorInformation>,
 }
 
 /// Half of the widths of the run that the derived region adds on each side.
@@ -112,7 +112,7 @@ const MOST: f64 = 1.0;
 const REACHED: f64 = 0.9;
 
 /// The first estimate and its source.
-pub(super) fn initial(study: &Study, spec: &AdviseSpec) -> (Vec<f64>, String) {
+pub(crate) fn initial(study: &Study, spec: &AdviseSpec) -> (Vec<f64>, String) {
     if let Some(initial) = &spec.initial {
         return (initial.clone(), "advise.initial".to_owned());
     }
@@ -124,7 +124,7 @@ pub(super) fn initial(study: &Study, spec: &AdviseSpec) -> (Vec<f64>, String) {
 }
 
 /// The sampling period and its source.
-pub(super) fn period(study: &Study, simulation: &Simulation, spec: &AdviseSpec) -> (f64, String) {
+pub(crate) fn period(study: &Study, simulation: &Simulation, spec: &AdviseSpec) -> (f64, String) {
     if let Some(dt) = study.plant.dt {
         return (dt, "plant.dt".to_owned());
     }
@@ -144,7 +144,7 @@ pub(super) fn period(study: &Study, simulation: &Simulation, spec: &AdviseSpec) 
 
 impl Information {
     /// The information of a study whose plant makes this run.
-    pub(super) fn of(study: &Study, simulation: &Simulation, spec: &AdviseSpec, run: &Trajectory) -> Self {
+    pub(crate) fn of(study: &Study, simulation: &Simulation, spec: &AdviseSpec, run: &Trajectory) -> Self {
         let plant = &study.plant;
         let unit = plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
         let outputs = plant.outputs.len();
@@ -299,7 +299,7 @@ fn linearised(study: &Study, initial: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
 }
 
 /// How fast a mode decays, in continuous time or with this sampling period.
-pub(super) fn speed(eigenvalue: Complex<f64>, dt: Option<f64>) -> f64 {
+pub(crate) fn speed(eigenvalue: Complex<f64>, dt: Option<f64>) -> f64 {
     dt.map_or(-eigenvalue.re, |dt| -eigenvalue.norm().ln() / dt)
 }
 
@@ -315,11 +315,9 @@ fn disturbance(study: &Study, spec: &AdviseSpec) -> (Option<DMatrix<f64>>, Strin
     if let Some(e) = &spec.e {
         return (Some(e.clone()), "advise.e".to_owned());
     }
-    let own = study.observers.iter().find_map(|observer| match &observer.kind {
-        ObserverKind::ProportionalIntegral { e, .. } | ObserverKind::UnknownInput { e, .. } => {
-            Some((Some(e.clone()), format!("e of the observer {:?}", observer.name)))
-        }
-        _ => None,
+    let own = study.observers.iter().find_map(|observer| {
+        let e = observer.kind.unknown_disturbance()?;
+        Some((Some(e.clone()), format!("e of the observer {:?}", observer.name)))
     });
     own.unwrap_or((None, String::new()))
 }

@@ -12,13 +12,12 @@
 //!
 //! A kind of observer is added by one row in `rules`.
 
-mod block;
+pub(crate) mod block;
 mod candidate;
 mod figure;
-mod information;
+pub(crate) mod information;
 pub(crate) mod ranking;
 mod report;
-mod rules;
 pub(crate) mod tuning;
 mod words;
 
@@ -41,12 +40,12 @@ use self::block::{Block, text_with};
 use self::candidate::{Candidate, Outcome};
 use self::information::Information;
 use self::ranking::{Ranked, rank};
-use self::rules::{RULES, Rule, without_rule};
 use crate::error::StudyError;
 use crate::execute::{self, Limits, Trial, within};
+use crate::kinds::{Declaration, Rule, Tuning, registry};
 use crate::read::Format;
 use crate::statistics::pareto_front;
-use crate::study::{AdviseSpec, ObserverKind, ObserverSpec, Simulation, Study};
+use crate::study::{AdviseSpec, ObserverSpec, Simulation, Study};
 use crate::trajectory;
 use crate::{RunOptions, design, write_folder};
 
@@ -264,22 +263,22 @@ fn fed<'a>(study: &'a Study, run: &RunOptions<'_>) -> Result<Option<(&'a Observe
 /// What is to be designed: a rule, or an observer of the study.
 #[derive(Clone, Copy)]
 enum Task<'a> {
-    Rule(&'static Rule),
+    Rule(&'static Declaration, &'static Rule),
     Own(&'a ObserverSpec),
 }
 
 impl Task<'_> {
     fn name(&self) -> &str {
         match self {
-            Self::Rule(rule) => rule.name,
+            Self::Rule(_, rule) => rule.name,
             Self::Own(spec) => &spec.name,
         }
     }
 
     fn takes_long(&self) -> bool {
         match self {
-            Self::Rule(rule) => matches!(rule.kind, "kkl-numerical" | "optimal-cubic"),
-            Self::Own(spec) => matches!(spec.kind, ObserverKind::KklNumerical(_) | ObserverKind::OptimalCubic(_)),
+            Self::Rule(kind, _) => kind.takes_long,
+            Self::Own(spec) => spec.kind.declaration().takes_long,
         }
     }
 }
@@ -294,7 +293,7 @@ fn designs(
 ) -> Result<Vec<Candidate>, StudyError> {
     let ranked = |spec: &&ObserverSpec| options.own_tuning || without_rule().any(|(kind, _)| kind == spec.kind.name());
     let own = study.observers.iter().filter(ranked).map(Task::Own);
-    let tasks: Vec<Task<'_>> = RULES.iter().map(Task::Rule).chain(own).collect();
+    let tasks: Vec<Task<'_>> = rules().into_iter().map(|(kind, rule)| Task::Rule(kind, rule)).chain(own).collect();
     let half = Duration::try_from_secs_f64(0.5 * options.budget).ok().and_then(|half| Instant::now().checked_add(half));
     let until = half.into_iter().chain(run.until).min();
     let part = RunOptions { sweep: run.sweep.clone(), output: None, until, threads: None, ..*run };
@@ -306,7 +305,7 @@ fn designs(
             }
             let stop = (part.cancel, part.until);
             let outcome = match task {
-                Task::Rule(rule) => candidate::by_rule(study, information, rule, stop),
+                Task::Rule(kind, rule) => candidate::by_rule(study, information, (kind.name, rule), stop),
                 Task::Own(spec) => candidate::of_study(study, information, spec, stop),
             };
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -472,4 +471,23 @@ fn table(ordered: &[&Candidate]) -> String {
         }
     }
     text
+}
+
+/// All rules with their kinds, the quick designs first.
+fn rules() -> Vec<(&'static Declaration, &'static Rule)> {
+    let of = |kind: &'static Declaration| match kind.tuning {
+        Tuning::Rules(rules) => rules.iter().map(|rule| (kind, rule)).collect(),
+        Tuning::OfStudy(_) | Tuning::Never(_) => Vec::new(),
+    };
+    let mut all: Vec<_> = registry().into_iter().flat_map(of).collect();
+    all.sort_by_key(|(_, rule)| rule.turn);
+    all
+}
+
+/// The kinds without a rule, and why: they are ranked where the study has one.
+fn without_rule() -> impl Iterator<Item = (&'static str, &'static str)> {
+    registry().into_iter().filter_map(|kind| match kind.tuning {
+        Tuning::Rules(_) => None,
+        Tuning::OfStudy(why) | Tuning::Never(why) => Some((kind.name, why)),
+    })
 }

@@ -6,7 +6,7 @@ use luenberger_proof::wording::{capital, counted, significant};
 
 use super::candidate::Candidate;
 use super::ranking::{Criteria, Criterion, Ranked, ratio};
-use crate::study::{ObserverKind, Study};
+use crate::study::Study;
 
 /// Observers after this rank are in the table only.
 const EXPLAINED: usize = 6;
@@ -238,7 +238,7 @@ impl Ranking<'_> {
         };
         Some(match &first.cost {
             Ok(cost) => {
-                let most = if matches!(first.spec.kind, ObserverKind::MovingHorizon(_)) { "at most " } else { "" };
+                let most = if first.spec.kind.has_shorter_steps() { "at most " } else { "" };
                 let name = &first.spec.name;
                 format!("A step of {name} takes {most}{cost} floating-point operations on the target{rest}.")
             }

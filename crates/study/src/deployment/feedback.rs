@@ -6,7 +6,7 @@ use super::SampledDesign;
 use crate::operation::MARGIN;
 use crate::results::FailureReport;
 use crate::signal::Input;
-use crate::study::{ObserverKind, ObserverSpec, Simulation, Study};
+use crate::study::{ObserverSpec, Simulation, Study};
 
 /// The gain K with which the study feeds back the estimate of an observer.
 ///
@@ -17,7 +17,7 @@ pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix
         FailureReport::new(hypothesis, observer.place.line)
             .hint(format!("feedback = {{ k = [[..]], observer = \"{}\" }} in [input]", observer.name))
     };
-    let has_bounds = matches!(observer.kind, ObserverKind::Interval(_));
+    let has_bounds = observer.kind.first_bounds().is_some();
     if has_bounds || !observer.kind.estimated_disturbances().is_empty() {
         let hypothesis = if has_bounds {
             "an interval observer has no export with its feedback"

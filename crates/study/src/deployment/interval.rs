@@ -8,9 +8,9 @@ use luenberger_proof::statement::Format;
 use nalgebra::DMatrix;
 
 use super::{Evidence, proved_line};
-use crate::design::{Sampling, sampled_interval};
+use crate::kinds::interval::{self, IntervalSpec, SampledPlant, WITH_FEEDTHROUGH, sampled_design};
 use crate::operation;
-use crate::study::{IntervalSpec, ObserverSpec, Study};
+use crate::study::{ObserverSpec, Study};
 
 /// The designs for both formats: the entries that cover rounding depend on it.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ impl IntervalDeployment {
     ///
     /// # Errors
     /// Why there is none in binary64.
-    pub(super) fn new(
+    pub(crate) fn new(
         study: &Study,
         observer: &ObserverSpec,
         spec: &IntervalSpec,
@@ -32,11 +32,11 @@ impl IntervalDeployment {
         period: f64,
     ) -> Result<Self, String> {
         if plant.d.is_some() {
-            return Err("the kind interval has no step for outputs with feedthrough D".to_owned());
+            return Err(WITH_FEEDTHROUGH.to_owned());
         }
         let operation = operation::largest(study, observer);
         let of = |format| {
-            let sampling = Sampling {
+            let sampling = SampledPlant {
                 plant,
                 gain: gain.clone(),
                 period,
@@ -44,7 +44,7 @@ impl IntervalDeployment {
                 operation: operation.clone(),
                 format,
             };
-            sampled_interval(&sampling, spec, observer.bounds.as_ref()).map_err(|error| error.to_string())
+            sampled_design(&sampling, spec, observer.bounds.as_ref()).map_err(|error| error.to_string())
         };
         let binary64 = Ok(of(Format::Binary64)?);
         Ok(Self { binary32: of(Format::Binary32), binary64 })
@@ -59,7 +59,7 @@ impl IntervalDeployment {
     pub(super) fn program(&self, scalar: Scalar) -> Result<RecordedStep<f64>, ExportError> {
         let refused = |why: String| ExportError::NoStep { why, format: scalar.name() };
         let design = self.of(format(scalar)).map_err(|why| refused(why.to_owned()))?;
-        super::recorded::interval(&design.observer).map_err(refused)
+        interval::program(&design.observer).map_err(refused)
     }
 
     /// The state of the step for a first estimate: the estimate, the half-widths and rho.

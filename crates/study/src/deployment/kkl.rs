@@ -8,8 +8,8 @@ use luenberger_observers::numerical_kkl::SampledFilter;
 use nalgebra::{Const, SVector};
 
 use super::Refusal;
-use crate::design;
-use crate::study::{KklSpec, ObserverKind, ObserverSpec, Study};
+use crate::kinds::{self, KklSpec};
+use crate::study::Study;
 
 /// D and B with the step.
 fn filter<I, const N: usize, const Z: usize>(
@@ -54,15 +54,12 @@ fn settings<const N: usize>(spec: &KklSpec) -> Settings<N> {
 }
 
 /// The step in the form of the study: with tables, or with trees alone.
-pub(super) fn step(
-    (study, observer): (&Study, &ObserverSpec),
-    kkl: &design::Kkl,
+pub(crate) fn step(
+    (study, spec): (&Study, &KklSpec),
+    kkl: &kinds::kkl_numerical::Kkl,
     plant: &ExpressionPlant,
     step: (f64, usize),
 ) -> Result<Kkl<f64>, Refusal> {
-    let ObserverKind::KklNumerical(spec) = &observer.kind else {
-        return Err(("the observer has another kind".to_owned(), Vec::new()));
-    };
     let mut first = vec![0.0; study.plant.inputs.len()];
     if let Some(program) = study.input.program() {
         program.at(0.0, &mut first);
@@ -86,7 +83,7 @@ pub(super) fn step(
         };
     }
     let made = || -> Result<Kkl<f64>, NoStep> {
-        use design::Kkl as Of;
+        use kinds::kkl_numerical::Kkl as Of;
         Ok(match kkl {
             Of::Two(observer) => plain!(observer),
             Of::TwoEmbedded(observer) => plain!(observer),

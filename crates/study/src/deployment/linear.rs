@@ -1,7 +1,7 @@
 //! What is proved of an observer of a linear plant with its numbers as stored, and of its steps as the target computes
 //! them.
 
-use luenberger_design::{Certificate, NormTarget, deployed_linear};
+use luenberger_design::{Certificate, deployed_linear};
 use luenberger_proof::certificate::{DeployedObserver, Reading, Theorem};
 use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
 use luenberger_proof::wording::{at_most, if_at_most, rounded};
@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::feedback::magnitudes;
 use super::{Evidence, SampledDesign, proved_line};
 use crate::operation::MARGIN;
-use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::study::{ObserverSpec, Study};
 use crate::trajectory;
 
 pub(super) fn evidence(
@@ -66,22 +66,7 @@ pub(super) fn evidence(
                 .to_owned(),
         );
     }
-    if let ObserverKind::NormFilter(spec) = &observer.kind
-        && study.plant.dt.is_none()
-        && !matches!(spec.goal, NormTarget::OfGain(_))
-    {
-        sentences.push(format!(
-            "The gain is that of the {} filter of the sampled plant, disturbances and noise held over the period. The bound of the norm is not in the certificate.",
-            spec.norm.name()
-        ));
-    }
-    if let (ObserverKind::ProportionalIntegral { chain, .. }, true) = (&observer.kind, file.is_some()) {
-        let rate = match chain.unwrap_or(1) {
-            1 => "constant disturbances".to_owned(),
-            chain => format!("disturbances whose derivative of order {chain} is 0"),
-        };
-        sentences.push(format!("The plant of the certificate is that of the study with {rate} among its states."));
-    }
+    sentences.extend(observer.kind.remark_of_export(study, file.is_some()));
     if file.is_none() {
         sentences.push("No stability certificate.".to_owned());
     } else if fed {

@@ -17,7 +17,7 @@ mod expressions;
 pub(crate) mod feedback;
 mod fixed_steps;
 mod interval;
-mod kkl;
+pub(crate) mod kkl;
 mod linear;
 mod nonlinear;
 mod record;
@@ -26,14 +26,14 @@ pub(crate) mod recorded;
 pub use exported::exported;
 pub use interval::IntervalDeployment;
 pub use nonlinear::NonlinearStep;
+pub(crate) use nonlinear::{extension, filter_step, steps_for};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use luenberger_design::{
-    Certificate, DesignError, DiscreteDesign, GainOptions, LinearDesign, OperatingPoint, SampledCubicDesign,
-    VaryingPeriodDesign,
+    Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint, SampledCubicDesign, VaryingPeriodDesign,
 };
 use luenberger_export::ExportableObserver;
 use luenberger_linalg::spectral_radius;
@@ -44,12 +44,14 @@ use luenberger_proof::statement::{Format, Formats};
 use luenberger_proof::wording::at_least;
 use nalgebra::{DMatrix, DVector};
 
-use crate::design::{self, Designed, NoDesign, Runnable};
+use crate::design::linear::of as linear_of;
+use crate::design::{self, Designed, NoDesign, discrete};
+use crate::kinds::{Plan, Sampling, StepOf};
 use crate::results::{FailureReport, Statement};
-use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
+use crate::study::{GainSpec, LinearSpec, ObserverSpec, Study};
 
 /// Why there is no step, and what would have one.
-type Refusal = (String, Vec<String>);
+pub type Refusal = (String, Vec<String>);
 
 /// A sampled design with its certificate.
 #[derive(Debug, Clone)]
@@ -93,8 +95,10 @@ impl SampledDesign {
 
     /// The gain K of the measurement update, of a Kalman filter in filter form.
     pub fn update_gain(&self, observer: &ObserverSpec) -> Option<&DMatrix<f64>> {
-        match (self, &observer.kind) {
-            (Self::Linear(design), ObserverKind::Kalman(spec)) if spec.is_filter => design.update_gain(),
+        match self {
+            Self::Linear(design) if observer.kind.whole_gain().is_some_and(|gain| gain.is_filter) => {
+                design.update_gain()
+            }
             _ => None,
         }
     }
@@ -209,124 +213,68 @@ pub(crate) fn sampled_of(
             return Err(failure(hypothesis).hint("--period, or simulation.hold in the study"));
         }
     };
-    let linear = study.plant.model.linear();
-    let names = study.plant.names();
-    let options = observer.limits.options(study.solver, end);
-    if let (
-        ObserverKind::Luenberger(gain)
-        | ObserverKind::Kalman(gain)
-        | ObserverKind::Cubic { linear: gain, .. }
-        | ObserverKind::SampledCubic { linear: gain, .. },
-        Some(plant),
-    ) = (&observer.kind, &linear)
-    {
-        let design = names.with(|| match study.plant.dt {
-            Some(dt) => in_discrete_time(study, observer, plant, gain, dt),
-            None => held(observer, (plant, gain), period, &options).map_err(|error| error.to_string()),
-        });
-        let design = design.map_err(&failure)?;
-        return Ok(Sampled { design, period, of_the_study: None });
+    let cancel = AtomicBool::new(false);
+    let plan = Plan { study, requested: observer, cancel: &cancel, end };
+    if let Some(design) = observer.kind.sampled(&Sampling { plan, period, designed }) {
+        return Ok(Sampled { design: design?, period, of_the_study: None });
     }
-    if let (ObserverKind::ProportionalIntegral { e, chain, linear: gain, .. }, Some(plant)) = (&observer.kind, &linear)
-    {
-        let design = names.with(|| {
-            let both = luenberger_design::with_disturbance_chain(plant, e, chain.unwrap_or(1))?;
-            held(observer, (&both, gain), period, &options)
-        });
-        let design = design.map_err(|error| failure(error.to_string()))?;
-        return Ok(Sampled { design, period, of_the_study: None });
-    }
-    if let (ObserverKind::Interval(spec), Some(plant)) = (&observer.kind, &linear) {
-        let design = names.with(|| {
-            let gain = match (&spec.gain, study.plant.dt) {
-                (None, _) => None,
-                (Some(gain), Some(dt)) => {
-                    Some(design::discrete_design(study, plant, gain, dt, observer)?.observer.l().clone())
-                }
-                (Some(gain), None) => {
-                    let found = design::linear_design(plant, gain, &options)
-                        .and_then(|linear| sampled_linear(&linear, gain, period))
-                        .map_err(|error| error.to_string())?;
-                    Some(found.l().clone())
-                }
-            };
-            IntervalDeployment::new(study, observer, spec, (plant, gain), period)
-        });
-        let design = design.map_err(&failure)?;
-        return Ok(Sampled { design: SampledDesign::Interval(Box::new(design)), period, of_the_study: None });
-    }
-    if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
-        let design = names.with(|| {
-            let found = match designed.and_then(|designed| designed.optimal.as_deref()) {
-                Some(found) => found,
-                None => &luenberger_design::OptimalCubicDesign::new(plant, problem, end)?,
-            };
-            Ok::<_, DesignError>(match &found.cubic {
-                Some(cubic) => {
-                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
-                    SampledDesign::Cubic(Box::new(design))
-                }
-                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, period)?)),
-            })
-        });
-        let design = design.map_err(|error| failure(error.to_string()))?;
-        return Ok(Sampled { design, period, of_the_study: None });
-    }
-    if let ObserverKind::NormFilter(spec) = &observer.kind {
-        let design = names.with(|| match (&linear, study.plant.dt, &study.operating_point) {
-            (Some(plant), Some(dt), _) => {
-                let design = design::norm_filter::discrete(plant, spec, dt, &options);
-                design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
-            }
-            (Some(plant), None, _) => {
-                let design = design::norm_filter::sampled(plant, spec, period, &options);
-                design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
-            }
-            (None, None, Some(point)) => {
-                let reading = study.plant.reading();
-                around(design::norm_filter::sampled(&point.linear, spec, period, &options), point, (period, &reading))
-            }
-            (None, ..) => Err(format!("the kind {} needs a linear plant", observer.kind.name())),
-        });
-        return Ok(Sampled { design: design.map_err(&failure)?, period, of_the_study: None });
-    }
-    let in_words = |(hypothesis, hints): Refusal| hints.into_iter().fold(failure(hypothesis), FailureReport::hint);
     let designed = match designed {
         Some(designed) => designed.clone(),
-        None => design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
+        None => design::design(study, observer, &cancel).map_err(|none| match none {
             NoDesign::Misfit(failure) => failure,
             NoDesign::Interrupted => failure("interrupted".to_owned()),
         })?,
     };
-    if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
-        (&observer.kind, &designed.runnable, &study.operating_point)
+    if let (Some(point), None) = (&study.operating_point, study.plant.model.linear())
+        && let Some(design) =
+            observer.kind.sampled_at_point(&Sampling { plan, period, designed: Some(&designed) }, point)
     {
-        if gain.is_filter {
-            let hypothesis = format!("{} is in filter form, which has no export at an operating point", observer.name);
-            return Err(failure(hypothesis).hint("form = \"predictor\""));
-        }
-        let design =
-            names.with(|| at_point(gain, point, period, &study.plant.reading(), &options)).map_err(&failure)?;
-        return Ok(Sampled { design, period, of_the_study: Some(designed) });
+        return Ok(Sampled { design: design?, period, of_the_study: Some(designed) });
     }
-    let step = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
+    let step = study.plant.names().with(|| {
+        let plant = study.plant.model.expressions().map_err(|error| (error.to_string(), Vec::new()))?;
+        designed.runnable.step(&StepOf { study, observer, designed: &designed, plant: &plant, period, substeps })
+    });
+    let in_words = |(hypothesis, hints): Refusal| hints.into_iter().fold(failure(hypothesis), FailureReport::hint);
+    let step = step.map_err(in_words)?;
     Ok(Sampled { design: SampledDesign::Nonlinear(Box::new(step)), period, of_the_study: Some(designed) })
 }
 
-/// The sampled linear design at an operating point.
-fn at_point(
+/// The sampled design of an observer of a linear plant that its gain alone determines.
+pub(crate) fn of_gain(of: &Sampling<'_>, gain: &LinearSpec) -> Option<Result<SampledDesign, FailureReport>> {
+    let (plan, plant) = (&of.plan, of.plan.study.plant.model.linear()?);
+    Some(of.named(|| {
+        let design = if let Some(dt) = plan.study.plant.dt {
+            discrete::gain_in_words(plan, &plant, gain, dt)?
+        } else {
+            let linear = linear_of(&plant, gain, &plan.options());
+            let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, of.period));
+            sampled.map_err(|error| error.to_string())?
+        };
+        Ok(SampledDesign::Linear(Box::new(design)))
+    }))
+}
+
+/// The same of an observer of the linearisation at an operating point.
+pub(crate) fn of_gain_at_point(
+    of: &Sampling<'_>,
     gain: &LinearSpec,
     point: &OperatingPoint,
-    period: f64,
-    reading: &Reading<'_>,
-    options: &GainOptions,
-) -> Result<SampledDesign, String> {
-    let linear = design::linear_design(&point.linear, gain, options);
-    around(linear.and_then(|linear| sampled_linear(&linear, gain, period)), point, (period, reading))
+) -> Result<SampledDesign, FailureReport> {
+    if gain.is_filter {
+        let name = &of.plan.requested.name;
+        let hypothesis = format!("{name} is in filter form, which has no export at an operating point");
+        return Err(of.plan.refused(hypothesis).hint("form = \"predictor\""));
+    }
+    of.named(|| {
+        let linear = linear_of(&point.linear, gain, &of.plan.options());
+        let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, of.period));
+        around(sampled, point, (of.period, &of.plan.reading()))
+    })
 }
 
 /// A sampled linear design in deviations from an operating point.
-fn around(
+pub(crate) fn around(
     sampled: Result<DiscreteDesign, DesignError>,
     point: &OperatingPoint,
     (period, reading): (f64, &Reading<'_>),
@@ -348,56 +296,12 @@ fn around(
     })))
 }
 
-/// The design of the study itself, of a plant in discrete time.
-fn in_discrete_time(
-    study: &Study,
-    observer: &ObserverSpec,
-    plant: &StateSpace,
+/// The linear design for samples.
+pub(crate) fn sampled_linear(
+    linear: &LinearDesign,
     gain: &LinearSpec,
-    dt: f64,
-) -> Result<SampledDesign, String> {
-    let linear = design::discrete_design(study, plant, gain, dt, observer)?;
-    match &observer.kind {
-        ObserverKind::SampledCubic { theta, correction, .. } => {
-            let design = SampledCubicDesign::of_discrete_with_cubic_gain(&linear, theta, correction);
-            Ok(SampledDesign::Cubic(Box::new(design.map_err(|error| error.to_string())?)))
-        }
-        ObserverKind::Cubic { .. } => Err("the kind cubic is for plants in continuous time".to_owned()),
-        _ => Ok(SampledDesign::Linear(Box::new(linear))),
-    }
-}
-
-/// The design for a plant whose input is held over the period.
-fn held(
-    observer: &ObserverSpec,
-    (plant, gain): (&StateSpace, &LinearSpec),
     period: f64,
-    options: &GainOptions,
-) -> Result<SampledDesign, DesignError> {
-    let linear = design::linear_design(plant, gain, options)?;
-    let cubic = |design| SampledDesign::Cubic(Box::new(design));
-    match &observer.kind {
-        ObserverKind::Cubic { theta, correction, .. } => {
-            let continuous = luenberger_design::CubicDesign::new(&linear, theta, correction)?;
-            SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
-        }
-        ObserverKind::SampledCubic { theta, correction, varying: Some(periods), .. } => {
-            let varying = VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
-            Ok(SampledDesign::Varying(Box::new(varying)))
-        }
-        ObserverKind::SampledCubic { theta, correction, .. } => {
-            SampledCubicDesign::with_cubic_gain(&linear, theta, correction, period).map(cubic)
-        }
-        ObserverKind::ProportionalIntegral { cubic: Some((theta, gamma)), .. } => {
-            let gain = luenberger_design::CubicGain::Gamma(*gamma);
-            let continuous = luenberger_design::CubicDesign::new(&linear, theta, &gain)?;
-            SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
-        }
-        _ => sampled_linear(&linear, gain, period).map(|design| SampledDesign::Linear(Box::new(design))),
-    }
-}
-
-fn sampled_linear(linear: &LinearDesign, gain: &LinearSpec, period: f64) -> Result<DiscreteDesign, DesignError> {
+) -> Result<DiscreteDesign, DesignError> {
     match &gain.gain {
         GainSpec::Kalman { w, v } => DiscreteDesign::sampled_kalman(&linear.observer.plant(), period, w, v),
         _ => DiscreteDesign::sampled(linear, period),

@@ -17,9 +17,11 @@ use luenberger_proof::wording::shortest;
 use nalgebra::{DMatrix, DVector};
 
 use super::{NoDesign, attempt};
+use crate::kinds::PlantClass;
+use crate::kinds::kkl_numerical::{KklSpec, has_table};
 use crate::read::varied;
 use crate::results::{Alternative, FailureReport, Proposal};
-use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
+use crate::study::{GainSpec, LinearSpec, ObserverSpec, Study};
 
 /// Time for all alternatives to one observer: a safeguard, which designs of usual sizes do not reach.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -29,22 +31,22 @@ const MOST_STATES: usize = 20;
 
 /// What a refusal proposes and says.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Advice {
-    pub(super) proposals: Vec<Proposal>,
-    pub(super) hints: Vec<String>,
+pub struct Advice {
+    pub(crate) proposals: Vec<Proposal>,
+    pub(crate) hints: Vec<String>,
 }
 
 impl Advice {
-    pub(super) fn hint(hint: impl Into<String>) -> Self {
+    pub(crate) fn hint(hint: impl Into<String>) -> Self {
         Self { proposals: Vec::new(), hints: vec![hint.into()] }
     }
 
-    pub(super) fn of(proposals: impl IntoIterator<Item = Proposal>) -> Self {
+    pub(crate) fn of(proposals: impl IntoIterator<Item = Proposal>) -> Self {
         Self { proposals: proposals.into_iter().collect(), hints: Vec::new() }
     }
 
     /// Both, this one first.
-    pub(super) fn and(mut self, other: Self) -> Self {
+    pub(crate) fn and(mut self, other: Self) -> Self {
         self.proposals.extend(other.proposals);
         self.hints.extend(other.hints);
         self
@@ -52,13 +54,13 @@ impl Advice {
 }
 
 /// A matrix as the value of a key.
-pub(super) fn rows(matrix: &DMatrix<f64>) -> String {
+pub(crate) fn rows(matrix: &DMatrix<f64>) -> String {
     let row = |row: nalgebra::RowDVector<f64>| list(row.iter().copied());
     format!("[{}]", matrix.row_iter().map(|each| row(each.into_owned())).collect::<Vec<_>>().join(", "))
 }
 
 /// A list of numbers as the value of a key.
-pub(super) fn list(numbers: impl IntoIterator<Item = f64>) -> String {
+pub(crate) fn list(numbers: impl IntoIterator<Item = f64>) -> String {
     format!("[{}]", numbers.into_iter().map(shortest).collect::<Vec<_>>().join(", "))
 }
 
@@ -97,7 +99,7 @@ fn unit_noise() -> [String; 2] {
 }
 
 /// The other kinds for this plant.
-pub(super) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
+pub(crate) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
     let (plant, is_discrete) = (&study.plant, study.plant.dt.is_some());
     if plant.model.linear().is_some() {
         return Advice::of(for_linear(is_discrete));
@@ -105,10 +107,7 @@ pub(super) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
     let advised = study.advise.as_ref().and_then(|advise| advise.region.clone());
     let region = requested.kind.region().or(advised).and_then(|region| region_key(&region));
     // A kind that takes a region says itself that it needs a bounded one.
-    let takes_region = matches!(
-        requested.kind,
-        ObserverKind::Lpv { .. } | ObserverKind::Lipschitz { .. } | ObserverKind::MeanValue { .. }
-    );
+    let takes_region = requested.kind.takes_region();
     let bounded = "lpv over a bounded `region` in which the state is known to stay; over all states it was refused";
     let mut kinds = vec![
         Proposal::kind("lpv", region.clone(), "one gain for all Jacobians over the region, with a proof")
@@ -126,14 +125,7 @@ pub(super) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
     if study.operating_point.is_some() {
         kinds.extend(for_linear(false));
     } else if !is_discrete && !timed {
-        if matches!(
-            requested.kind,
-            ObserverKind::Luenberger(_)
-                | ObserverKind::Kalman(_)
-                | ObserverKind::Cubic { .. }
-                | ObserverKind::SampledCubic { .. }
-                | ObserverKind::NormFilter(_)
-        ) {
+        if matches!(requested.kind.declaration().plant, PlantClass::AtPoint(_)) {
             let why = "the same observer of the linearisation there, in deviations from it";
             kinds.push(Proposal::keys([], &[], why).at_point());
         } else {
@@ -142,8 +134,8 @@ pub(super) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
         }
     }
     let mut advice = Advice::of(kinds);
-    let has_table = super::explain::has_table(plant.model.size()) && !timed && !is_discrete;
-    if has_table && !matches!(requested.kind, ObserverKind::KklNumerical(_)) {
+    let has_table = has_table(plant.model.size()) && !timed && !is_discrete;
+    if has_table && requested.kind.of::<KklSpec>().is_none() {
         let held = if plant.inputs.is_empty() { "" } else { ", for inputs that are held" };
         advice.hints.push(format!(
             "kkl-numerical takes plants of this size, by simulation, without assumptions on f{held}; it was not tried, since its design takes minutes"
@@ -152,57 +144,38 @@ pub(super) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
     advice
 }
 
-/// The specification of the gain of a linear observer, for the kinds that have one.
-fn linear_gain(kind: &ObserverKind) -> Option<&LinearSpec> {
-    match kind {
-        ObserverKind::Luenberger(linear)
-        | ObserverKind::Cubic { linear, .. }
-        | ObserverKind::SampledCubic { linear, .. }
-        | ObserverKind::ProportionalIntegral { linear, .. }
-        | ObserverKind::UnknownInput { linear, .. } => Some(linear),
-        ObserverKind::Interval(spec) => spec.gain.as_ref(),
-        _ => None,
-    }
+/// The ways to a gain that the kind has beside its own one.
+pub(crate) fn another_gain(study: &Study, requested: &ObserverSpec) -> Advice {
+    requested.kind.other_gains(study)
 }
 
-/// The ways to a gain that the kind has beside its own one.
-pub(super) fn another_gain(study: &Study, requested: &ObserverSpec) -> Advice {
+/// Another gain of a linear observer.
+pub(crate) fn other_gains(study: &Study, linear: &LinearSpec) -> Advice {
     // The last two are limits, which go with a gain by matrix inequality.
     const UNLIMITED: &[&str] =
         &["bandwidth", "poles", "decay_rate", "lmi", "kalman", "gain", "rho", "q", "max_gain", "noise"];
     const ALL: &[&str] = UNLIMITED.split_at(UNLIMITED.len() - 2).0;
-    let zero = || ["decay_rate = 0".to_owned()];
-    match &requested.kind {
-        ObserverKind::Lpv { .. } | ObserverKind::Lipschitz { .. } => {
-            Advice::of([Proposal::keys(zero(), &["gain", "fastest", "decay_rate"], "a gain for the whole region")])
-        }
-        kind => {
-            let Some(linear) = linear_gain(kind) else { return Advice::default() };
-            let mut ways = Vec::new();
-            if study.plant.dt.is_none() && !matches!(linear.gain, GainSpec::Lmi) {
-                ways.push(Proposal::keys(["lmi = true".to_owned()], ALL, LARGEST_MARGIN));
-            }
-            if !matches!(linear.gain, GainSpec::Kalman { .. }) {
-                let unit = "kalman = { w = 1, v = 1 }".to_owned();
-                let why = "the gain of a filter for noise of these intensities, which are to be chosen";
-                ways.push(Proposal::keys([unit], UNLIMITED, why));
-            }
-            Advice::of(ways)
-        }
+    let mut ways = Vec::new();
+    if study.plant.dt.is_none() && !matches!(linear.gain, GainSpec::Lmi) {
+        ways.push(Proposal::keys(["lmi = true".to_owned()], ALL, LARGEST_MARGIN));
     }
+    if !matches!(linear.gain, GainSpec::Kalman { .. }) {
+        let unit = "kalman = { w = 1, v = 1 }".to_owned();
+        let why = "the gain of a filter for noise of these intensities, which are to be chosen";
+        ways.push(Proposal::keys([unit], UNLIMITED, why));
+    }
+    Advice::of(ways)
+}
+
+/// Another gain of a copy of the plant over a region.
+pub(crate) fn gain_for_region() -> Advice {
+    let zero = ["decay_rate = 0".to_owned()];
+    Advice::of([Proposal::keys(zero, &["gain", "fastest", "decay_rate"], "a gain for the whole region")])
 }
 
 /// The same with smaller decay rates, down to none.
-pub(super) fn slower(requested: &ObserverSpec) -> Advice {
-    let rate = match &requested.kind {
-        ObserverKind::Lpv { rate: crate::study::RateSpec::Rate(rate), .. }
-        | ObserverKind::Lipschitz { rate, .. }
-        | ObserverKind::MeanValue { rate, .. } => *rate,
-        kind => match linear_gain(kind).map(|linear| &linear.gain) {
-            Some(GainSpec::DecayRate(rate)) => *rate,
-            _ => 0.0,
-        },
-    };
+pub(crate) fn slower(requested: &ObserverSpec) -> Advice {
+    let rate = requested.kind.decay_rate().unwrap_or(0.0);
     let factors = if rate > 0.0 { &[0.5, 0.1, 0.0][..] } else { &[] };
     let slower = |factor: &f64| format!("decay_rate = {}", shortest(rate * factor));
     Advice::of(factors.iter().map(|factor| Proposal::keys([slower(factor)], &["decay_rate"], "a smaller rate")))
@@ -223,12 +196,9 @@ fn a_point(study: &Study) -> Option<(OperatingPoint, String)> {
 
 /// Whether they are one observer: the kinds luenberger and kalman are, with the same gain.
 fn is_same(known: &ObserverSpec, other: &ObserverSpec) -> bool {
-    let kinds = match (&known.kind, &other.kind) {
-        (
-            ObserverKind::Luenberger(known) | ObserverKind::Kalman(known),
-            ObserverKind::Luenberger(other) | ObserverKind::Kalman(other),
-        ) => known == other,
-        (known, other) => known == other,
+    let kinds = match (known.kind.whole_gain(), other.kind.whole_gain()) {
+        (Some(known), Some(other)) => known == other,
+        _ => known.kind == other.kind,
     };
     kinds && (&known.limits, &known.bounds) == (&other.limits, &other.bounds)
 }
@@ -247,7 +217,7 @@ fn read(proposal: &Proposal, study: &Study, requested: &ObserverSpec) -> Option<
 }
 
 /// The refusal with those of its proposals that have a design.
-pub(super) fn tried(
+pub(crate) fn tried(
     study: &Study,
     requested: &ObserverSpec,
     mut refusal: FailureReport,

@@ -8,12 +8,12 @@ use crate::results::DesignVerdict;
 use crate::study::ActingBounds;
 
 /// What acts on the plant, as the design takes it.
-pub(super) fn acting(bounds: &ActingBounds) -> DisturbanceBounds {
+pub(crate) fn acting(bounds: &ActingBounds) -> DisturbanceBounds {
     DisturbanceBounds::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise)
 }
 
 /// The design with a bound of the error, if that is proved; the plant may be uncertain.
-pub(super) fn bounded(
+pub(crate) fn bounded(
     designed: Designed,
     bound: &ErrorBound,
     reading: &Reading<'_>,

@@ -6,21 +6,21 @@ use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, Numeric
 use luenberger_expression::{ExpressionPlantError, Row};
 use luenberger_linalg::{LinalgError, observability};
 use luenberger_observers::ObserverError;
-use luenberger_plants::{Dimensions, PlantError};
-use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
-use nalgebra::DVector;
+use luenberger_plants::PlantError;
+use luenberger_proof::wording::{at_least, at_most, shortest, significant};
 
 use super::alternative::{Advice, another_gain, list, other_kinds, rows, slower};
+use crate::kinds::kkl_numerical::{self, KklSpec};
+use crate::kinds::{Functional, UnknownInput};
 use crate::model::Model;
 use crate::results::FailureReport;
 use crate::results::Proposal;
 use crate::results::report::eigenvalue;
-use crate::runnable::Chains;
 use crate::structure::Structure;
-use crate::study::{KklSpec, MOST_STATES_OF_A_FULL_TABLE, ObserverKind, ObserverSpec, Study};
+use crate::study::{ObserverSpec, Study};
 
-/// Error of a design, or a hypothesis that is checked here.
-pub(super) enum Misfit {
+/// Error of a design, or a hypothesis that is checked by the study.
+pub enum Misfit {
     Design(DesignError),
     Enclosure(EnclosureError),
     Lpv(LpvError),
@@ -93,12 +93,12 @@ impl From<ObserverError> for Misfit {
     }
 }
 
-pub(super) fn failure(requested: &ObserverSpec, hypothesis: String, advice: Advice) -> FailureReport {
+pub(crate) fn failure(requested: &ObserverSpec, hypothesis: String, advice: Advice) -> FailureReport {
     let Advice { proposals, hints } = advice;
     FailureReport { hints, proposals, ..FailureReport::new(hypothesis, requested.place.line) }
 }
 
-pub(super) fn not_linear(study: &Study, requested: &ObserverSpec) -> FailureReport {
+pub(crate) fn not_linear(study: &Study, requested: &ObserverSpec) -> FailureReport {
     let parts = study.plant.model.nonlinearities();
     let what = match (&study.plant.model, parts.is_empty()) {
         (Model::Builtin(builtin), _) => format!("`{}` is nonlinear", builtin.name()),
@@ -111,7 +111,7 @@ pub(super) fn not_linear(study: &Study, requested: &ObserverSpec) -> FailureRepo
 }
 
 /// The diagnosis, with the names of the study.
-pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -> FailureReport {
+pub(crate) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -> FailureReport {
     let kind = requested.kind.name();
     let (hypothesis, advice) = match misfit {
         Misfit::Design(DesignError::VaryingOutput { output, state, low, high }) => {
@@ -208,7 +208,7 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
             (error.to_string(), advice)
         }
         Misfit::NumericalKkl(error) => {
-            let is_held = matches!(&requested.kind, ObserverKind::KklNumerical(spec) if !spec.inputs.is_empty());
+            let is_held = requested.kind.of::<KklSpec>().is_some_and(|spec| !spec.inputs.is_empty());
             // What fails at one input has the remedies of what fails without.
             let failing = match error {
                 NumericalKklError::HeldInput { error, .. } => error.as_ref(),
@@ -218,7 +218,9 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 NumericalKklError::Unresolved { .. } if is_held => Some(
                     "increase `points`, `nodes` or `cutoff`, or choose a smaller `domain` or smaller ranges of `inputs`",
                 ),
-                NumericalKklError::Unresolved { .. } if study.plant.states.len() > MOST_STATES_OF_A_FULL_TABLE => {
+                NumericalKklError::Unresolved { .. }
+                    if study.plant.states.len() > kkl_numerical::MOST_STATES_OF_A_FULL_TABLE =>
+                {
                     Some("increase `points`, `rank` or `cutoff`, or choose a smaller `domain`")
                 }
                 NumericalKklError::Unresolved { .. } => {
@@ -317,11 +319,7 @@ impl FailureReport {
 }
 
 fn with_smaller_rate(study: &Study, requested: &ObserverSpec) -> Advice {
-    let bounds_region = matches!(
-        requested.kind,
-        ObserverKind::Lpv { .. } | ObserverKind::Lipschitz { .. } | ObserverKind::MeanValue { .. }
-    );
-    let hint = if bounds_region { Advice::hint("a smaller `region`") } else { Advice::default() };
+    let hint = if requested.kind.takes_region() { Advice::hint("a smaller `region`") } else { Advice::default() };
     slower(requested).and(other_kinds(study, requested)).and(hint)
 }
 
@@ -332,7 +330,7 @@ fn in_coordinates(coordinates: &str) -> Proposal {
 
 /// The disturbance of an unknown-input observer as a state, or seen by another output.
 fn with_slow_disturbance(requested: &ObserverSpec) -> Advice {
-    let ObserverKind::UnknownInput { e, .. } = &requested.kind else { return Advice::default() };
+    let Some(UnknownInput { e, .. }) = requested.kind.of() else { return Advice::default() };
     let keys = [format!("e = {}", rows(e)), "lmi = true".to_owned()];
     let why = "for a disturbance that is constant or varies slowly";
     Advice::of([Proposal::kind("proportional-integral", keys, why)])
@@ -426,9 +424,10 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Failu
 /// What to do about a hidden mode of a pair that is not hidden in the plant.
 fn instead_of(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Advice {
     // The other kinds do not estimate a disturbance.
-    let others = match &requested.kind {
-        ObserverKind::ProportionalIntegral { .. } | ObserverKind::UnknownInput { .. } => another_gain(study, requested),
-        _ => another_gain(study, requested).and(other_kinds(study, requested)),
+    let others = if requested.kind.unknown_disturbance().is_some() {
+        another_gain(study, requested)
+    } else {
+        another_gain(study, requested).and(other_kinds(study, requested))
     };
     let hint = match error {
         DesignError::Linalg(LinalgError::PoleMultiplicity { .. }) => "fewer repeated poles",
@@ -447,7 +446,7 @@ fn instead_of(study: &Study, requested: &ObserverSpec, error: &DesignError) -> A
 }
 
 /// Observers whose theory is for outputs without the input.
-pub(super) fn output_of_the_state(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
+pub(crate) fn output_of_the_state(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
     let Some(k) = study.plant.model.structure().feedthrough() else { return Ok(()) };
     let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
     let hypothesis =
@@ -455,17 +454,8 @@ pub(super) fn output_of_the_state(study: &Study, requested: &ObserverSpec) -> Re
     Err(failure(requested, hypothesis, other_kinds(study, requested)))
 }
 
-/// Observers whose theory takes the derivative of the output along f alone.
-pub(super) fn output_without_time(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
-    let Some(k) = study.plant.model.structure().timed_output() else { return Ok(()) };
-    let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
-    let hypothesis =
-        format!("the kind {kind} is for outputs y = h(x) without the time: {output} depends on the time t");
-    Err(failure(requested, hypothesis, other_kinds(study, requested)))
-}
-
 /// That a row is not the state that it should be, or is not shown to be it.
-pub(super) fn other_than(study: &Study, structure: &Structure, row: Row, state: usize) -> String {
+pub(crate) fn other_than(study: &Study, structure: &Structure, row: Row, state: usize) -> String {
     let differs = structure.differs(row, state);
     let (name, state) = (study.plant.row(row), &study.plant.states[state]);
     if differs {
@@ -476,7 +466,7 @@ pub(super) fn other_than(study: &Study, structure: &Structure, row: Row, state: 
 }
 
 /// What output k is, where it should be state i.
-fn measured_in_place_of(study: &Study, structure: &Structure, k: usize, i: usize) -> String {
+pub(crate) fn measured_in_place_of(study: &Study, structure: &Structure, k: usize, i: usize) -> String {
     let (states, output) = (&study.plant.states, &study.plant.outputs[k]);
     match structure.output_state(k) {
         Some(j) => format!("{output} measures {}, not {}; reorder the states", states[j], states[i]),
@@ -484,29 +474,9 @@ fn measured_in_place_of(study: &Study, structure: &Structure, k: usize, i: usize
     }
 }
 
-/// The first output that is not shown to be the state of its number.
-fn not_measured_first(structure: &Structure, size: Dimensions) -> Option<usize> {
-    (0..size.outputs.min(size.states)).find(|&k| structure.output_state(k) != Some(k))
-}
-
-pub(super) fn first_states_measured(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
-    let size = study.plant.model.size();
-    let kind = requested.kind.name();
-    if size.outputs >= size.states {
-        let hypothesis =
-            format!("the kind {kind} needs unmeasured states; this plant measures {} of {}", size.outputs, size.states);
-        return Err(failure(requested, hypothesis, other_kinds(study, requested)));
-    }
-    let structure = study.plant.model.structure();
-    let Some(k) = not_measured_first(&structure, size) else { return Ok(()) };
-    let why = measured_in_place_of(study, &structure, k, k);
-    let hypothesis = format!("the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {why}");
-    Err(failure(requested, hypothesis, other_kinds(study, requested)))
-}
-
 /// Why the plant has no chains of these lengths: each begins at its output, and each equation of a chain depends on the
 /// next state and on no later one.
-pub(super) fn no_chains(study: &Study, structure: &Structure, kind: &str, lengths: &[usize]) -> Option<String> {
+pub(crate) fn no_chains(study: &Study, structure: &Structure, kind: &str, lengths: &[usize]) -> Option<String> {
     let states = &study.plant.states;
     let heads = lengths.iter().scan(0, |next, length| Some(std::mem::replace(next, *next + length)));
     for (k, (head, length)) in heads.zip(lengths).enumerate() {
@@ -533,80 +503,6 @@ pub(super) fn no_chains(study: &Study, structure: &Structure, kind: &str, length
     None
 }
 
-/// The chains of a high-gain observer, whose coefficients of the next states are not 0 at the first estimate.
-pub(super) fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
-    let (model, size) = (&study.plant.model, study.plant.model.size());
-    let (states, kind) = (&study.plant.states, requested.kind.name());
-    if let Some(hypothesis) = no_chains(study, &model.structure(), kind, lengths) {
-        return Err(failure(requested, hypothesis, other_kinds(study, requested)));
-    }
-    let mut input = DVector::zeros(size.inputs);
-    if let Some(program) = study.input.program() {
-        program.at(0.0, input.as_mut_slice());
-    }
-    Chains::at(model, lengths, &requested.initial, &input).map_err(|(i, coefficient)| {
-        let hypothesis = format!(
-            "the kind {kind} divides by the derivative of {}' by {}, which is {} at the first estimate",
-            states[i],
-            states[i + 1],
-            shortest(coefficient)
-        );
-        let remedy = "`initial` at a state where this derivative is finite and not 0, such as the operating point";
-        failure(requested, hypothesis, Advice::hint(remedy))
-    })
-}
-
-/// The most states of a table without inputs, and with.
-const MOST_STATES: (usize, usize) = (6, 3);
-
-/// The most held inputs.
-const MOST_INPUTS: usize = 2;
-
-/// Whether there is a numerical KKL observer for a plant of this size.
-pub(super) fn has_table(size: Dimensions) -> bool {
-    let most = if size.inputs == 0 { MOST_STATES.0 } else { MOST_STATES.1 };
-    size.outputs == 1 && (2..=most).contains(&size.states) && size.inputs <= MOST_INPUTS
-}
-
-pub(super) fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec) -> Result<(), FailureReport> {
-    let size = study.plant.model.size();
-    let kind = requested.kind.name();
-    let sizes = format!(
-        "the kind {kind} takes plants with one output, of 2 to {} states, or of 2 or {} states with at most \
-         {MOST_INPUTS} inputs",
-        MOST_STATES.0, MOST_STATES.1
-    );
-    let hypothesis = if let Some(row) = study.plant.model.structure().explicit_time() {
-        format!(
-            "the kind {kind} is for plants x' = f(x, u), y = h(x, u) without the time: {} depends on the time t",
-            study.plant.row(row)
-        )
-    } else if !has_table(size) {
-        let what = if size.outputs != 1 {
-            counted(size.outputs, "output")
-        } else if (2..=MOST_STATES.0).contains(&size.states) && size.inputs > 0 {
-            format!("{} and {}", counted(size.states, "state"), counted(size.inputs, "input"))
-        } else {
-            counted(size.states, "state")
-        };
-        format!("{sizes}; this plant has {what}")
-    } else if size.inputs > 0 && spec.inputs.is_empty() {
-        format!(
-            "the kind {kind} takes inputs that are held at constant values, and needs their range, `inputs`; this \
-             plant has {}",
-            counted(size.inputs, "input")
-        )
-    } else {
-        return Ok(());
-    };
-    let mut advice = other_kinds(study, requested);
-    if has_table(size) && study.plant.model.structure().explicit_time().is_none() {
-        let range = vec!["[lower, upper]"; size.inputs].join(", ");
-        advice = advice.and(Advice::hint(format!("inputs = [{range}], if the input is held at constant values")));
-    }
-    Err(failure(requested, hypothesis, advice))
-}
-
 /// What to do where Darouach's conditions of a functional observer do not hold.
 fn of_functional(study: &Study, requested: &ObserverSpec, error: &LinalgError) -> Advice {
     let hint = match error {
@@ -614,7 +510,7 @@ fn of_functional(study: &Study, requested: &ObserverSpec, error: &LinalgError) -
         LinalgError::FixedObserverMode { .. } => Some("other rows of `k`"),
         _ => return Advice::default(),
     };
-    let (ObserverKind::Functional { k, poles }, Some(plant)) = (&requested.kind, study.plant.model.linear()) else {
+    let (Some(Functional { k, poles }), Some(plant)) = (requested.kind.of(), study.plant.model.linear()) else {
         return Advice::default();
     };
     let fastest = poles.iter().map(|pole| pole.re).fold(0.0, f64::min);

@@ -21,7 +21,7 @@ use crate::signal::Input;
 use crate::study::{ObserverSpec, Study};
 
 /// The gain, if the study feeds back the estimate of this observer.
-pub(super) fn gain<'a>(study: &'a Study, observer: &str) -> Option<&'a DMatrix<f64>> {
+pub(crate) fn gain<'a>(study: &'a Study, observer: &str) -> Option<&'a DMatrix<f64>> {
     match &study.input {
         Input::Feedback { observer: fed, gain, .. } if fed == observer => Some(gain),
         _ => None,
@@ -29,7 +29,7 @@ pub(super) fn gain<'a>(study: &'a Study, observer: &str) -> Option<&'a DMatrix<f
 }
 
 /// The design with what is proved of its loop, for a linear observer of this plant with the gain L.
-pub(super) fn linear(
+pub(crate) fn linear(
     study: &Study,
     requested: &ObserverSpec,
     plant: &StateSpace,
@@ -45,7 +45,7 @@ pub(super) fn linear(
 }
 
 /// The same for a cubic observer (Theorem 6).
-pub(super) fn cubic(
+pub(crate) fn cubic(
     study: &Study,
     observer: &str,
     plant: &StateSpace,

@@ -1,20 +1,19 @@
 //! KKL observers with given maps: the checks of phi, Lambda, B and phi^L over the region, in numbers and words.
 
-use luenberger_design::kkl::{KklReport, KklSettings};
-use luenberger_design::{Certificate, DesignError, KklCandidate, KklDesign, KklError, Region};
+use luenberger_design::kkl::KklReport;
+use luenberger_design::{Certificate, KklCandidate, KklError, Region};
 use luenberger_observers::kkl::KklMap;
 use luenberger_plants::Plant;
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{KklErrorBound, Reading, Theorem};
+use luenberger_proof::certificate::{KklErrorBound, Theorem};
 use luenberger_proof::wording::{at_most, counted, significant};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::explain::Misfit;
-use super::{Designed, facts, lower_bound, matrix, number, proved_of, upper_bound};
-use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
+use super::{facts, lower_bound, number, upper_bound};
+use crate::maps::KklMaps;
 use crate::model::Model;
-use crate::results::{DesignReport, DesignVerdict, FactReport, NamedNumber, Statement};
-use crate::runnable::Runnable;
+use crate::results::{FactReport, NamedNumber};
 
 /// The plant with the given maps, as the checks of `luenberger-design` take them. All states are estimated.
 ///
@@ -25,57 +24,8 @@ pub fn candidate<'a>(model: &'a Model, maps: &'a KklMaps) -> Result<KklCandidate
     KklCandidate::new(model, maps, &all)
 }
 
-/// The observer, if (4) holds over the region up to rounding, Lambda is Hurwitz there, B is in cascade, and phi^L takes
-/// phi(x) back at the samples.
-///
-/// What is proved of its error is what the certificate of the bound says, and nothing else: it covers (4), Lambda and
-/// phi^L over the whole region.
-pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, reading: &Reading<'_>) -> Result<Designed, Misfit> {
-    let KklMapsSpec { maps, region } = spec;
-    let all: Vec<usize> = (0..maps.plant.states).collect();
-    let settings = KklSettings::default();
-    let design = KklDesign::new(model, maps.clone(), &all, region, &settings)?;
-    is_left_inverse(model, maps, region, &design.report, settings.tolerance)?;
-    let report = &design.report;
-    let mut numbers = numbers(report);
-    let stable = &report.stability;
-    let poles = stable.eigenvalues.iter().map(|z| [z.re, z.im]).collect();
-    let (statement, certificate, matrices, verdict, evidence) = match kkl_error_bound(model, maps, region) {
-        Ok(bound) => {
-            numbers.extend(bound_numbers(&bound, reading.states));
-            let order = bound.p.rows();
-            let p = matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]));
-            // Its decrease implies that Lambda is Hurwitz.
-            let certificate = Certificate::of([bound]).map_err(DesignError::from).map_err(KklError::from)?;
-            let statement = proved_of(&certificate, reading);
-            let verdict = DesignVerdict::of(&certificate);
-            (statement, certificate, vec![p], verdict, None)
-        }
-        Err(why) => {
-            let statement = Statement::of(format!(
-                "The observer is made for xi - phi(x) to decay and xhat = phi^L(xi, y) to tend to x while x(t) and u(t) stay in the region ({region}). No bound of the estimation error is certified: {why}."
-            ));
-            let mut evidence = vec![measured_left_inverse(report)];
-            if !report.injectivity.verdict.is_proved() {
-                evidence.push(undecided_injectivity(report));
-            }
-            let p = stable.p.iter().map(|p| matrix("P", p)).collect();
-            (statement, stable.certificate.clone(), p, DesignVerdict::MEASURED, Some(evidence.join("; ")))
-        }
-    };
-    let mut facts = all_facts(report, &certificate);
-    if is_exact(&certificate) {
-        // phi^L takes every (phi, h)(x) of the region back to x.
-        facts.push(FactReport::of_region("phi^L(phi(x), h(x)) = x", "verified over the region".to_owned(), None));
-    }
-    let design_report =
-        DesignReport { statement, matrices, poles, numbers, facts, verdict, evidence, noise_deviation: Vec::new() };
-    let runnable = Runnable::KklMaps(Box::new(design.observer));
-    Ok(Designed::new(runnable, design_report, Some(certificate)))
-}
-
 /// Whether the certificate says that phi^L has no defect.
-fn is_exact(certificate: &Certificate) -> bool {
+pub(crate) fn is_exact(certificate: &Certificate) -> bool {
     certificate.theorems().iter().any(|proved| match proved.theorem() {
         Theorem::KklErrorBound(bound) => bound.claims.defect.iter().all(|defect| *defect == 0.0),
         _ => false,
@@ -83,7 +33,7 @@ fn is_exact(certificate: &Certificate) -> bool {
 }
 
 /// The numbers of the bound.
-fn bound_numbers(bound: &KklErrorBound, names: &[String]) -> Vec<NamedNumber> {
+pub(crate) fn bound_numbers(bound: &KklErrorBound, names: &[String]) -> Vec<NamedNumber> {
     let claims = &bound.claims;
     let mut numbers = vec![
         lower_bound("guaranteed rate of decay of V = sqrt(e'Pe)", bound.rate),
@@ -100,7 +50,7 @@ fn bound_numbers(bound: &KklErrorBound, names: &[String]) -> Vec<NamedNumber> {
 }
 
 /// An error with the worst point unless phi^L takes phi(x) back, to the tolerance of the other checks.
-pub(super) fn is_left_inverse(
+pub(crate) fn is_left_inverse(
     model: &Model,
     maps: &KklMaps,
     region: &Region,
@@ -132,7 +82,7 @@ pub(super) fn is_left_inverse(
 }
 
 /// What was found of phi^L without a proof.
-pub(super) fn measured_left_inverse(report: &KklReport) -> String {
+pub(crate) fn measured_left_inverse(report: &KklReport) -> String {
     let missed = report.left_inverse.as_ref().map_or(f64::NAN, |(missed, _)| *missed);
     format!(
         "that phi^L(phi(x), h(x)) = x is measured at {}: the largest error is {} half-widths of the region",
@@ -142,7 +92,7 @@ pub(super) fn measured_left_inverse(report: &KklReport) -> String {
 }
 
 /// What was found of (phi, h) without a proof.
-pub(super) fn undecided_injectivity(report: &KklReport) -> String {
+pub(crate) fn undecided_injectivity(report: &KklReport) -> String {
     let found = &report.injectivity;
     format!(
         "that (phi, h) is injective on the region is not proved: over {} the smallest ratio |(phi, h)(x) - (phi, h)(z)| / |x - z| is {}",
@@ -152,7 +102,7 @@ pub(super) fn undecided_injectivity(report: &KklReport) -> String {
 }
 
 /// The numbers of all checks.
-pub(super) fn numbers(report: &KklReport) -> Vec<NamedNumber> {
+pub(crate) fn numbers(report: &KklReport) -> Vec<NamedNumber> {
     let KklReport { residual, injectivity, left_inverse, .. } = report;
     let largest = residual.bounds.iter().copied().fold(0.0, f64::max);
     let mut numbers = vec![
@@ -169,10 +119,10 @@ pub(super) fn numbers(report: &KklReport) -> Vec<NamedNumber> {
 }
 
 /// What the coupling of B says.
-pub(super) const DECAY: &str = "B leaves the decay of xi - phi(x) to Lambda";
+pub(crate) const DECAY: &str = "B leaves the decay of xi - phi(x) to Lambda";
 
 /// The proved conditions: those of the certificate, and those of the maps.
-pub(super) fn all_facts(report: &KklReport, certificate: &Certificate) -> Vec<FactReport> {
+pub(crate) fn all_facts(report: &KklReport, certificate: &Certificate) -> Vec<FactReport> {
     let KklReport { residual, coupling, injectivity, .. } = report;
     let mut all = facts(certificate, &[]);
     // Where phi jumps, its derivative does not tell how it moves.

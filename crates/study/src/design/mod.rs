@@ -1,34 +1,19 @@
 //! Design of each `[[observer]]`, or the reason why it has none.
 
-mod alternative;
-mod discrete;
-mod disturbance;
-mod error_bound;
-mod explain;
-mod feedback;
-mod functional;
-mod immersion;
-mod interval;
-mod kkl;
-mod kkl_maps;
-mod linear;
-mod moving_horizon;
-mod noise_gain;
-mod nonlinear;
-pub(crate) mod norm_filter;
-mod operating_point;
-mod optimal;
-pub(crate) mod peb;
-mod printed_mean_value;
-mod reduced_order;
-mod sliding_mode;
-mod unscented;
-mod varying_periods;
+pub(crate) mod alternative;
+pub(crate) mod discrete;
+pub(crate) mod error_bound;
+pub(crate) mod explain;
+pub(crate) mod feedback;
+pub(crate) mod kkl_maps;
+pub(crate) mod linear;
+pub(crate) mod noise_gain;
+pub(crate) mod operating_point;
 
 pub use crate::designed::Designed;
-pub use crate::runnable::{At, Chains, Kkl, Runnable, VaryingPeriods, WithDisturbance, WithoutDisturbance};
-pub use crate::study::PrintedMean;
-pub(crate) use interval::{Sampling, sampled_design as sampled_interval};
+pub use crate::kinds::Runnable;
+pub use alternative::Advice;
+pub(crate) use alternative::{gain_for_region, other_gains, other_kinds};
 pub use kkl_maps::candidate;
 pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 pub(crate) use noise_gain::SPEED_RATIO;
@@ -36,21 +21,18 @@ pub(crate) use noise_gain::SPEED_RATIO;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use luenberger_design::numerical_kkl::NumericalKklError;
-use luenberger_design::{Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign};
-use luenberger_observers::Prediction;
-use luenberger_plants::StateSpace;
+use luenberger_design::{Certificate, Fact};
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::at_least;
 use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
-use self::explain::Misfit;
+use crate::kinds::Plan;
 use crate::results::{
     DesignReport, DesignVerdict, FactReport, FailureReport, NamedMatrix, NamedNumber, Rounding, Statement,
 };
-use crate::study::{LinearSpec, ObserverKind, ObserverSpec, Study};
+use crate::study::{ObserverSpec, Study};
 
 /// Why an observer has no design.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,183 +82,11 @@ pub(crate) fn attempt(
     cancel: &AtomicBool,
     end: Option<Instant>,
 ) -> Result<Designed, NoDesign> {
-    let designed = study.plant.names().with(|| in_words(study, requested, cancel, end));
+    let designed = study.plant.names().with(|| Plan { study, requested, cancel, end }.design());
     match designed {
         Err(_) if end.is_some_and(|end| Instant::now() >= end) => Err(NoDesign::Interrupted),
         designed => designed,
     }
-}
-
-/// As [`design_until`], with the names of the study in all messages.
-fn in_words(
-    study: &Study,
-    requested: &ObserverSpec,
-    cancel: &AtomicBool,
-    end: Option<Instant>,
-) -> Result<Designed, NoDesign> {
-    let model = &study.plant.model;
-    let options = requested.limits.options(study.solver, end);
-    if let Some(dt) = study.plant.dt {
-        return discrete::design(study, requested, dt, end);
-    }
-    // A nonlinear plant is linearised at the operating point, and the observer shifted there.
-    let shift = if model.linear().is_some() { None } else { study.operating_point.as_ref() };
-    let linear = || {
-        let plant = model.linear().or_else(|| shift.map(|point| point.linear.clone()));
-        plant.ok_or_else(|| explain::not_linear(study, requested))
-    };
-    let shifted = |design: Result<Designed, Misfit>| {
-        design.and_then(|design| match shift {
-            Some(point) => operating_point::shifted(study, design, point),
-            None => Ok(design),
-        })
-    };
-    let in_loop = |plant: &StateSpace, designed: Designed| match &designed.runnable {
-        Runnable::Linear(observer) => {
-            let l = observer.l.clone();
-            feedback::linear(study, requested, plant, &l, designed)
-        }
-        _ => designed,
-    };
-    let explained = |misfit| match misfit {
-        Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
-        misfit => explain::misfit(study, requested, &misfit).into(),
-    };
-    if let ObserverKind::MeanValue { .. }
-    | ObserverKind::HighGain { .. }
-    | ObserverKind::Kkl(_)
-    | ObserverKind::ImmersionInvariance(_)
-    | ObserverKind::Pebo(_)
-    | ObserverKind::KklPeb(_)
-    | ObserverKind::KklNumerical(_) = requested.kind
-    {
-        explain::output_of_the_state(study, requested)?;
-    }
-    match &requested.kind {
-        ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            let plant = linear()?;
-            let designed = linear::luenberger(study, &plant, gain, (&options, requested.bounds.as_ref()));
-            shifted(designed.map(|designed| in_loop(&plant, designed))).map_err(explained)
-        }
-        ObserverKind::Cubic { linear: gain, theta, correction } => {
-            let options = (&options, requested.bounds.as_ref());
-            let plant = linear()?;
-            let designed = linear::cubic(study, &plant, gain, theta, correction, options).and_then(|designed| {
-                if feedback::gain(study, &requested.name).is_none() {
-                    return Ok(designed);
-                }
-                let cubic = CubicDesign::new(&linear::of(&plant, gain, options.0)?, theta, correction)?;
-                Ok(feedback::cubic(study, &requested.name, &plant, &cubic, designed))
-            });
-            shifted(designed).map_err(explained)
-        }
-        ObserverKind::OptimalCubic(problem) => {
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
-            optimal::design(study, &plant, problem, (requested.bounds.as_ref(), end)).map_err(explained)
-        }
-        ObserverKind::ProportionalIntegral { e, chain, rate, linear: gain, cubic } => {
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
-            let names = requested.kind.estimated_disturbances();
-            let acting = (requested.bounds.as_ref(), rate.as_slice(), names.as_slice());
-            let reading = study.plant.reading();
-            let (plant, e) = ((&plant, &reading), (e, *chain));
-            disturbance::proportional_integral(plant, e, gain, cubic.as_ref(), acting, &options).map_err(explained)
-        }
-        ObserverKind::UnknownInput { e, linear: gain, cubic } => {
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
-            let reading = study.plant.reading();
-            disturbance::unknown_input((&plant, &reading), e, gain, cubic.as_ref(), &options).map_err(explained)
-        }
-        ObserverKind::SlidingMode(spec) => sliding_mode::design(study, requested, spec),
-        ObserverKind::Interval(spec) => {
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
-            let reading = study.plant.reading();
-            interval::continuous((&plant, &reading), spec, requested.bounds.as_ref(), &options).map_err(explained)
-        }
-        ObserverKind::ReducedOrder(poles) => {
-            explain::output_of_the_state(study, requested)?;
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
-            reduced_order::reduced_order(study, &plant, poles).map_err(explained)
-        }
-        ObserverKind::Functional { k, poles } => {
-            explain::output_of_the_state(study, requested)?;
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
-            functional::functional(&plant, k, poles).map_err(explained)
-        }
-        ObserverKind::NormFilter(spec) => {
-            let plant = linear()?;
-            let designed = norm_filter::norm_filter(study, &plant, spec, None, &options);
-            shifted(designed.map(|designed| in_loop(&plant, designed))).map_err(explained)
-        }
-        ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
-            let (plant, reading) = (linear()?, study.plant.reading());
-            let designed = match varying {
-                Some(periods) => {
-                    varying_periods::design((&plant, &reading), gain, theta, (correction, *period, periods), &options)
-                }
-                None => linear::sampled((&plant, &reading), gain, theta, (correction, *period), &options),
-            };
-            shifted(designed).map_err(explained)
-        }
-        ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
-        ObserverKind::Lipschitz { split, region, rate, gain } => {
-            nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &options).map_err(explained)
-        }
-        ObserverKind::MeanValue { eta, internal_error, printed: Some(mean), .. } => {
-            explain::first_states_measured(study, requested)?;
-            printed_mean_value::design(model, *mean, *eta, internal_error).map_err(explained)
-        }
-        ObserverKind::MeanValue { region, rate, eta, internal_error, printed: None } => {
-            explain::first_states_measured(study, requested)?;
-            nonlinear::mean_value(study, region, *rate, *eta, internal_error, &options).map_err(explained)
-        }
-        ObserverKind::HighGain { r, alpha, maps: Some(maps), .. } => {
-            nonlinear::high_gain_maps(study, requested, maps, alpha, *r).map_err(explained)
-        }
-        ObserverKind::HighGain { r, chains, alpha, maps: None } => {
-            nonlinear::high_gain(explain::chains(study, requested, chains)?, alpha, *r).map_err(explained)
-        }
-        ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
-            nonlinear::extended_kalman(model, (w, v, p0), *period, *gate).map_err(explained)
-        }
-        ObserverKind::Unscented(spec) => unscented::design(model, spec, Prediction::ErrorControlled).map_err(explained),
-        ObserverKind::MovingHorizon(spec) => {
-            moving_horizon::design(model, spec, Prediction::ErrorControlled).map_err(explained)
-        }
-        ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.reading()).map_err(explained),
-        ObserverKind::ImmersionInvariance(spec) => {
-            explain::output_without_time(study, requested)?;
-            immersion::immersion(study, spec).map_err(explained)
-        }
-        ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, requested, spec).map_err(explained),
-        ObserverKind::KklNumerical(kkl) => {
-            explain::tabulated(study, requested, kkl)?;
-            kkl::design(model, kkl, cancel).map_err(explained)
-        }
-    }
-}
-
-/// The linear design of a specification, for a plant in discrete time; why there is none.
-pub(crate) fn discrete_design(
-    study: &Study,
-    plant: &StateSpace,
-    gain: &LinearSpec,
-    dt: f64,
-    observer: &ObserverSpec,
-) -> Result<DiscreteDesign, String> {
-    match discrete::gain_of(study, plant, (gain, dt), observer) {
-        Ok(design) => design.map_err(|misfit| explain::misfit(study, observer, &misfit).hypothesis),
-        Err(failure) => Err(failure.hypothesis),
-    }
-}
-
-/// The linear design of a specification.
-pub(crate) fn linear_design(
-    plant: &StateSpace,
-    gain: &LinearSpec,
-    options: &GainOptions,
-) -> Result<LinearDesign, DesignError> {
-    linear::of(plant, gain, options)
 }
 
 pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
@@ -299,7 +109,7 @@ pub(crate) fn upper_bound(name: &str, value: f64) -> NamedNumber {
     NamedNumber { rounding: Rounding::Up, ..number(name, value) }
 }
 
-fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
+pub(crate) fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
     let mut poles: Vec<[f64; 2]> = poles.iter().map(|pole| [pole.re, pole.im]).collect();
     poles.sort_by(|x, y| x[0].total_cmp(&y[0]).then(x[1].total_cmp(&y[1])));
     poles
@@ -307,7 +117,7 @@ fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
 
 /// The facts of a certificate, each with its verdict in words: those that are not verified first, then by margin, the
 /// smallest first, and at the end those without a margin.
-fn facts(certificate: &Certificate, vertices: &[String]) -> Vec<FactReport> {
+pub(crate) fn facts(certificate: &Certificate, vertices: &[String]) -> Vec<FactReport> {
     let mut facts: Vec<FactReport> = certificate.facts().map(|each| fact(each, vertices)).collect();
     let order = |fact: &FactReport| match (fact.verdict.is_proved(), fact.margin) {
         (true, Some(margin)) if margin > 0.0 => margin,
@@ -339,22 +149,22 @@ fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
 }
 
 /// What a certificate proves of the plant that it is read as; that nothing is proved, where that is so.
-fn proved_of(certificate: &Certificate, reading: &Reading<'_>) -> Statement {
+pub(crate) fn proved_of(certificate: &Certificate, reading: &Reading<'_>) -> Statement {
     Statement::of_proved(certificate.sentences(reading))
 }
 
 /// The rate at which errors decay in the end, by the poles in floating point.
-fn asymptotic_rate(rate: f64) -> String {
+pub(crate) fn asymptotic_rate(rate: f64) -> String {
     format!("Computed: asymptotic rate exp(-{} t).", significant(rate, 5))
 }
 
 /// The same from sample to sample.
-fn asymptotic_factor(radius: f64) -> String {
+pub(crate) fn asymptotic_factor(radius: f64) -> String {
     format!("Computed: asymptotic factor {} at each sample.", significant(radius, 5))
 }
 
 /// The part of a report that is the certificate's; the rest is empty.
-fn certified(certificate: &Certificate, vertices: &[String]) -> DesignReport {
+pub(crate) fn certified(certificate: &Certificate, vertices: &[String]) -> DesignReport {
     DesignReport {
         facts: facts(certificate, vertices),
         verdict: DesignVerdict::of(certificate),
@@ -363,7 +173,7 @@ fn certified(certificate: &Certificate, vertices: &[String]) -> DesignReport {
 }
 
 /// That of a design without a certificate, for this reason.
-fn uncertified(why: &str) -> DesignReport {
+pub(crate) fn uncertified(why: &str) -> DesignReport {
     DesignReport {
         verdict: DesignVerdict::NONE,
         evidence: Some(format!("no certificate: {why}")),

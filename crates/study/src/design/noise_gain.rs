@@ -15,18 +15,18 @@ use crate::study::{OutputNoise, Simulation, Study};
 
 /// The noise gain of a design, and what it means for the noise of the study.
 #[derive(Debug, Default)]
-pub(super) struct NoiseGain {
+pub(crate) struct NoiseGain {
     norm: f64,
     gain: f64,
     ratio: Option<f64>,
     /// Standard deviation of the error of each state with the noise of the simulation; empty without noise.
-    pub(super) deviation: Vec<f64>,
+    pub(crate) deviation: Vec<f64>,
 }
 
 impl NoiseGain {
     /// The noise gain of L for these pairs (A, C), of which `A - L C` is Hurwitz; for one pair with the eigenvalues of
     /// `A - L C`, where the design has them.
-    pub(super) fn of<'a>(
+    pub(crate) fn of<'a>(
         study: &Study,
         pairs: impl IntoIterator<Item = (&'a DMatrix<f64>, &'a DMatrix<f64>)>,
         l: &DMatrix<f64>,
@@ -57,7 +57,7 @@ impl NoiseGain {
     }
 
     /// The numbers of the report.
-    pub(super) fn numbers(&self) -> impl Iterator<Item = NamedNumber> {
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = NamedNumber> {
         let ratio = self.ratio.map(|ratio| number(SPEED_RATIO, ratio));
         [number("norm of L", self.norm), number("noise gain", self.gain)].into_iter().chain(ratio)
     }

@@ -1,25 +1,23 @@
 //! Linear observers of a nonlinear plant, shifted to its operating point.
 
 use luenberger_design::{DesignError, OperatingPoint};
+use luenberger_live as live;
 use luenberger_observers::DeviationObserver;
 use luenberger_proof::wording::significant;
 
 use super::Designed;
 use super::explain::Misfit;
+use crate::kinds::running::At;
 use crate::model::Model;
 use crate::results::Statement;
-use crate::runnable::{At, Runnable};
 use crate::study::Study;
 
 /// The observer of the linearisation, run in deviations from the operating point, with what its certificate speaks of.
-pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, Misfit> {
+pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, Misfit> {
     let Designed { runnable, mut report, certificate, .. } = design;
-    let runnable = match runnable {
-        Runnable::Linear(observer) => Runnable::LinearAt(Box::new(at(*observer, point)?)),
-        Runnable::Cubic(observer) => Runnable::CubicAt(Box::new(at(*observer, point)?)),
-        Runnable::SampledCubic(observer) => Runnable::SampledCubicAt(Box::new(at(*observer, point)?)),
-        Runnable::VaryingPeriods(varying) => Runnable::VaryingPeriods(Box::new(varying.at(point)?)),
-        other => other,
+    let runnable = match runnable.at(point) {
+        Some(shifted) => shifted?,
+        None => runnable,
     };
     let named = |names: &[String], values: &[f64]| {
         let one = |(name, value): (&String, &f64)| format!("{name} = {}", significant(*value, 5));
@@ -39,11 +37,18 @@ pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
     Ok(Designed::new(runnable, report, certificate))
 }
 
-fn at<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, Misfit> {
+/// The observer in deviations from the point.
+pub(crate) fn at<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, Misfit> {
     let made = DeviationObserver::new(observer, point.x.clone(), point.u.clone(), point.y.clone());
     made.map_err(|error| DesignError::from(error).into())
 }
 
 fn is_affine(model: &Model) -> bool {
     matches!(model, Model::Expressions(plant) if plant.affine().is_ok())
+}
+
+/// The operating point of an observer as the page of a report has it.
+pub(crate) fn page_point<O>(at: &At<O>) -> live::OperatingPoint {
+    let [x, u, y] = [at.x0(), at.u0(), at.y0()].map(|entries| entries.as_slice().to_vec());
+    live::OperatingPoint { x, u, y }
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::{Step, sweep};
 use crate::limits::{Excess, Limits};
 use crate::signal::Input;
-use crate::study::{GainSpec, ObserverKind, Simulation, Study};
+use crate::study::{ObserverSpec, Simulation, Study};
 use crate::trajectory::{self, Variation};
 
 /// Estimated cost of an execution.
@@ -57,21 +57,21 @@ impl MemoryEstimate {
 }
 
 /// Seconds for one value of T by simulation: a trajectory over the memory of the filter with tolerance 1e-11.
-const ONE_T: f64 = 2e-3;
+pub(crate) const ONE_T: f64 = 2e-3;
 
 /// Number of values of T that a design needs besides its table: validation points, and pairs tested for
 /// indistinguishability.
-const BESIDES: f64 = 2000.0;
+pub(crate) const BESIDES: f64 = 2000.0;
 
 /// Bytes of a number in memory.
-const NUMBER: f64 = 8.0;
+pub(crate) const NUMBER: f64 = 8.0;
 
 /// Bytes of a number as text, with all digits.
 const DIGITS: f64 = 22.0;
 
 /// Estimated cost of a step, from a simulation of one fiftieth of the duration.
 pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
-    let each_design: f64 = study.observers.iter().map(|requested| seconds_of_design(study, &requested.kind)).sum();
+    let each_design: f64 = study.observers.iter().map(|requested| requested.kind.seconds(study)).sum();
     let n = study.plant.states.len() as f64;
     let observed = if matches!(step, Step::Observe | Step::Run) { 1e-7 * n * n * n } else { 0.0 };
     let designs =
@@ -99,34 +99,18 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
     Estimate { runs, seconds: designs + again + running, mostly: mostly.to_owned(), memory }
 }
 
-/// Seconds of a design.
-fn seconds_of_design(study: &Study, kind: &ObserverKind) -> f64 {
-    let n = study.plant.states.len() as f64;
-    match kind {
-        ObserverKind::KklNumerical(kkl) => {
-            let states = study.plant.states.len();
-            let tables = kkl.tables(states).into_iter().map(|points| kkl.trajectories(states, points) + BESIDES);
-            tables.sum::<f64>() * ONE_T + kkl.samples as f64 * 1e-5
-        }
-        // Evaluations of the cost, each of up to 20000 periods of the noise.
-        ObserverKind::OptimalCubic(_) => 1e-3 * n * n * 300.0 * unknowns(study),
-        // The factorisations of the Schur complement.
-        kind if kind.poses_inequality() => 1e-9 * unknowns(study).powi(3),
-        ObserverKind::Luenberger(linear)
-        | ObserverKind::Cubic { linear, .. }
-        | ObserverKind::ProportionalIntegral { linear, .. }
-        | ObserverKind::UnknownInput { linear, .. }
-        | ObserverKind::SampledCubic { linear, .. }
-            if matches!(linear.gain, GainSpec::Poles(_)) =>
-        {
-            1e-6 * n * n * n
-        }
-        _ => 2e-7 * n * n * n,
-    }
+/// Seconds of a design by a matrix inequality: the factorisations of the Schur complement.
+pub(crate) fn seconds_of_inequality(study: &Study) -> f64 {
+    1e-9 * unknowns(study).powi(3)
+}
+
+/// Bytes of it.
+pub(crate) fn memory_of_inequality(study: &Study) -> f64 {
+    4.0 * NUMBER * unknowns(study).powi(2)
 }
 
 /// Number of unknowns of a matrix inequality: P and P L.
-fn unknowns(study: &Study) -> f64 {
+pub(crate) fn unknowns(study: &Study) -> f64 {
     let (n, p) = (study.plant.states.len() as f64, study.plant.outputs.len() as f64);
     n * (n + 1.0) / 2.0 + n * p
 }
@@ -138,22 +122,7 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> MemoryEstimat
     let n = study.plant.states.len() as f64;
     let mut parts = vec![(MATRICES * NUMBER * n * n, "matrices of the order of the plant")];
     if step != Step::Observe {
-        let design = |kind: &ObserverKind| match kind {
-            ObserverKind::KklNumerical(kkl) => {
-                // The table of the inverse, its derivatives, and a copy.
-                let states = study.plant.states.len();
-                let points = kkl.tables(states).into_iter().max().unwrap_or(0);
-                let table = kkl.family() as f64 * kkl.trajectories(states, points);
-                let numbers = 3.0 * (states + 1) as f64;
-                (table * numbers * NUMBER, "the table of a numerical KKL observer (reduce its points)")
-            }
-            kind if kind.poses_inequality() => {
-                let what = "the matrix inequality of an observer (for a linear plant, use poles or kalman)";
-                (4.0 * NUMBER * unknowns(study).powi(2), what)
-            }
-            _ => (0.0, ""),
-        };
-        parts.extend(study.observers.iter().map(|requested| design(&requested.kind)));
+        parts.extend(study.observers.iter().map(|requested| requested.kind.memory(study)));
     }
     if let Some(simulation) = &study.simulation
         && matches!(step, Step::Simulate | Step::Compare | Step::Run | Step::Sweep)
@@ -183,8 +152,6 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     const WITH_OBSERVER: f64 = 4.0;
     // The first is slower than those that follow, and the machine may be busy.
     const REPETITIONS: usize = 5;
-    // Evaluations of a prediction, about, of a plant that is not stiff.
-    const STAGES: f64 = 16.0;
     let mut short = simulation.clone();
     short.duration *= SHARE;
     short.samples = 2;
@@ -201,24 +168,7 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     };
     let least = (0..REPETITIONS).map(|_| once()).fold(f64::INFINITY, f64::min);
     // Filters step with their own period, independent of the integrator.
-    let step = |requested: &crate::study::ObserverSpec| match &requested.kind {
-        ObserverKind::ExtendedKalman { period, w, .. } => {
-            let n = w.nrows() as f64;
-            simulation.duration / period * STAGES * n * n * n * 4e-9
-        }
-        ObserverKind::Unscented(spec) => {
-            let n = spec.w.nrows() as f64;
-            simulation.duration / spec.period * (2.0 * STAGES * n * n + 15.0 * n * n * n) * 8e-9
-        }
-        ObserverKind::MovingHorizon(spec) => {
-            let (n, horizon) = (spec.w.nrows() as f64, spec.horizon);
-            // With active bounds the interior-point method adds steps.
-            let passes = horizon.iterations as f64 + spec.bounds.as_ref().map_or(0.0, |_| 30.0);
-            let stage = (STAGES + 8.0) * n * n * n;
-            simulation.duration / spec.period * passes * horizon.window as f64 * stage * 8e-9
-        }
-        _ => 0.0,
-    };
+    let step = |requested: &ObserverSpec| requested.kind.seconds_of_steps(simulation.duration);
     least / SHARE * WITH_OBSERVER + study.observers.iter().map(step).fold(0.0, f64::max)
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::rows::Run;
 use super::sampling;
-use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::study::{ObserverSpec, Study};
 use crate::trajectory::Member;
 
 /// How much of a run is outside.
@@ -109,10 +109,7 @@ impl<'a> Watch<'a> {
         let Some((name, value, bounds)) = found.or_else(|| beyond(t, time).then(|| ("t".to_owned(), t, time))) else {
             return false;
         };
-        let what = match self.requested.kind {
-            ObserverKind::KklNumerical(_) => "Fit not valid outside the design region",
-            _ => "Guarantee not valid outside the design region",
-        };
+        let what = self.requested.kind.valid_in_region();
         self.first.get_or_insert(Excursion { what, extent: Extent::Rows(0, 0), t, name, value, bounds });
         true
     }

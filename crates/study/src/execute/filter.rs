@@ -7,26 +7,49 @@ use luenberger_sim::{Estimates, SimError, Trajectory};
 use nalgebra::{DMatrix, DVector};
 
 use super::rows::Run;
-use crate::design::Runnable;
 use crate::results::{CoverageReport, FilterReport};
 use crate::study::{Simulation, Study};
 use crate::trajectory::Member;
 
-/// The same expression for each kind of filter with a covariance; none for other observers.
-macro_rules! of_filter {
-    ($member:expr, $filter:ident => $result:expr) => {
-        match &$member.designed.runnable {
-            Runnable::ExtendedKalman($filter) => Some($result),
-            Runnable::Unscented($filter) => Some($result),
-            Runnable::MovingHorizon($filter) => Some($result),
-            _ => None,
-        }
-    };
+/// A filter with a covariance, of any kind.
+pub trait Filter {
+    /// The standard deviations that it states for the errors of its n states, from its states (a row for each time).
+    fn deviation(&self, states: &DMatrix<f64>, n: usize) -> DMatrix<f64>;
+
+    /// NIS and NEES over all its samples in a run.
+    ///
+    /// # Errors
+    /// [`SimError`] if the run does not have what they need.
+    fn consistency(
+        &self,
+        of: (&str, usize),
+        simulation: &Simulation,
+        trajectory: &Trajectory,
+    ) -> Result<FilterReport, SimError>;
+}
+
+impl<F> Filter for F
+where
+    F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,
+    F::State: Clone,
+{
+    fn deviation(&self, states: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
+        deviation_of(self, states, n)
+    }
+
+    fn consistency(
+        &self,
+        of: (&str, usize),
+        simulation: &Simulation,
+        trajectory: &Trajectory,
+    ) -> Result<FilterReport, SimError> {
+        consistency_of(self, of, simulation, trajectory)
+    }
 }
 
 /// Whether an observer is a filter with a covariance.
 pub(super) fn is_filter(member: &Member<'_>) -> bool {
-    of_filter!(member, _filter => ()).is_some()
+    member.designed.runnable.filter().is_some()
 }
 
 /// The standard deviations that a filter states for the errors of these estimates, at the times of the run:
@@ -41,7 +64,8 @@ pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>, estimates:
             }
         }
     }
-    of_filter!(member, filter => deviation_of(filter.as_ref(), &state, member.requested.initial.len()))
+    let filter = member.designed.runnable.filter()?;
+    Some(filter.deviation(&state, member.requested.initial.len()))
 }
 
 /// Those of a stationary Kalman filter, in every row.
@@ -86,7 +110,8 @@ pub(super) fn consistency(
     member: &Member<'_>,
 ) -> Result<Option<FilterReport>, SimError> {
     let (name, n) = (&member.requested.name, member.requested.initial.len());
-    of_filter!(member, filter => consistency_of(filter.as_ref(), (name, n), simulation, trajectory)).transpose()
+    let filter = member.designed.runnable.filter();
+    filter.map(|filter| filter.consistency((name, n), simulation, trajectory)).transpose()
 }
 
 fn consistency_of<F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>>(

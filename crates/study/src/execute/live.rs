@@ -2,19 +2,15 @@
 
 use luenberger_expression::{Expression, Parameters};
 use luenberger_live::{
-    Estimates, Event, Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, ObserverKind,
-    OperatingPoint, Rows, Sensor, StoredNoise, StoredObserver, StoredPlant, Table, Truth,
+    Estimates, Event, Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, Rows, Sensor, StoredNoise,
+    StoredObserver, StoredPlant, Table, Truth,
 };
-use luenberger_observers::sliding_mode::Discretisation;
-use luenberger_observers::{ComparisonSystem, DeviationObserver, Prediction, SampledCubicObserver, SampledObserver};
-use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{ProvedTheorem, Theorem};
 use luenberger_sim::{Integrator, SampleInterpolation};
-use nalgebra::{DMatrix, Dyn};
+use nalgebra::DMatrix;
 
 use super::scores;
 use super::scores::Scoring;
-use crate::design::Runnable;
 use crate::model::{Builtin, Model};
 use crate::signal::{Input, Program};
 use crate::study::{self, OtherPlant, SensorSpec, Simulation, Study};
@@ -198,62 +194,12 @@ fn plant(study: &Study, model: &Model, parameters: Option<&Parameters>) -> Optio
     }
 }
 
-fn rows(m: &DMatrix<f64>) -> Rows {
+pub(crate) fn rows(m: &DMatrix<f64>) -> Rows {
     m.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
 fn observer(study: &Study, member: &Member<'_>) -> Option<StoredObserver> {
-    let (kind, point) = match &member.designed.runnable {
-        Runnable::Linear(linear) => (ObserverKind::Linear(linear.clone()), None),
-        Runnable::Cubic(cubic) => (ObserverKind::Cubic(cubic.clone()), None),
-        Runnable::LinearAt(at) => (ObserverKind::Linear(Box::new(at.inner().clone())), Some(point(at))),
-        Runnable::CubicAt(at) => (ObserverKind::Cubic(Box::new(at.inner().clone())), Some(point(at))),
-        // In discrete time the matrices of the plant are not used: its period does not change.
-        Runnable::SampledCubic(sampled) => (sampled_cubic(sampled, &study.plant.model.linear()?), None),
-        Runnable::SampledCubicAt(at) => {
-            (sampled_cubic(at.inner(), &study.operating_point.as_ref()?.linear), Some(point(at)))
-        }
-        Runnable::ProportionalIntegral(with) => {
-            (ObserverKind::ProportionalIntegral { observer: Box::new(with.inner().clone()) }, None)
-        }
-        Runnable::ProportionalIntegralCubic(with) => {
-            (ObserverKind::ProportionalIntegralCubic { observer: Box::new(with.inner().clone()) }, None)
-        }
-        Runnable::UnknownInput(without) => {
-            let (h, d) = (rows(without.h()), without.d().map(rows));
-            (ObserverKind::UnknownInput { observer: Box::new(without.inner().clone()), h, d }, None)
-        }
-        Runnable::UnknownInputCubic(without) => {
-            let (h, d) = (rows(without.h()), without.d().map(rows));
-            (ObserverKind::UnknownInputCubic { observer: Box::new(without.inner().clone()), h, d }, None)
-        }
-        Runnable::Interval(interval) => {
-            let ComparisonSystem { k, g, h, start } = interval.comparison();
-            let (k, h) = (rows(k), rows(h));
-            let [g, start] = [g, start].map(|entries| entries.as_slice().to_vec());
-            (ObserverKind::Interval { observer: Box::new(interval.inner().clone()), k, g, h, start }, None)
-        }
-        Runnable::SlidingMode(sliding) => {
-            let (gains, period) = (sliding.gains().as_slice().to_vec(), SampledObserver::<f64>::period(&**sliding));
-            let explicit = sliding.discretisation() == Discretisation::Explicit;
-            (ObserverKind::SlidingMode { gains, period, explicit }, None)
-        }
-        Runnable::DiscreteLinear(linear) => (ObserverKind::DiscreteLinear(linear.clone()), None),
-        Runnable::StationaryKalman(filter) => (ObserverKind::StationaryKalman(filter.clone()), None),
-        Runnable::DiscreteNonlinear(copy) => {
-            let period = SampledObserver::<f64>::period(copy.as_ref());
-            (ObserverKind::DiscreteNonlinear { l: rows(copy.l()), period }, None)
-        }
-        Runnable::NonlinearLuenberger(copy) => (ObserverKind::NonlinearLuenberger { l: rows(copy.l()) }, None),
-        Runnable::ExtendedKalman(filter) => {
-            let noises = filter.noise_model();
-            let period = SampledObserver::<f64>::period(filter.as_ref());
-            let [w, v, p0] = [&noises.w, &noises.v, &noises.p0].map(rows);
-            let (discrete, gate) = (filter.prediction() == Prediction::Discrete, filter.gate());
-            (ObserverKind::Kalman { w, v, p0, period, discrete, gate }, None)
-        }
-        _ => return None,
-    };
+    let (kind, point) = member.designed.runnable.live(study)?;
     let theorems = member.designed.certificate.iter().flat_map(luenberger_design::Certificate::theorems);
     // A bound of the error under disturbances is beside the theorem of convergence.
     let theorems = theorems.filter(|of| !matches!(of.theorem(), Theorem::InputToStateStability(_)));
@@ -277,7 +223,7 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<StoredObserver> {
 /// The noise and the first errors that a certificate is for. The interval observer is the only one in the page whose
 /// theorem has bounds of them: the others hold for every first error and say nothing of noise, or have no bound of it.
 fn hypotheses(member: &Member<'_>) -> Option<Hypotheses> {
-    let Runnable::Interval(interval) = &member.designed.runnable else { return None };
+    let start = member.designed.runnable.first_widths()?.to_vec();
     let theorems = member.designed.certificate.iter().flat_map(luenberger_design::Certificate::theorems);
     let of = theorems.map(ProvedTheorem::theorem).find_map(|theorem| match theorem {
         Theorem::IntervalEnclosure(of) => Some(of),
@@ -290,15 +236,6 @@ fn hypotheses(member: &Member<'_>) -> Option<Hypotheses> {
         noise: rows(&of.d).iter().map(bound).collect(),
         t: rows(&of.coordinates.t),
         blocks: of.coordinates.blocks.clone(),
-        start: interval.comparison().start.as_slice().to_vec(),
+        start,
     })
-}
-
-fn sampled_cubic(observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>, plant: &StateSpace) -> ObserverKind {
-    ObserverKind::SampledCubic { observer: Box::new(observer.clone()), a: rows(&plant.a), b: rows(&plant.b) }
-}
-
-fn point<O>(at: &DeviationObserver<O, f64, Dyn, Dyn, Dyn>) -> OperatingPoint {
-    let [x, u, y] = [at.x0(), at.u0(), at.y0()].map(|entries| entries.as_slice().to_vec());
-    OperatingPoint { x, u, y }
 }

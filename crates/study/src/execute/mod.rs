@@ -1,10 +1,10 @@
 //! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
-mod estimate;
+pub(crate) mod estimate;
 mod excursion;
-mod filter;
+pub(crate) mod filter;
 mod folder;
-mod live;
+pub(crate) mod live;
 mod log;
 mod observe;
 mod options;
@@ -40,7 +40,7 @@ use crate::read::file_name;
 use crate::results::{
     FailureReport, NamedMatrix, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
 };
-use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::study::{ObserverSpec, Study};
 use crate::trajectory::{self, Member, Variation};
 use folder::Folder;
 use rows::Run;
@@ -406,7 +406,7 @@ fn designs(
         Ok(Some(Outcome { designed, open }))
     };
     // Long designs are started last, so that an interruption keeps the others.
-    let takes_long = |requested: &ObserverSpec| matches!(requested.kind, ObserverKind::KklNumerical(_));
+    let takes_long = |requested: &ObserverSpec| requested.kind.declaration().takes_long;
     let mut outcomes: Vec<Option<Outcome>> = study.observers.iter().map(|_| None).collect();
     for long in [false, true] {
         let parts = study.observers.par_iter().enumerate().filter(|(_, requested)| takes_long(requested) == long);

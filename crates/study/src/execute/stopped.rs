@@ -4,7 +4,7 @@ use luenberger_observers::transition::MOST_STEPS;
 use luenberger_proof::wording::significant;
 use luenberger_sim::SimError;
 
-use crate::study::{ObserverKind, Study};
+use crate::study::Study;
 
 /// The error as a sentence, in which entries of the state have the names of the states.
 pub(super) fn why(study: &Study, error: &SimError) -> String {
@@ -31,7 +31,7 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
             let kind = study.observer(observer).map(|requested| &requested.kind);
             let why = match kind
                 .filter(|kind| kind.updates() && study.plant.dt.is_none())
-                .and_then(ObserverKind::period)
+                .and_then(|kind| kind.period())
             {
                 Some(_) => format!(
                     ": on the way to the next one f or its Jacobian is not finite, or more than {MOST_STEPS} steps are needed"

@@ -1,11 +1,11 @@
 //! A high-gain observer with given maps:
 //! `xi_i' = drift_i + shape_i (alpha_i/r^j) (y_k - head_k)`, `xhat = k(t, xi, u, y)`.
 
-use luenberger_expression::{Expression, Recorded};
+use luenberger_expression::Expression;
+use luenberger_observers::ObserverDimensions;
 use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
-use luenberger_observers::{HighGainObserver, ObserverDimensions, ObserverError};
 use luenberger_plants::Dimensions;
-use nalgebra::{DVector, Dyn, RealField, convert};
+use nalgebra::{DVector, Dyn, RealField};
 
 /// The maps of a high-gain observer that estimates all states of the plant.
 ///
@@ -50,13 +50,6 @@ pub(crate) fn place(lengths: &[usize], i: usize) -> ChainPosition {
     }
     // Beyond the last chain there is no position, and the constructor of the observer returns an error.
     ChainPosition { output: lengths.len(), position: 0 }
-}
-
-/// A high-gain observer with given maps, over the scalar that records.
-pub(crate) fn recorded(
-    given: &HighGainObserver<HighGainMaps, f64, Dyn>,
-) -> Result<HighGainObserver<HighGainMaps, Recorded, Dyn>, ObserverError> {
-    HighGainObserver::new(given.map().clone(), given.gain().map(convert), convert(1.0))
 }
 
 impl<T: RealField + Copy> HighGainMap<T> for HighGainMaps {

@@ -8,10 +8,10 @@ use luenberger_proof::wording::is_invisible;
 
 use super::tree::{Node, Value};
 use crate::diagnostic::Diagnostic;
-use crate::schema::{Key, Kind, Range, Table};
+use crate::schema::{Key, Range, Table, Type};
 
 /// Appends the mistakes of `node` as a table of this description.
-pub(super) fn table(node: &Node, table: &Table, mistakes: &mut Vec<Diagnostic>) {
+pub(crate) fn table(node: &Node, table: &Table, mistakes: &mut Vec<Diagnostic>) {
     let Value::Table(entries) = &node.value else {
         let message = format!("{} is {}", table.name, node.kind());
         mistakes.push(Diagnostic::new(node.span.clone(), message, "expected a table"));
@@ -22,7 +22,8 @@ pub(super) fn table(node: &Node, table: &Table, mistakes: &mut Vec<Diagnostic>) 
     let mut tag = None;
     if let Some(variants) = &table.variants {
         tag = Some(variants.tag);
-        let names = || variants.of.iter().map(|variant| variant.name);
+        let known = (variants.of)();
+        let names = || known.iter().map(|variant| variant.name);
         let expected =
             || format!("expected one of {}", names().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", "));
         match node.get(variants.tag).map(|value| (value, value.text())) {
@@ -57,13 +58,13 @@ pub(super) fn table(node: &Node, table: &Table, mistakes: &mut Vec<Diagnostic>) 
     }
     for key in keys.iter().filter(|key| key.required && node.get(key.name).is_none()) {
         let message = format!("{of} has no `{}`", key.name);
-        let expected = format!("expected `{}`: {}", key.name, key.kind.words());
+        let expected = format!("expected `{}`: {}", key.name, key.value.words());
         mistakes.push(Diagnostic::new(head(node), message, expected).help(key.about));
     }
 }
 
 /// The first bytes of a table: its header, or its opening brace.
-pub(super) fn head(node: &Node) -> std::ops::Range<usize> {
+pub(crate) fn head(node: &Node) -> std::ops::Range<usize> {
     match node.entries().first() {
         Some(first) if first.span.start <= node.span.start => first.span.clone(),
         _ => node.span.clone(),
@@ -85,7 +86,7 @@ fn unknown(name: &str, span: std::ops::Range<usize>, table: &Table, of: &str, ke
     if let Some(near) = nearest(name, names.iter().copied()) {
         return diagnostic.help(format!("the nearest key is `{near}`"));
     }
-    let others = table.variants.iter().flat_map(|variants| variants.of);
+    let others = table.variants.iter().flat_map(|variants| (variants.of)());
     let having = others.filter(|variant| variant.keys.iter().any(|key| key.name == name)).map(|variant| variant.name);
     let having: Vec<&str> = having.collect();
     if having.is_empty() {
@@ -99,44 +100,44 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
     let mut wrong = |node: &Node, message: String, expected: String| {
         mistakes.push(Diagnostic::new(node.span.clone(), message, format!("expected {expected}")).help(key.about));
     };
-    let expected = || key.kind.words();
+    let expected = || key.value.words();
     let other = |node: &Node| format!("`{name}` is {}", shown(node));
-    match &key.kind {
-        Kind::Text => match node.text() {
+    match &key.value {
+        Type::Text => match node.text() {
             Some(text) if text.trim().is_empty() => wrong(node, format!("`{name}` is empty"), expected()),
             Some(_) => {}
             None => wrong(node, other(node), expected()),
         },
-        Kind::Name => match node.text() {
+        Type::Name => match node.text() {
             Some(text) => named(node, &format!("`{name}`"), text, mistakes),
             None => wrong(node, other(node), expected()),
         },
-        Kind::Units if matches!(node.value, Value::Table(_)) => {
+        Type::Units if matches!(node.value, Value::Table(_)) => {
             for entry in node.entries() {
                 a_name(&entry.node, &format!("the unit of `{}`", entry.key), mistakes);
             }
         }
-        Kind::Names | Kind::Units => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+        Type::Names | Type::Units => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
             a_name(x, &format!("entry {} of `{name}`", i + 1), mistakes);
         }),
-        Kind::Choice(choices) => choice(node, name, choices, mistakes),
-        Kind::Switch => {
+        Type::Choice(choices) => choice(node, name, choices, mistakes),
+        Type::Switch => {
             if node.truth().is_none() {
                 wrong(node, other(node), expected());
             }
         }
-        Kind::Number(range) => number(node, &format!("`{name}`"), *range, mistakes),
-        Kind::Count(least) => match node.count() {
+        Type::Number(range) => number(node, &format!("`{name}`"), *range, mistakes),
+        Type::Count(least) => match node.count() {
             Some(count) if count >= *least => {}
             _ => wrong(node, other(node), expected()),
         },
-        Kind::Numbers(range) => {
+        Type::Numbers(range) => {
             let each = |(i, x): (usize, &Node), mistakes: &mut Vec<Diagnostic>| {
                 number(x, &format!("entry {} of `{name}`", i + 1), *range, mistakes);
             };
             list(node, name, &expected(), mistakes, each);
         }
-        Kind::Texts => list(node, name, &expected(), mistakes, |(i, x), mistakes| match x.text() {
+        Type::Texts => list(node, name, &expected(), mistakes, |(i, x), mistakes| match x.text() {
             Some(text) if !text.trim().is_empty() => {}
             Some(_) => mistakes.push(Diagnostic::new(
                 x.span.clone(),
@@ -148,10 +149,10 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
                 mistakes.push(Diagnostic::new(x.span.clone(), message, "expected a text"));
             }
         }),
-        Kind::Expressions => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+        Type::Expressions => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
             expression(x, &format!("entry {} of `{name}`", i + 1), mistakes);
         }),
-        Kind::ExpressionRows => match node.list() {
+        Type::ExpressionRows => match node.list() {
             Some(entries) if entries.iter().any(|entry| entry.list().is_some()) => {
                 grid(node, name, &expected(), mistakes, expression);
             }
@@ -159,11 +160,11 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
                 expression(x, &format!("entry {} of `{name}`", i + 1), mistakes);
             }),
         },
-        Kind::Choices(choices) => {
+        Type::Choices(choices) => {
             list(node, name, &expected(), mistakes, |(_, x), mistakes| choice(x, name, choices, mistakes));
         }
-        Kind::Rows => rows(node, name, &expected(), mistakes),
-        Kind::Weight => match &node.value {
+        Type::Rows => rows(node, name, &expected(), mistakes),
+        Type::Weight => match &node.value {
             Value::Number(..) => number(node, &format!("`{name}`"), Range::Any, mistakes),
             Value::List(entries) if entries.iter().any(|entry| entry.list().is_some()) => {
                 rows(node, name, &expected(), mistakes);
@@ -172,7 +173,7 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
                 number(x, &format!("entry {} of `{name}`", i + 1), Range::Any, mistakes);
             }),
         },
-        Kind::Poles => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+        Type::Poles => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
             let what = format!("pole {} of `{name}`", i + 1);
             match x.list() {
                 None => number(x, &what, Range::Any, mistakes),
@@ -184,11 +185,11 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
                 )),
             }
         }),
-        Kind::Bounds => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+        Type::Bounds => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
             bound(x, &format!("pair {} of `{name}`", i + 1), mistakes);
         }),
-        Kind::Bound => bound(node, &format!("`{name}`"), mistakes),
-        Kind::Named => match &node.value {
+        Type::Bound => bound(node, &format!("`{name}`"), mistakes),
+        Type::Named => match &node.value {
             Value::Table(entries) => {
                 for entry in entries {
                     if entry.key.chars().count() > LONGEST {
@@ -205,12 +206,12 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
             }
             _ => wrong(node, other(node), expected()),
         },
-        Kind::NamedTables(inner) => match &node.value {
+        Type::NamedTables(inner) => match &node.value {
             Value::Table(entries) => entries.iter().for_each(|entry| table(&entry.node, inner, mistakes)),
             _ => wrong(node, other(node), expected()),
         },
-        Kind::Table(inner) => table(node, inner, mistakes),
-        Kind::Tables(inner) => {
+        Type::Table(inner) => table(node, inner, mistakes),
+        Type::Tables(inner) => {
             list(node, name, &expected(), mistakes, |(_, x), mistakes| table(x, inner, mistakes));
         }
     }
@@ -260,7 +261,7 @@ fn choice(node: &Node, name: &str, choices: &'static [(&'static str, &'static st
     if node.text().is_some_and(|text| names().any(|name| name == text)) {
         return;
     }
-    let expected = format!("expected {}", Kind::Choice(choices).words());
+    let expected = format!("expected {}", Type::Choice(choices).words());
     let diagnostic = Diagnostic::new(node.span.clone(), format!("`{name}` is {}", shown(node)), expected);
     mistakes.push(near(diagnostic, node.text().unwrap_or(""), names()));
 }

@@ -5,15 +5,12 @@ use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
+use super::Reader;
 use super::tree::{Entry, Node};
-use super::{Reader, check, gain};
-use crate::study::{ActingBounds, ObserverKind};
-
-/// The most integrators in the model of a disturbance.
-const LONGEST_CHAIN: usize = 16;
+use crate::study::ActingBounds;
 
 /// A mistake has been noted.
-pub(super) struct Noted;
+pub(crate) struct Noted;
 
 /// The table `bounds`, if there is one; the noise of `root`'s simulation is its default.
 pub(super) fn bounds(
@@ -125,80 +122,4 @@ fn uniform_noise(root: &Node, outputs: usize) -> Vec<f64> {
         Some((None, Some(all))) if all.len() == outputs => all,
         _ => vec![0.0; outputs],
     }
-}
-
-/// E, with a column for each disturbance.
-fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
-    let why = format!("the plant has {}", counted(size.states, "state"));
-    reader.matrix(node.get("e")?, "e", (Some(size.states), None), &why)
-}
-
-/// theta and gamma; none without `gamma`, where theta has no effect.
-fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Result<Option<(DMatrix<f64>, f64)>, Noted> {
-    match (node.get("gamma"), node.entry("theta")) {
-        (Some(gamma), _) => {
-            let theta = gain::theta(node, size.outputs, reader).ok_or(Noted)?;
-            Ok(Some((theta, gamma.number().ok_or(Noted)?)))
-        }
-        (None, Some(theta)) => {
-            let message = "`theta` has no effect without a cubic term";
-            reader.wrong(theta.span.clone(), message, "expected `gamma` with it");
-            Err(Noted)
-        }
-        (None, None) => Ok(None),
-    }
-}
-
-pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
-    let e = unknown(node, size, reader)?;
-    let q = e.ncols();
-    let is_extended = node.get("kind").and_then(Node::text) == Some("extended-state");
-    let order = node.get("order").map_or(Some(1), Node::count)?;
-    let chain = is_extended.then_some(order);
-    if order == 0 {
-        let message = "`order` is 0: no disturbance would be estimated";
-        return reader.refuse(node.get("order")?.span.clone(), message, "expected 1 or more");
-    }
-    if order > LONGEST_CHAIN {
-        let message = format!("`order` is {order}: {order} derivatives of each disturbance would be estimated");
-        return reader.refuse(node.get("order")?.span.clone(), message, format!("expected at most {LONGEST_CHAIN}"));
-    }
-    let both = Dimensions { states: size.states + order * q, ..size };
-    let disturbances = if order == 1 {
-        counted(q, "disturbance")
-    } else {
-        format!("{} with {}", counted(q, "disturbance"), counted(order - 1, "derivative"))
-    };
-    let of_states = format!("the plant has {} and {disturbances} to be estimated", counted(size.states, "state"));
-    let linear = gain::linear_of(node, both, &of_states, reader);
-    let cubic = cubic(node, size, reader);
-    let rate = match node.get("rate") {
-        None => Some(vec![0.0; q]),
-        Some(list) => {
-            let rate = list.numbers()?;
-            if rate.len() != q {
-                let message = format!("`rate` has length {}, and `e` has {}", rate.len(), counted(q, "column"));
-                return reader.refuse(list.span.clone(), message, format!("expected length {q}"));
-            }
-            Some(rate)
-        }
-    };
-    let rate = rate?;
-    if rate.iter().any(|rate| *rate > 0.0) && node.get("bounds").is_none() {
-        let message = "`rate` has no effect without `bounds`, which asks for a bound of the error";
-        return reader.refuse(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
-    }
-    Some(ObserverKind::ProportionalIntegral { e, chain, rate, linear: linear?, cubic: cubic.ok()? })
-}
-
-pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
-    let e = unknown(node, size, reader);
-    let of_states = format!("the plant has {}", counted(size.states, "state"));
-    let linear = gain::linear_of(node, size, &of_states, reader);
-    let cubic = cubic(node, size, reader);
-    let kind = ObserverKind::UnknownInput { e: e?, linear: linear?, cubic: cubic.ok()? };
-    if reader.dt.is_some() {
-        return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");
-    }
-    Some(kind)
 }

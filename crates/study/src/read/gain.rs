@@ -1,18 +1,16 @@
 //! Gains of observers of linear plants: poles, noise, cubic terms.
 
-use luenberger_design::{CubicGain, LyapunovWeight, Periods, bandwidth_poles};
+use luenberger_design::{CubicGain, LyapunovWeight, bandwidth_poles};
 use luenberger_plants::Dimensions;
-use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
-use super::region::bound;
 use super::tree::Node;
 use super::{Reader, check};
-use crate::study::{GainSpec, LinearSpec, ObserverKind};
+use crate::study::{GainSpec, LinearSpec};
 
 /// At most one of these keys, or exactly one; an error names those that are present.
-pub(super) fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
+pub(crate) fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
     let there: Vec<_> = node.entries().iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
     match &there[..] {
         [first, second, ..] => {
@@ -28,12 +26,12 @@ pub(super) fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mu
     }
 }
 
-pub(super) fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSpec> {
+pub(crate) fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSpec> {
     linear_of(node, size, &format!("the plant has {}", counted(size.states, "state")), reader)
 }
 
 /// As [`linear`], for the plant whose number of states is what `of_states` says.
-pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: &mut Reader) -> Option<LinearSpec> {
+pub(crate) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: &mut Reader) -> Option<LinearSpec> {
     let (n, p) = (size.states, size.outputs);
     let of_outputs = format!("the plant has {}", counted(p, "output"));
     let intensities = |node: &Node, reader: &mut Reader| {
@@ -88,59 +86,7 @@ pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
     Some(LinearSpec { gain, weight, is_filter })
 }
 
-/// The poles of a reduced-order observer.
-pub(super) fn reduced_order(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
-    let (n, p) = (size.states, size.outputs);
-    if reader.dt.is_some() {
-        return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");
-    }
-    if p >= n {
-        let message =
-            format!("the plant has {} and {}: no state is left to estimate", counted(n, "state"), counted(p, "output"));
-        return reader.refuse(check::head(node), message, "expected a plant with fewer outputs than states");
-    }
-    let left = format!("of {} the outputs leave {}", counted(n, "state"), n - p);
-    match poles(node.get("poles")?, n - p, &left, reader)? {
-        GainSpec::Poles(poles) => Some(ObserverKind::ReducedOrder(poles)),
-        _ => None,
-    }
-}
-
-/// K and the poles of a functional observer.
-pub(super) fn functional(
-    node: &Node,
-    (name, size): (&str, Dimensions),
-    root: &Node,
-    reader: &mut Reader,
-) -> Option<ObserverKind> {
-    if reader.dt.is_some() {
-        return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");
-    }
-    let table = ["log", "sweep"].into_iter().find(|table| root.get(table).is_some());
-    if let Some(table) = table {
-        let message =
-            format!("this kind estimates functions of the state, and [{table}] compares estimates of the state");
-        return reader.refuse(
-            check::head(node),
-            message,
-            format!("expected no [{table}], or another kind such as reduced-order"),
-        );
-    }
-    let fed = root.get("input").and_then(|input| input.get("feedback")?.get("observer")?.text());
-    if fed == Some(name) {
-        let message = "the feedback u = r - K xhat has the estimate of the whole state";
-        return reader.refuse(check::head(node), message, "expected the feedback of another observer");
-    }
-    let why = format!("the plant has {}", counted(size.states, "state"));
-    let k = reader.matrix(node.get("k")?, "k", (None, Some(size.states)), &why)?;
-    let rows = format!("`k` has {}", counted(k.nrows(), "row"));
-    match poles(node.get("poles")?, k.nrows(), &rows, reader)? {
-        GainSpec::Poles(poles) => Some(ObserverKind::Functional { k, poles }),
-        _ => None,
-    }
-}
-
-pub(super) fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader) -> Option<GainSpec> {
+pub(crate) fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader) -> Option<GainSpec> {
     let pole = |node: &Node| match node.list() {
         Some([re, im]) => Some(Complex::new(re.number()?, im.number()?)),
         Some(_) => None,
@@ -177,64 +123,20 @@ fn shown(pole: Complex<f64>) -> String {
     if pole.im == 0.0 { pole.re.to_string() } else { format!("[{}, {}]", pole.re, pole.im) }
 }
 
-pub(super) fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
+pub(crate) fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
     let (n, p) = (size.states, size.outputs);
     let why = format!("the plant has {} and {}", counted(n, "state"), counted(p, "output"));
     reader.matrix(node, "gain", (Some(n), Some(p)), &why)
 }
 
-pub(super) fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
+pub(crate) fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
     match node.get("theta") {
         Some(theta) => reader.weight(theta, "theta", p, &format!("the plant has {}", counted(p, "output"))),
         None => Some(DMatrix::identity(p, p)),
     }
 }
 
-pub(super) fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
-    alternatives(node, &["gamma", "radial", "s"], true, reader)?;
-    if let Some(gamma) = node.get("gamma") {
-        return Some(CubicGain::Gamma(gamma.number()?));
-    }
-    if let Some(w) = node.get("radial") {
-        return Some(CubicGain::Radial(w.number()?));
-    }
-    general(node, p, reader)
-}
-
-/// As [`correction`], where `gamma` is the strength of a radial gain.
-pub(super) fn sampled_correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
-    alternatives(node, &["gamma", "weighted", "s"], true, reader)?;
-    if let Some(w) = node.get("gamma") {
-        return Some(CubicGain::Radial(w.number()?));
-    }
-    if let Some(gamma) = node.get("weighted") {
-        return Some(CubicGain::Gamma(gamma.number()?));
-    }
-    general(node, p, reader)
-}
-
-/// `jitter` and `misses`.
-pub(super) fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Periods> {
-    let misses = match node.get("misses") {
-        Some(misses) => misses.count()?,
-        None => 0,
-    };
-    if misses > MOST_MISSES {
-        let span = node.get("misses")?.span.clone();
-        return reader.refuse(span, format!("`misses` is {misses}"), format!("expected at most {MOST_MISSES}"));
-    }
-    let Some(jitter) = node.get("jitter") else {
-        return Some(Periods { shortest: period, longest: period, misses });
-    };
-    let (shortest, longest) = bound(jitter)?;
-    if !(shortest > 0.0 && shortest <= period && period <= longest && longest.is_finite()) {
-        let message = format!("`jitter` is from {shortest} to {longest}, and `period` is {period}");
-        return reader.refuse(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
-    }
-    Some(Periods { shortest, longest, misses })
-}
-
-fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
+pub(crate) fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
     let of_outputs = format!("the plant has {}", counted(p, "output"));
     Some(CubicGain::General(reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &of_outputs)?))
 }

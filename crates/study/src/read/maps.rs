@@ -1,29 +1,18 @@
 //! The maps of an observer: lists and matrices of expressions.
 
 use luenberger_design::Region;
-use luenberger_expression::{Expression, ExpressionPlant, ParameterError, Scope, Terms, Variable};
+use luenberger_expression::{Expression, ParameterError, Scope};
 use luenberger_observers::FilterMemory;
 use luenberger_proof::wording::counted;
 
 use super::plant::expression;
 use super::tree::Node;
 use super::{Reader, check, region};
-use crate::maps::{
-    Estimator, HighGainMaps, ImmersionMaps, ImmersionSpec, KklMaps, KklMapsSpec, MapNames, PebSpec, RegressionMaps,
-    ResetSpec,
-};
+use crate::maps::{Estimator, KklMaps, MapNames, PebSpec, RegressionMaps, ResetSpec};
 use crate::model::PlantModel;
-use crate::study::ObserverKind;
-
-/// phi, Lambda, B, phi^L, and the region of the check.
-pub(super) fn kkl(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<ObserverKind> {
-    let region = bounded(node, plant, reader);
-    let maps = kkl_maps(node, plant, reader);
-    Some(ObserverKind::Kkl(Box::new(KklMapsSpec { maps: maps?, region: region? })))
-}
 
 /// The four maps.
-pub(super) fn kkl_maps(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<KklMaps> {
+pub(crate) fn kkl_maps(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<KklMaps> {
     let order = node.get("phi")?.list()?.len();
     let names = MapNames::new(plant, order);
     let of_phi = format!("`phi` has {}", counted(order, "row"));
@@ -40,12 +29,12 @@ pub(super) fn kkl_maps(node: &Node, plant: &PlantModel, reader: &mut Reader) -> 
 }
 
 /// A matrix that is not given.
-fn list_of_zeros(count: usize) -> Option<Vec<Expression>> {
+pub(crate) fn list_of_zeros(count: usize) -> Option<Vec<Expression>> {
     (0..count).map(|_| Expression::parse("0", &Scope::constant()).ok()).collect()
 }
 
 /// A region with bounds of every state and every input.
-pub(super) fn bounded(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Region> {
+pub(crate) fn bounded(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Region> {
     let region = region::region(node, plant.model.size(), reader)?;
     let inputs = region.input_bounds().map(<[_]>::to_vec).unwrap_or_default();
     let finite = |bounds: &(f64, f64)| bounds.0.is_finite() && bounds.1.is_finite();
@@ -62,7 +51,7 @@ pub(super) fn bounded(node: &Node, plant: &PlantModel, reader: &mut Reader) -> O
 }
 
 /// The expressions of a list of this length.
-pub(super) fn list(
+pub(crate) fn list(
     node: &Node,
     key: &str,
     (length, why): (usize, &str),
@@ -81,7 +70,7 @@ pub(super) fn list(
 }
 
 /// The expressions of a list of this length, without the time: those of maps that are evaluated without it.
-fn list_without_time(
+pub(crate) fn list_without_time(
     node: &Node,
     key: &str,
     length: (usize, &str),
@@ -100,7 +89,7 @@ fn list_without_time(
 }
 
 /// The expressions of a matrix, row by row; of a square one also from the list of its diagonal.
-pub(super) fn matrix(
+pub(crate) fn matrix(
     node: &Node,
     key: &str,
     (rows, columns, why): (usize, usize, &str),
@@ -144,7 +133,7 @@ fn usable(node: &Node, scope: Result<Scope, ParameterError>, reader: &mut Reader
 }
 
 /// A PEBO or a [KKL+PEB]O: the maps, the regression, the estimator.
-pub(super) fn peb(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<PebSpec> {
+pub(crate) fn peb(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<PebSpec> {
     let region = bounded(node, plant, reader);
     let kkl = kkl_maps(node, plant, reader);
     let maps = regression(node, plant, kkl, reader)?;
@@ -307,106 +296,4 @@ fn estimator(node: &Node, (rows, q): (usize, usize), reader: &mut Reader) -> Opt
         }
     };
     made.map_err(|error| reader.wrong(gain_node.span.clone(), error.to_string(), "expected a positive gain")).ok()
-}
-
-/// The maps of a high-gain observer with chains of these lengths.
-pub(super) fn high_gain(
-    node: &Node,
-    plant: &PlantModel,
-    chains: &[usize],
-    reader: &mut Reader,
-) -> Option<HighGainMaps> {
-    let size = plant.model.size();
-    let order = chains.iter().sum();
-    let names = MapNames::new(plant, order);
-    let of_drift = format!("`drift` has {}", counted(order, "row"));
-    let of_states = format!("the plant has {}", counted(size.states, "state"));
-    if order != size.states
-        && let Some(key) = ["estimate", "start"].iter().find(|key| node.get(key).is_none())
-    {
-        let message = format!("{of_drift}, {of_states}, and `{key}` is not given");
-        return reader.refuse(node.get("drift")?.span.clone(), message, format!("expected `{key}`"));
-    }
-    // By default xi are the states.
-    let numbered = |letters: &str, count: usize, scope: Result<Scope, ParameterError>| -> Option<Vec<Expression>> {
-        let scope = scope.ok()?;
-        (1..=count).map(|k| Expression::parse(&format!("{letters}{k}"), &scope).ok()).collect()
-    };
-    let ones =
-        || -> Option<Vec<Expression>> { (0..order).map(|_| Expression::parse("1", &Scope::constant()).ok()).collect() };
-    let drift = list(node, "drift", (order, &of_drift), names.injection(), reader);
-    let shape = match node.get("shape") {
-        Some(_) => list(node, "shape", (order, &of_drift), names.dynamics(), reader),
-        None => ones(),
-    };
-    let estimate = match node.get("estimate") {
-        Some(_) => list(node, "estimate", (size.states, &of_states), names.injection(), reader),
-        None => numbered("xi", order, names.injection()),
-    };
-    let start = match node.get("start") {
-        Some(_) => list(node, "start", (order, &of_drift), names.image(), reader),
-        None => numbered("x", order, names.image()),
-    };
-    let lengths = chains.to_vec();
-    Some(HighGainMaps { plant: size, lengths, drift: drift?, shape: shape?, estimate: estimate?, start: start? })
-}
-
-/// beta, phi, phi^L of an immersion-and-invariance observer.
-pub(super) fn immersion(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<ObserverKind> {
-    let region = bounded(node, plant, reader);
-    let rows = node.get("phi")?.list()?.len();
-    let order = node.get("order").map_or(Some(rows), Node::count)?;
-    let names = MapNames::new(plant, rows);
-    let of_phi = format!("`phi` has {}", counted(rows, "row"));
-    let of_states = format!("the plant has {}", counted(plant.states.len(), "state"));
-    let of_order = format!("the observer has {} chi", counted(order, "state"));
-    let phi = list_without_time(node, "phi", (rows, &of_phi), names.states(), reader);
-    let beta = list_without_time(node, "beta", (rows, &of_phi), names.manifold(order), reader);
-    let left_inverse =
-        list_without_time(node, "left_inverse", (plant.states.len(), &of_states), names.off_manifold(), reader);
-    let mut given = |key: &str, length: (usize, &str), scope| {
-        node.given(key, |_| list_without_time(node, key, length, scope, reader))
-    };
-    let start = given("start", (order, &of_order), names.image());
-    let freedom = given("q", (order, &of_order), names.freedom(order));
-    let rho = given("rho", (rows, &of_phi), names.freedom(order));
-    let (phi, beta, left_inverse, start) = (phi?, beta?, left_inverse?, start?);
-    let as_plant = |rows: &[Expression], scope: Result<Scope, ParameterError>, states: usize| {
-        let texts: Vec<&str> = rows.iter().map(Expression::text).collect();
-        ExpressionPlant::within(&vec!["0"; states], &texts, &scope.ok()?).ok()
-    };
-    let beta = as_plant(&beta, names.manifold(order), order + plant.outputs.len())?;
-    let size = plant.model.size();
-    if start.is_none() && !is_shifted_identity(&beta, order) {
-        let message = "`beta` is not chi plus a function of the outputs, and `start` is not given";
-        let expected = "expected `start`: chi for an estimate, as expressions of states and outputs";
-        return reader.refuse(node.get("beta")?.span.clone(), message, expected);
-    }
-    let image = KklMaps {
-        plant: size,
-        lambda: list_of_zeros(rows * rows)?,
-        injection: list_of_zeros(rows)?,
-        left_inverse,
-        phi: phi.clone(),
-    };
-    let maps = ImmersionMaps {
-        plant: size,
-        order,
-        beta,
-        phi: as_plant(&phi, names.states(), plant.states.len())?,
-        image,
-        start,
-        freedom: freedom?,
-        rho: rho?,
-    };
-    Some(ObserverKind::ImmersionInvariance(Box::new(ImmersionSpec { maps, region: region? })))
-}
-
-/// Whether beta is chi plus a function of the outputs.
-fn is_shifted_identity(beta: &ExpressionPlant, order: usize) -> bool {
-    let is_one = |i: usize, j: usize, terms: &Terms| {
-        terms.multiple_of(Variable::State(j)) == Some(if i == j { 1.0 } else { 0.0 })
-    };
-    let rows: Vec<Terms> = beta.h().iter().map(Expression::terms).collect();
-    rows.len() == order && rows.iter().enumerate().all(|(i, row)| (0..order).all(|j| is_one(i, j, row)))
 }

@@ -5,26 +5,22 @@
 //! that each mistake is reported once.
 
 mod advise;
-mod check;
+pub(crate) mod check;
 mod csv;
 mod disturbance;
-mod gain;
-mod interval;
+pub(crate) mod gain;
 mod json;
-mod maps;
-mod nonlinear;
-mod norm_filter;
+pub(crate) mod maps;
 mod observer;
 mod operating_point;
-mod optimal;
 mod other_plant;
 mod plant;
-mod region;
+pub(crate) mod region;
 mod sensor;
 mod simulation_settings;
 mod sweep;
 mod toml;
-mod tree;
+pub(crate) mod tree;
 mod truth;
 mod units;
 mod varied;
@@ -36,16 +32,19 @@ use std::sync::Arc;
 
 use luenberger_expression::nearest;
 use luenberger_lmi::Solver;
+use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::digest::{self, FileDigest};
 use crate::error::StudyError;
+use crate::model::PlantModel;
 use crate::schema::STUDY;
 use crate::study::Study;
 
 pub use crate::study::Format;
+pub(crate) use disturbance::Noted;
 pub(crate) use observer::file_name;
 use tree::Node;
 pub(crate) use varied::varied;
@@ -217,8 +216,34 @@ fn starts(root: &Node) -> Vec<usize> {
     starts
 }
 
+/// An `[[observer]]` that is read.
+#[derive(Debug, Clone, Copy)]
+pub struct Given<'a> {
+    /// Its table.
+    pub(crate) node: &'a Node,
+    /// The plant.
+    pub(crate) plant: &'a PlantModel,
+    /// Its name.
+    pub(crate) name: &'a str,
+    /// The study.
+    pub(crate) root: &'a Node,
+}
+
+impl Given<'_> {
+    /// The sizes of the plant.
+    pub fn size(&self) -> Dimensions {
+        self.plant.model.size()
+    }
+
+    /// The number of a key, or this one without the key; none if it is no number, which is a mistake already.
+    pub fn number_or(&self, key: &str, otherwise: f64) -> Option<f64> {
+        self.node.get(key).map_or(Some(otherwise), Node::number)
+    }
+}
+
 /// Collects the mistakes of the third pass, and resolves file names.
-struct Reader {
+#[derive(Debug)]
+pub struct Reader {
     mistakes: Vec<Diagnostic>,
     /// Mistakes about missing keys.
     absences: Vec<Diagnostic>,
@@ -227,7 +252,7 @@ struct Reader {
     /// The files that were read.
     files: Vec<FileDigest>,
     /// The period of a plant in discrete time.
-    dt: Option<f64>,
+    pub(crate) dt: Option<f64>,
 }
 
 impl Reader {
@@ -251,22 +276,27 @@ impl Reader {
         Ok(bytes)
     }
 
-    fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
+    pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
         self.mistakes.push(Diagnostic::new(span, message, expected));
     }
 
     /// [`wrong`](Self::wrong), and none of what should have been read.
-    fn refuse<T>(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) -> Option<T> {
+    pub(crate) fn refuse<T>(
+        &mut self,
+        span: Range<usize>,
+        message: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Option<T> {
         self.wrong(span, message, expected);
         None
     }
 
-    fn absent(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
+    pub(crate) fn absent(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
         self.absences.push(Diagnostic::new(span, message, expected));
     }
 
     /// A list of numbers of the given length.
-    fn numbers(&mut self, node: &Node, name: &str, length: usize, of: &str) -> Option<Vec<f64>> {
+    pub(crate) fn numbers(&mut self, node: &Node, name: &str, length: usize, of: &str) -> Option<Vec<f64>> {
         let numbers = node.numbers()?;
         if numbers.len() != length {
             let message = format!("`{name}` has length {}, and the plant has {}", numbers.len(), counted(length, of));
@@ -276,7 +306,7 @@ impl Reader {
     }
 
     /// A matrix; a dimension given as `None` is arbitrary.
-    fn matrix(
+    pub(crate) fn matrix(
         &mut self,
         node: &Node,
         name: &str,
@@ -296,7 +326,7 @@ impl Reader {
     }
 
     /// A weight of the given order: a number, a diagonal or a matrix.
-    fn weight(&mut self, node: &Node, name: &str, order: usize, why: &str) -> Option<DMatrix<f64>> {
+    pub(crate) fn weight(&mut self, node: &Node, name: &str, order: usize, why: &str) -> Option<DMatrix<f64>> {
         if let Some(x) = node.number() {
             return Some(DMatrix::identity(order, order) * x);
         }
@@ -311,7 +341,7 @@ impl Reader {
     }
 
     /// The index of a name among the known ones.
-    fn position(&mut self, node: &Node, what: &str, known: &[String]) -> Option<usize> {
+    pub(crate) fn position(&mut self, node: &Node, what: &str, known: &[String]) -> Option<usize> {
         let name = node.text()?;
         let found = known.iter().position(|known| known == name);
         if found.is_none() {

@@ -1,24 +1,14 @@
 //! The tables [[observer]].
 
-use luenberger_design::numerical_kkl::MOST_NODES;
-use luenberger_design::{Sector, SystemNorm};
-use luenberger_observers::SigmaPoints;
-use luenberger_observers::numerical_kkl::tensor_train::MOST_RANK;
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 
-use super::gain::{
-    alternatives, correction, functional, linear, periods, reduced_order, sampled_correction, theta, this_gain,
-};
-use super::nonlinear::{Filter, filter, high_gain, moving_horizon, printed_mean, sliding_mode, smooth};
-use super::region::{finite_bounds, region, sector};
 use super::tree::Node;
-use super::{Reader, check, disturbance, interval, maps, norm_filter, optimal};
+use super::{Given, Reader, check, disturbance};
 use crate::diagnostic::Source;
+use crate::kinds;
 use crate::model::PlantModel;
-use crate::study::{
-    GainLimits, KklSpec, MOST_STATES_OF_A_FULL_TABLE, ObserverKind, ObserverSpec, RateSpec, UnscentedSpec,
-};
+use crate::study::{GainLimits, ObserverSpec};
 
 /// The observers; none if one has mistakes.
 pub(super) fn observers(
@@ -100,27 +90,28 @@ pub(super) fn observer(
     (root, source): (&Node, &Source),
     reader: &mut Reader,
 ) -> Option<ObserverSpec> {
-    let (size, kind_name) = (plant.model.size(), node.get("kind")?.text()?);
-    let name = node.get("name").and_then(Node::text).unwrap_or(kind_name).to_owned();
+    let (size, kind) = (plant.model.size(), kinds::named(node.get("kind")?.text()?)?);
+    let name = node.get("name").and_then(Node::text).unwrap_or(kind.name).to_owned();
     let initial = match node.get("initial") {
         Some(initial) => reader.numbers(initial, "initial", size.states, "state"),
         None => Some(start.to_vec()),
     };
-    let kind = match kind_name {
-        "kkl" => maps::kkl(node, plant, reader),
-        "immersion-invariance" => maps::immersion(node, plant, reader),
-        "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
-        "optimal-cubic" => optimal::problem(node, size, root, reader),
-        "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
-        "high-gain" => high_gain(node, plant, reader),
-        "functional" => functional(node, (&name, size), root, reader),
-        _ => kind(node, kind_name, size, reader),
-    };
+    let kind = (kind.read)(&Given { node, plant, name: &name, root }, reader);
     let limits = limits(node, size, reader);
     let bounds = disturbance::bounds(node, size, root, reader);
     smooth(node, root, reader)?;
     let place = source.place(check::head(node).start);
     Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds.ok()?, place })
+}
+
+/// Smoothed estimates are of logs.
+fn smooth(node: &Node, root: &Node, reader: &mut Reader) -> Option<()> {
+    let Some(entry) = node.entry("smooth").filter(|entry| entry.node.truth() == Some(true)) else { return Some(()) };
+    if root.get("log").is_some() {
+        return Some(());
+    }
+    let message = "`smooth` is for estimates on a log, and the study has none";
+    reader.refuse(entry.span.clone(), message, "expected a table [log], or no `smooth`")
 }
 
 /// `max_gain` and `noise`, which apply to gains that an inequality chooses.
@@ -141,168 +132,4 @@ fn limits(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<GainLimi
         None => None,
     };
     Some(GainLimits { max_gain: node.get("max_gain").and_then(Node::number), noise })
-}
-
-fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
-    let (n, p) = (size.states, size.outputs);
-    let number = |key: &str| node.get(key).and_then(Node::number);
-    let positive = |key: &str, otherwise: f64| match node.get(key) {
-        Some(value) => value.number(),
-        None => Some(otherwise),
-    };
-    let of_states = format!("the plant has {}", counted(n, "state"));
-    Some(match name {
-        "luenberger" => ObserverKind::Luenberger(linear(node, size, reader)?),
-        "kalman" => ObserverKind::Kalman(linear(node, size, reader)?),
-        "cubic" => {
-            let linear = linear(node, size, reader);
-            let theta = theta(node, p, reader);
-            let correction = correction(node, p, reader);
-            ObserverKind::Cubic { linear: linear?, theta: theta?, correction: correction? }
-        }
-        "sampled-cubic" => {
-            let linear = linear(node, size, reader);
-            let theta = theta(node, p, reader);
-            let correction = sampled_correction(node, p, reader);
-            let period = number("period")?;
-            let varying = match node.get("jitter").or_else(|| node.get("misses")) {
-                Some(_) => Some(periods(node, period, reader)?).filter(|periods| !periods.is_constant()),
-                None => None,
-            };
-            ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
-        }
-        "proportional-integral" | "extended-state" => disturbance::proportional_integral(node, size, reader)?,
-        "reduced-order" => reduced_order(node, size, reader)?,
-        "h-infinity" => norm_filter::norm_filter(SystemNorm::HInfinity, node, size, reader)?,
-        "h2" => norm_filter::norm_filter(SystemNorm::H2, node, size, reader)?,
-        "unknown-input" => disturbance::unknown_input(node, size, reader)?,
-        "interval" => interval::interval(node, size, reader)?,
-        "sliding-mode" => sliding_mode(node, size, reader)?,
-        "lpv" => {
-            let region = region(node, size, reader);
-            alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;
-            let rate = match (node.get("fastest"), node.get("gain")) {
-                (Some(ceiling), _) => RateSpec::Fastest(ceiling.number()?),
-                (_, Some(gain)) => RateSpec::Gain(this_gain(gain, size, reader)?, 0.0),
-                _ => RateSpec::Rate(positive("decay_rate", 0.0)?),
-            };
-            ObserverKind::Lpv { region: region?, rate }
-        }
-        "lipschitz" => {
-            let region = region(node, size, reader);
-            let gain = node.given("gain", |gain| this_gain(gain, size, reader))?;
-            let split = match (node.entry("a"), node.entry("sectors")) {
-                (None, None) => None,
-                (Some(a), Some(sectors)) => {
-                    let a = reader.matrix(&a.node, "a", (Some(n), Some(n)), &of_states);
-                    let sectors: Vec<Option<Sector>> =
-                        sectors.node.list()?.iter().map(|node| sector(node, n, reader)).collect();
-                    Some((a?, sectors.into_iter().collect::<Option<Vec<_>>>()?))
-                }
-                (Some(one), None) | (None, Some(one)) => {
-                    let message = format!("`{}` alone: `a` and `sectors` define the plant together", one.key);
-                    return reader.refuse(one.span.clone(), message, "expected both, or neither");
-                }
-            };
-            ObserverKind::Lipschitz { split, region: region?, rate: positive("decay_rate", 0.0)?, gain }
-        }
-        "mean-value" => {
-            let region = region(node, size, reader);
-            let internal_error = match node.get("internal_error") {
-                Some(error) => reader.numbers(error, "internal_error", n, "state"),
-                None => Some(vec![0.0; n]),
-            };
-            let printed = node.given("as_printed", |printed| printed_mean(node, printed, reader))?;
-            ObserverKind::MeanValue {
-                region: region?,
-                rate: positive("decay_rate", 0.0)?,
-                eta: positive("eta", 1.0)?,
-                internal_error: internal_error?,
-                printed,
-            }
-        }
-        "extended-kalman" => {
-            let Filter { w, v, p0, period, substeps, gate, smooth } = filter(node, size, reader)?;
-            ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, smooth }
-        }
-        "ukf" => {
-            let filter = filter(node, size, reader);
-            let standard = SigmaPoints::default();
-            let number = |key: &str, otherwise: f64| node.get(key).map_or(Some(otherwise), Node::number);
-            let sigma = SigmaPoints {
-                alpha: number("alpha", standard.alpha)?,
-                beta: number("beta", standard.beta)?,
-                kappa: number("kappa", standard.kappa)?,
-            };
-            if sigma.weights::<f64>(n).is_err() {
-                let key = node.entry("kappa").or_else(|| node.entry("alpha"))?;
-                let message = format!(
-                    "`{}` leaves no sigma points: alpha = {}, kappa = {}, and the plant has {}",
-                    key.key,
-                    sigma.alpha,
-                    sigma.kappa,
-                    counted(n, "state")
-                );
-                return reader.refuse(
-                    key.span.clone(),
-                    message,
-                    format!("expected kappa > -{n} and an alpha of about 1e-3 to 1"),
-                );
-            }
-            let Filter { w, v, p0, period, substeps, gate, smooth } = filter?;
-            ObserverKind::Unscented(Box::new(UnscentedSpec { w, v, p0, sigma, period, substeps, gate, smooth }))
-        }
-        "mhe" => moving_horizon(node, size, reader)?,
-        "kkl-numerical" => {
-            let domain = finite_bounds(node.get("domain")?, "domain", (n, "state"), reader)?;
-            let inputs = match node.get("inputs") {
-                Some(inputs) => finite_bounds(inputs, "inputs", (size.inputs, "input"), reader)?,
-                None => Vec::new(),
-            };
-            if inputs.is_empty()
-                && let Some(nodes) = node.entry("nodes")
-            {
-                let message = "`nodes` without `inputs`";
-                return reader.refuse(nodes.span.clone(), message, "expected `inputs`, the range of each input");
-            }
-            let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
-            let standard = KklSpec::new(domain);
-            let nodes = count("nodes", standard.nodes)?;
-            if nodes > MOST_NODES {
-                let message = format!("`nodes` is {nodes}");
-                return reader.refuse(
-                    node.get("nodes")?.span.clone(),
-                    message,
-                    format!("expected at most {MOST_NODES}"),
-                );
-            }
-            let is_low_rank = n > MOST_STATES_OF_A_FULL_TABLE;
-            if !is_low_rank && let Some(rank) = node.entry("rank") {
-                let message = format!("`rank` for a plant with {}", counted(n, "state"));
-                let expected =
-                    format!("up to {MOST_STATES_OF_A_FULL_TABLE} states the table has all points of the grid");
-                return reader.refuse(rank.span.clone(), message, expected);
-            }
-            let rank = count("rank", standard.rank)?;
-            if rank > MOST_RANK {
-                let message = format!("`rank` is {rank}");
-                return reader.refuse(node.get("rank")?.span.clone(), message, format!("expected at most {MOST_RANK}"));
-            }
-            ObserverKind::KklNumerical(KklSpec {
-                inputs,
-                rank,
-                nodes,
-                cutoff: number("cutoff"),
-                escape: number("escape"),
-                points: node.given("points", Node::count)?,
-                leaves: count("leaves", standard.leaves)?,
-                degree: count("degree", standard.degree)?,
-                samples: count("samples", standard.samples)?,
-                embedded: node.get("form").and_then(Node::text) == Some("embedded"),
-                ..standard
-            })
-        }
-        // The description of the kinds has no other.
-        _ => return None,
-    })
 }

@@ -1,13 +1,13 @@
 //! Regions, bounds and sectors.
 
-use luenberger_design::{Region, Sector};
+use luenberger_design::Region;
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 
+use super::Reader;
 use super::tree::Node;
-use super::{Reader, check};
 
-pub(super) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
+pub(crate) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
     let Some(table) = node.get("region") else { return Some(Region::everywhere(size.states)) };
     let mut region = match table.get("states") {
         Some(states) => Region::new(&bounds(states, "states", size.states, "state", reader)?),
@@ -23,19 +23,19 @@ pub(super) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Opti
     Some(region)
 }
 
-pub(super) fn bound(node: &Node) -> Option<(f64, f64)> {
+pub(crate) fn bound(node: &Node) -> Option<(f64, f64)> {
     match node.list()? {
         [lower, upper] => Some((lower.number()?, upper.number()?)),
         _ => None,
     }
 }
 
-pub(super) fn bounds(node: &Node, name: &str, length: usize, of: &str, reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
+pub(crate) fn bounds(node: &Node, name: &str, length: usize, of: &str, reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
     pairs(node, name, (length, of, "the plant"), reader)
 }
 
 /// The same with finite ends, the lower one less.
-pub(super) fn finite_bounds(
+pub(crate) fn finite_bounds(
     node: &Node,
     name: &str,
     (length, of): (usize, &str),
@@ -50,7 +50,7 @@ pub(super) fn finite_bounds(
 }
 
 /// As many pairs as `whose` has of `of`.
-pub(super) fn pairs(
+pub(crate) fn pairs(
     node: &Node,
     name: &str,
     (length, of, whose): (usize, &str, &str),
@@ -63,16 +63,4 @@ pub(super) fn pairs(
         return reader.refuse(node.span.clone(), message, format!("expected {}", counted(length, "pair")));
     }
     Some(bounds)
-}
-
-pub(super) fn sector(node: &Node, n: usize, reader: &mut Reader) -> Option<Sector> {
-    let why = format!("the plant has {}", counted(n, "state"));
-    let g = reader.matrix(node.get("g")?, "g", (Some(n), None), &why);
-    let h = reader.matrix(node.get("h")?, "h", (None, Some(n)), &why);
-    let (low, high) = (node.get("low")?.number()?, node.get("high")?.number()?);
-    if low > high {
-        reader.absent(check::head(node), format!("the sector goes from {low} to {high}"), "expected low <= high");
-        return None;
-    }
-    Some(Sector::slope(g?, h?, low, high))
 }

@@ -1,7 +1,7 @@
 //! The table [advise]: the prior information with which `luenberger advise` tunes every kind of observer.
 
-use super::observer_keys::{BOX, UNKNOWN_OF_ADVICE};
-use super::table::{Kind, Range, Table, optional};
+use super::table::{Range, Table, Type, optional};
+use crate::kinds::keys::{BOX, UNKNOWN_OF_ADVICE};
 
 pub(super) const ADVISE: Table = Table {
     name: "[advise]",
@@ -10,40 +10,40 @@ pub(super) const ADVISE: Table = Table {
     keys: &[
         optional(
             "settling",
-            Kind::Number(Range::Positive),
+            Type::Number(Range::Positive),
             "Settling time that the observers are tuned for, to the band of the simulation (default: a quarter of its duration).",
         ),
         optional(
             "region",
-            Kind::Table(&BOX),
+            Type::Table(&BOX),
             "Region of states, inputs and time (default: that of the first observer that has one, else the box around the run of the plant and the first estimate, widened by half its width on each side).",
         ),
         optional(
             "initial",
-            Kind::Numbers(Range::Any),
+            Type::Numbers(Range::Any),
             "First estimate of all observers, n numbers (default: that of the first observer of the study, else the operating point, else 0).",
         ),
         optional(
             "w",
-            Kind::Weight,
+            Type::Weight,
             "Intensity W of the process noise, n x n, per unit of time (default: that of the process noise of [truth], else a multiple of the squared widths of the region for which the stationary Kalman filter settles in the settling time).",
         ),
         UNKNOWN_OF_ADVICE,
         optional(
             "disturbance",
-            Kind::Numbers(Range::NotNegative),
+            Type::Numbers(Range::NotNegative),
             "Bounds of |w| of this disturbance, x' = A x + B u + E w, q numbers (default: those of the first observer with `bounds` that has some, with its E).",
         ),
         optional(
             "period",
-            Kind::Number(Range::Positive),
+            Type::Number(Range::Positive),
             "Sampling period of sampled observers and of exported code (default: that of the first sampled observer of the study, else of the noise).",
         ),
         optional(
             "ensemble",
-            Kind::Count(1),
+            Type::Count(1),
             "Runs of each observer, each with other noise and another first estimate (default 20).",
         ),
-        optional("seed", Kind::Count(0), "Seed of the first estimates (default 0)."),
+        optional("seed", Type::Count(0), "Seed of the first estimates (default 0)."),
     ],
 };

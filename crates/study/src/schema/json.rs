@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::keys::STUDY;
-use super::table::{Key, Kind, Range, Table, Variant};
+use super::table::{Key, Range, Table, Type, Variant};
 
 /// The text of the schema file, referenced by `#:schema ./study.schema.json` at the top of a study.
 pub fn schema() -> String {
@@ -30,7 +30,7 @@ fn table(table: &Table) -> Map<String, Value> {
             all.insert("description".to_owned(), json!(table.about));
             all.insert("type".to_owned(), json!("object"));
             all.insert("required".to_owned(), json!([variants.tag]));
-            all.insert("oneOf".to_owned(), Value::Array(variants.of.iter().map(one).collect()));
+            all.insert("oneOf".to_owned(), Value::Array((variants.of)().iter().map(one).collect()));
             all
         }
     }
@@ -44,7 +44,7 @@ fn object(about: &str, keys: impl Iterator<Item = Key>, tag: Option<(&str, &str)
         required.push(json!(tag));
     }
     for key in keys {
-        let mut value = kind(&key.kind);
+        let mut value = kind(&key.value);
         if let Value::Object(value) = &mut value {
             value.insert("description".to_owned(), json!(key.about));
         }
@@ -74,7 +74,7 @@ fn list(items: &Value) -> Value {
     json!({ "type": "array", "items": items, "minItems": 1 })
 }
 
-fn kind(kind: &Kind) -> Value {
+fn kind(kind: &Type) -> Value {
     let rows = || list(&list(&number(Range::Any)));
     let expression = || json!({ "type": ["number", "string"] });
     let end = || json!({ "anyOf": [{ "type": "number" }, { "enum": ["inf", "-inf"] }] });
@@ -84,31 +84,31 @@ fn kind(kind: &Kind) -> Value {
         json!({ "oneOf": choices.iter().map(one).collect::<Vec<_>>() })
     };
     match kind {
-        Kind::Text | Kind::Name => json!({ "type": "string" }),
-        Kind::Choice(choices) => choice(choices),
-        Kind::Switch => json!({ "type": "boolean" }),
-        Kind::Number(range) => number(*range),
-        Kind::Count(least) => json!({ "type": "integer", "minimum": least }),
-        Kind::Numbers(range) => list(&number(*range)),
-        Kind::Texts | Kind::Names => list(&json!({ "type": "string" })),
-        Kind::Choices(choices) => list(&choice(choices)),
-        Kind::Rows => rows(),
-        Kind::Expressions => list(&expression()),
-        Kind::ExpressionRows => json!({ "anyOf": [list(&expression()), list(&list(&expression()))] }),
-        Kind::Weight => json!({ "anyOf": [number(Range::Any), list(&number(Range::Any)), rows()] }),
-        Kind::Poles => {
+        Type::Text | Type::Name => json!({ "type": "string" }),
+        Type::Choice(choices) => choice(choices),
+        Type::Switch => json!({ "type": "boolean" }),
+        Type::Number(range) => number(*range),
+        Type::Count(least) => json!({ "type": "integer", "minimum": least }),
+        Type::Numbers(range) => list(&number(*range)),
+        Type::Texts | Type::Names => list(&json!({ "type": "string" })),
+        Type::Choices(choices) => list(&choice(choices)),
+        Type::Rows => rows(),
+        Type::Expressions => list(&expression()),
+        Type::ExpressionRows => json!({ "anyOf": [list(&expression()), list(&list(&expression()))] }),
+        Type::Weight => json!({ "anyOf": [number(Range::Any), list(&number(Range::Any)), rows()] }),
+        Type::Poles => {
             let complex = json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 });
             list(&json!({ "anyOf": [{ "type": "number" }, complex] }))
         }
-        Kind::Bounds => list(&pair()),
-        Kind::Bound => pair(),
-        Kind::Named => json!({ "type": "object", "additionalProperties": { "type": ["number", "string"] } }),
-        Kind::Units => {
+        Type::Bounds => list(&pair()),
+        Type::Bound => pair(),
+        Type::Named => json!({ "type": "object", "additionalProperties": { "type": ["number", "string"] } }),
+        Type::Units => {
             let table = json!({ "type": "object", "additionalProperties": { "type": "string" } });
             json!({ "anyOf": [table, list(&json!({ "type": "string" }))] })
         }
-        Kind::NamedTables(inner) => json!({ "type": "object", "additionalProperties": table(inner) }),
-        Kind::Table(inner) => Value::Object(table(inner)),
-        Kind::Tables(inner) => list(&Value::Object(table(inner))),
+        Type::NamedTables(inner) => json!({ "type": "object", "additionalProperties": table(inner) }),
+        Type::Table(inner) => Value::Object(table(inner)),
+        Type::Tables(inner) => list(&Value::Object(table(inner))),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::advise::ADVISE;
 use super::observers::OBSERVER;
-use super::table::{Kind, Range, Table, optional, required};
+use super::table::{Range, Table, Type, optional, required};
 use super::truth::TRUTH;
 
 /// The whole file.
@@ -11,32 +11,32 @@ pub const STUDY: Table = Table {
     about: "A plant, observers for it, and simulations or a measured log to compare them on.",
     variants: None,
     keys: &[
-        optional("$schema", Kind::Text, "The JSON Schema of this file, for editors."),
-        optional("title", Kind::Text, "Title of the report (default: the name of the file)."),
-        optional("about", Kind::Text, "A description, printed below the title of the report."),
+        optional("$schema", Type::Text, "The JSON Schema of this file, for editors."),
+        optional("title", Type::Text, "Title of the report (default: the name of the file)."),
+        optional("about", Type::Text, "A description, printed below the title of the report."),
         optional(
             "solver",
-            Kind::Choice(SOLVERS),
+            Type::Choice(SOLVERS),
             "Solver of the linear matrix inequalities of the designs (default interior). Every solution is verified independently of the solver.",
         ),
-        required("plant", Kind::Table(&PLANT), "The plant."),
+        required("plant", Type::Table(&PLANT), "The plant."),
         optional(
             "operating_point",
-            Kind::Table(&OPERATING_POINT),
-            "An equilibrium, at which the kinds luenberger, kalman, cubic and sampled-cubic are designed for a nonlinear plant.",
+            Type::Table(&OPERATING_POINT),
+            "An equilibrium, at which kinds for linear plants are designed for the linearisation of a nonlinear one (`luenberger new --list` says which).",
         ),
-        optional("input", Kind::Table(&INPUT), "The input of the plant (default 0)."),
-        optional("simulation", Kind::Table(&SIMULATION), "The simulation of the plant and its observers."),
+        optional("input", Type::Table(&INPUT), "The input of the plant (default 0)."),
+        optional("simulation", Type::Table(&SIMULATION), "The simulation of the plant and its observers."),
         optional(
             "truth",
-            Kind::Table(&TRUTH),
+            Type::Table(&TRUTH),
             "The plant as it is simulated, where it differs from the model that the observers are designed for.",
         ),
-        optional("log", Kind::Table(&LOG), "A measured log to run the observers on."),
-        optional("observer", Kind::Tables(&OBSERVER), "The observers, each with its specification."),
-        optional("advise", Kind::Table(&ADVISE), "What `luenberger advise` tells every kind of observer."),
-        optional("plot", Kind::Table(&PLOT), "The figures (default: all)."),
-        optional("sweep", Kind::Table(&SWEEP), "A parameter sweep, with an ensemble of runs at each value."),
+        optional("log", Type::Table(&LOG), "A measured log to run the observers on."),
+        optional("observer", Type::Tables(&OBSERVER), "The observers, each with its specification."),
+        optional("advise", Type::Table(&ADVISE), "What `luenberger advise` tells every kind of observer."),
+        optional("plot", Type::Table(&PLOT), "The figures (default: all)."),
+        optional("sweep", Type::Table(&SWEEP), "A parameter sweep, with an ensemble of runs at each value."),
     ],
 };
 
@@ -64,47 +64,47 @@ const PLANT: Table = Table {
     about: "The plant: matrices (a, b, c, d) for a linear one, expressions (f, h) for a nonlinear one, or the name of a built-in plant (builtin).",
     variants: None,
     keys: &[
-        optional("a", Kind::Rows, "A of x' = A x + B u, or of x+ = A x + B u with `dt`, n x n, as a list of rows."),
-        optional("b", Kind::Rows, "B, n x m (default: no inputs)."),
-        optional("c", Kind::Rows, "C of y = C x + D u, p x n."),
-        optional("d", Kind::Rows, "D, p x m (default 0)."),
+        optional("a", Type::Rows, "A of x' = A x + B u, or of x+ = A x + B u with `dt`, n x n, as a list of rows."),
+        optional("b", Type::Rows, "B, n x m (default: no inputs)."),
+        optional("c", Type::Rows, "C of y = C x + D u, p x n."),
+        optional("d", Type::Rows, "D, p x m (default 0)."),
         optional(
             "f",
-            Kind::Texts,
+            Type::Texts,
             "The right-hand sides of x' = f(t, x, u), one expression for each state; with `dt` the next states, x+ = f(t, x, u).",
         ),
-        optional("h", Kind::Texts, "The outputs y = h(t, x, u), one expression for each output."),
+        optional("h", Type::Texts, "The outputs y = h(t, x, u), one expression for each output."),
         optional(
             "parameters",
-            Kind::Named,
+            Type::Named,
             "Named constants for the expressions: numbers, or expressions of other parameters, such as J = \"m*l^2/3\".",
         ),
         optional(
             "tables",
-            Kind::NamedTables(&LOOKUP),
+            Type::NamedTables(&LOOKUP),
             "Lookup tables, used in expressions as functions: torque(x1) for [plant.tables.torque].",
         ),
         optional(
             "dt",
-            Kind::Number(Range::Positive),
+            Type::Number(Range::Positive),
             "Sampling period of a plant in discrete time (default: continuous time).",
         ),
-        optional("builtin", Kind::Choice(BUILTIN), "A built-in plant."),
+        optional("builtin", Type::Choice(BUILTIN), "A built-in plant."),
         optional(
             "states",
-            Kind::Names,
+            Type::Names,
             "Names of the states in expressions, figures, tables and messages (default x1, x2, ...). Expressions may use x1, x2, ... in any case.",
         ),
-        optional("inputs", Kind::Names, "Names of the inputs, likewise (default u1, u2, ..., as many as f and h use)."),
-        optional("outputs", Kind::Names, "Names of the outputs (default y1, y2, ...)."),
+        optional("inputs", Type::Names, "Names of the inputs, likewise (default u1, u2, ..., as many as f and h use)."),
+        optional("outputs", Type::Names, "Names of the outputs (default y1, y2, ...)."),
         optional(
             "units",
-            Kind::Units,
+            Type::Units,
             "Units for axes and tables: a table such as { speed = \"rad/s\", J = \"kg m2\" } for any of the states, inputs, outputs and parameters, or the list of the units of the states. No computation uses them.",
         ),
         optional(
             "time_unit",
-            Kind::Name,
+            Type::Name,
             "Unit of the time t, for axes and tables (default: none). Decay rates and poles are per this unit.",
         ),
     ],
@@ -115,11 +115,11 @@ const LOOKUP: Table = Table {
     about: "Lookup table: a function of one variable through the points (x, y).",
     variants: None,
     keys: &[
-        required("x", Kind::Numbers(Range::Any), "Breakpoints: two or more increasing numbers."),
-        required("y", Kind::Numbers(Range::Any), "Values at the breakpoints."),
+        required("x", Type::Numbers(Range::Any), "Breakpoints: two or more increasing numbers."),
+        required("y", Type::Numbers(Range::Any), "Values at the breakpoints."),
         optional(
             "method",
-            Kind::Choice(&[
+            Type::Choice(&[
                 ("linear", "Linear interpolation."),
                 ("monotone-cubic", "Piecewise cubic, continuously differentiable, without overshoot (PCHIP)."),
             ]),
@@ -127,7 +127,7 @@ const LOOKUP: Table = Table {
         ),
         optional(
             "extrapolation",
-            Kind::Choice(&[
+            Type::Choice(&[
                 ("hold", "Constant: the first and the last value."),
                 ("linear", "Linear, with the slopes at the ends."),
             ]),
@@ -141,8 +141,8 @@ const OPERATING_POINT: Table = Table {
     about: "An equilibrium: the plant rests under a constant input, f(x, u) = 0; found by Newton's method from a guess.",
     variants: None,
     keys: &[
-        optional("x", Kind::Numbers(Range::Any), "Guess of the state (default 0)."),
-        optional("u", Kind::Numbers(Range::Any), "The input (default 0)."),
+        optional("x", Type::Numbers(Range::Any), "Guess of the state (default 0)."),
+        optional("u", Type::Numbers(Range::Any), "The input (default 0)."),
     ],
 };
 
@@ -151,30 +151,30 @@ const INPUT: Table = Table {
     about: "The input of the plant: expressions of t, a table in a CSV file, state feedback from an observer, to which expressions are added, or a control law with the true states.",
     variants: None,
     keys: &[
-        optional("expressions", Kind::Texts, "One expression of t for each input; added to the feedback, if any."),
+        optional("expressions", Type::Texts, "One expression of t for each input; added to the feedback, if any."),
         optional(
             "table",
-            Kind::Text,
+            Type::Text,
             "A CSV file with the column t and one column for each input, headed by its name.",
         ),
         optional(
             "interpolation",
-            Kind::Choice(&[("hold", "Zero-order hold."), ("linear", "Linear interpolation.")]),
+            Type::Choice(&[("hold", "Zero-order hold."), ("linear", "Linear interpolation.")]),
             "Interpolation between the rows of the table (default hold).",
         ),
         optional(
             "feedback",
-            Kind::Table(&FEEDBACK),
+            Type::Table(&FEEDBACK),
             "State feedback u = -K xhat; with an [operating_point] u = u0 - K (xhat - x0).",
         ),
         optional(
             "law",
-            Kind::Texts,
+            Type::Texts,
             "A control law with the true states: one expression of t and the states for each input, in place of the others.",
         ),
         optional(
             "jumps",
-            Kind::Numbers(Range::NotNegative),
+            Type::Numbers(Range::NotNegative),
             "With `law`: the times at which it jumps, so that no step of the integration crosses them (default: none).",
         ),
     ],
@@ -185,8 +185,8 @@ const LQR: Table = Table {
     about: "Weights of the cost int x'Q x + u'R u dt, or of its sum in discrete time.",
     variants: None,
     keys: &[
-        required("q", Kind::Weight, "Q, n x n, positive semidefinite."),
-        required("r", Kind::Weight, "R, m x m, positive definite."),
+        required("q", Type::Weight, "Q, n x n, positive semidefinite."),
+        required("r", Type::Weight, "R, m x m, positive definite."),
     ],
 };
 
@@ -195,18 +195,18 @@ const FEEDBACK: Table = Table {
     about: "State feedback u = -K xhat with the estimate of one of the observers; with an [operating_point] of the deviations from it, u = u0 - K (xhat - x0).",
     variants: None,
     keys: &[
-        optional("k", Kind::Rows, "The gain K, m x n. Give one of k, poles and lqr."),
+        optional("k", Type::Rows, "The gain K, m x n. Give one of k, poles and lqr."),
         optional(
             "poles",
-            Kind::Poles,
+            Type::Poles,
             "Eigenvalues of A - B K: n numbers, complex ones as [re, im] with their conjugates; for linear plants.",
         ),
         optional(
             "lqr",
-            Kind::Table(&LQR),
+            Type::Table(&LQR),
             "Weights of the cost int x'Q x + u'R u dt (its sum in discrete time), which K makes least; for linear plants.",
         ),
-        required("observer", Kind::Text, "The name of the observer whose estimate is fed back."),
+        required("observer", Type::Text, "The name of the observer whose estimate is fed back."),
     ],
 };
 
@@ -215,43 +215,43 @@ const SIMULATION: Table = Table {
     about: "The simulation of the plant and its observers, from t = 0.",
     variants: None,
     keys: &[
-        required("x0", Kind::Numbers(Range::Any), "Initial state of the plant, n numbers."),
-        required("duration", Kind::Number(Range::Positive), "End time of the simulation."),
+        required("x0", Type::Numbers(Range::Any), "Initial state of the plant, n numbers."),
+        required("duration", Type::Number(Range::Positive), "End time of the simulation."),
         optional(
             "samples",
-            Kind::Count(2),
+            Type::Count(2),
             "Number of equally spaced output times, both ends included (default 501). A sampled observer has its rows at its samples, evenly thinned to at most this number.",
         ),
         optional(
             "integrator",
-            Kind::Choice(&[
+            Type::Choice(&[
                 ("auto", "Explicit; implicit once the equations turn out to be stiff."),
                 ("explicit", "DOP853, of order 8."),
                 ("implicit", "Radau IIA, of order 5."),
             ]),
             "Integration method (default auto).",
         ),
-        optional("rtol", Kind::Number(Range::Positive), "Relative tolerance of the integration (default 1e-9)."),
-        optional("atol", Kind::Number(Range::Positive), "Absolute tolerance of the integration (default 1e-10)."),
+        optional("rtol", Type::Number(Range::Positive), "Relative tolerance of the integration (default 1e-9)."),
+        optional("atol", Type::Number(Range::Positive), "Absolute tolerance of the integration (default 1e-10)."),
         optional(
             "hold",
-            Kind::Number(Range::Positive),
+            Type::Number(Range::Positive),
             "Period of a zero-order hold of the input (default: no hold). Sampled observers and Kalman filters with a period assume a hold with that period.",
         ),
         optional(
             "band",
-            Kind::Number(Range::Positive),
+            Type::Number(Range::Positive),
             "Settling band as a fraction of the initial error (default 0.05).",
         ),
         optional(
             "scale",
-            Kind::Numbers(Range::Positive),
+            Type::Numbers(Range::Positive),
             "One positive number per state, in its unit, by which its error is divided in the norm |e| (default: the widths of the region of the designs, if it is finite and the same for all; otherwise no norm is computed).",
         ),
-        optional("estimates", Kind::Choice(ESTIMATES), ESTIMATES_ABOUT),
+        optional("estimates", Type::Choice(ESTIMATES), ESTIMATES_ABOUT),
         optional(
             "interpolation",
-            Kind::Choice(&[
+            Type::Choice(&[
                 ("predicted", "A measurement moves with the model until the next one."),
                 ("held", "A measurement is held until the next one, late by half a period on average."),
             ]),
@@ -259,18 +259,18 @@ const SIMULATION: Table = Table {
         ),
         optional(
             "score_period",
-            Kind::Number(Range::Positive),
+            Type::Number(Range::Positive),
             "Errors are evaluated at multiples of this period, at least the longest sampling period (default: at the samples if any observer is sampled, otherwise in continuous time).",
         ),
-        optional("noise", Kind::Table(&NOISE), "Measurement noise (default: none)."),
+        optional("noise", Type::Table(&NOISE), "Measurement noise (default: none)."),
         optional(
             "sensor",
-            Kind::Tables(&SENSOR),
+            Type::Tables(&SENSOR),
             "Sensors with sampling periods of their own (default: outputs are read at all times).",
         ),
         optional(
             "sampling",
-            Kind::Table(&SAMPLING),
+            Type::Table(&SAMPLING),
             "How the samples of observers with `jitter` or `misses` are drawn (default: within the bounds of each observer).",
         ),
     ],
@@ -283,15 +283,15 @@ const SAMPLING: Table = Table {
     keys: &[
         optional(
             "jitter",
-            Kind::Bound,
+            Type::Bound,
             "Bounds [shortest, longest] of the periods that are drawn (default: those of each observer).",
         ),
         optional(
             "misses",
-            Kind::Count(0),
+            Type::Count(0),
             "The largest number of samples missed in a row (default: that of each observer).",
         ),
-        optional("seed", Kind::Count(0), "Seed of the generator (default that of simulation.noise, or 0)."),
+        optional("seed", Type::Count(0), "Seed of the generator (default that of simulation.noise, or 0)."),
     ],
 };
 
@@ -300,20 +300,20 @@ const SENSOR: Table = Table {
     about: "A sensor that measures one output at instants of its own: at the offset and every period after it. Between them, and where a measurement does not arrive, filters predict.",
     variants: None,
     keys: &[
-        required("output", Kind::Text, "The name of the output."),
-        required("period", Kind::Number(Range::Positive), "Time between two measurements."),
-        optional("offset", Kind::Number(Range::NotNegative), "Time of the first measurement (default 0)."),
+        required("output", Type::Text, "The name of the output."),
+        required("period", Type::Number(Range::Positive), "Time between two measurements."),
+        optional("offset", Type::Number(Range::NotNegative), "Time of the first measurement (default 0)."),
         optional(
             "distribution",
-            Kind::Choice(DISTRIBUTIONS),
+            Type::Choice(DISTRIBUTIONS),
             "Distribution of its noise (default that of simulation.noise, or gaussian).",
         ),
         optional(
             "amplitude",
-            Kind::Number(Range::NotNegative),
+            Type::Number(Range::NotNegative),
             "Standard deviation (gaussian) or largest value (uniform) of its noise, drawn anew at each measurement (default that of simulation.noise, or 0).",
         ),
-        optional("seed", Kind::Count(0), "Seed of its noise (default that of simulation.noise, or 0)."),
+        optional("seed", Type::Count(0), "Seed of its noise (default that of simulation.noise, or 0)."),
     ],
 };
 
@@ -328,18 +328,18 @@ const NOISE: Table = Table {
     about: "Measurement noise, from a seeded generator: the same in every run.",
     variants: None,
     keys: &[
-        optional("distribution", Kind::Choice(DISTRIBUTIONS), "Distribution (default gaussian)."),
+        optional("distribution", Type::Choice(DISTRIBUTIONS), "Distribution (default gaussian)."),
         required(
             "amplitude",
-            Kind::Numbers(Range::NotNegative),
+            Type::Numbers(Range::NotNegative),
             "Standard deviation (gaussian) or largest value (uniform), one number for each output.",
         ),
         required(
             "period",
-            Kind::Number(Range::Positive),
+            Type::Number(Range::Positive),
             "Sampling period of the noise; each value is held for this time.",
         ),
-        optional("seed", Kind::Count(0), "Seed of the generator (default 0)."),
+        optional("seed", Type::Count(0), "Seed of the generator (default 0)."),
     ],
 };
 
@@ -356,33 +356,33 @@ const LOG: Table = Table {
     about: "A measured log. The observers run on it, and their innovations are reported. A blank cell is no measurement.",
     variants: None,
     keys: &[
-        required("file", Kind::Text, "A CSV file with a header; its path is relative to the folder of the study."),
-        optional("time", Kind::Text, "Name of the column of times, which must increase (default t)."),
+        required("file", Type::Text, "A CSV file with a header; its path is relative to the folder of the study."),
+        optional("time", Type::Text, "Name of the column of times, which must increase (default t)."),
         optional(
             "inputs",
-            Kind::Texts,
+            Type::Texts,
             "Names of the columns of the inputs (default: the names of the plant's inputs).",
         ),
         optional(
             "outputs",
-            Kind::Texts,
+            Type::Texts,
             "Names of the columns of the outputs (default: the names of the plant's outputs).",
         ),
         optional(
             "states",
-            Kind::Texts,
+            Type::Texts,
             "The columns of the true states, one for each state, \"-\" for an unknown one: the errors are reported (default none).",
         ),
         optional(
             "interpolation",
-            Kind::Choice(&[
+            Type::Choice(&[
                 ("predicted", "A measurement moves with the model until the next one; only rows correct an estimate."),
                 ("held", "A measurement is held until the next one, late by half a period on average."),
                 ("linear", "Straight lines between rows, which know the future, but not across gaps and blank cells."),
             ]),
             "What observers in continuous time see of the outputs between the rows (default predicted). Observers at their own period predict there, or see the straight lines.",
         ),
-        optional("estimates", Kind::Choice(ESTIMATES), ESTIMATES_ABOUT),
+        optional("estimates", Type::Choice(ESTIMATES), ESTIMATES_ABOUT),
     ],
 };
 
@@ -403,13 +403,13 @@ const PLOT: Table = Table {
     keys: &[
         optional(
             "show",
-            Kind::Choices(QUANTITIES),
+            Type::Choices(QUANTITIES),
             "Which figures (default: states, errors, error-norm and inputs; for a log, states and innovations).",
         ),
-        optional("states", Kind::Texts, "Only these states, by name."),
-        optional("observers", Kind::Texts, "Only these observers, by name."),
-        optional("from", Kind::Number(Range::NotNegative), "Start time of the figures (default: that of the data)."),
-        optional("to", Kind::Number(Range::Positive), "End time of the figures (default: that of the data)."),
+        optional("states", Type::Texts, "Only these states, by name."),
+        optional("observers", Type::Texts, "Only these observers, by name."),
+        optional("from", Type::Number(Range::NotNegative), "Start time of the figures (default: that of the data)."),
+        optional("to", Type::Number(Range::Positive), "End time of the figures (default: that of the data)."),
     ],
 };
 
@@ -428,28 +428,28 @@ const SWEEP: Table = Table {
     keys: &[
         required(
             "parameter",
-            Kind::Text,
+            Type::Text,
             "The parameter: gamma; a factor of the poles, of the noise or of the initial error; or a number of the study by its place, plant.NAME for a parameter of the plant, observer.NAME.KEY, simulation.KEY.",
         ),
         optional(
             "values",
-            Kind::Numbers(Range::Any),
+            Type::Numbers(Range::Any),
             "Its values; factors are positive. Alternatively: from, to, count and spacing.",
         ),
-        optional("from", Kind::Number(Range::Any), "Smallest value."),
-        optional("to", Kind::Number(Range::Any), "Largest value."),
-        optional("count", Kind::Count(2), "Number of values (default 9)."),
+        optional("from", Type::Number(Range::Any), "Smallest value."),
+        optional("to", Type::Number(Range::Any), "Largest value."),
+        optional("count", Type::Count(2), "Number of values (default 9)."),
         optional(
             "spacing",
-            Kind::Choice(&[("log", "Constant ratio."), ("linear", "Constant difference.")]),
+            Type::Choice(&[("log", "Constant ratio."), ("linear", "Constant difference.")]),
             "Spacing of the values (default log).",
         ),
         optional(
             "ensemble",
-            Kind::Count(1),
+            Type::Count(1),
             "Number of runs at each value, with different noise and different directions of the initial error (default 1).",
         ),
-        optional("seed", Kind::Count(0), "Seed of the ensemble (default 0)."),
-        optional("observers", Kind::Texts, "Only these observers, by name."),
+        optional("seed", Type::Count(0), "Seed of the ensemble (default 0)."),
+        optional("observers", Type::Texts, "Only these observers, by name."),
     ],
 };

@@ -6,9 +6,7 @@
 mod advise;
 mod json;
 mod keys;
-mod observer_keys;
 mod observers;
-mod sources;
 mod table;
 mod truth;
 
@@ -16,5 +14,4 @@ pub use json::{json_schema, schema};
 pub use keys::STUDY;
 pub(crate) use keys::{QUANTITIES, SWEPT};
 pub(crate) use observers::OBSERVER;
-pub use sources::{ObserverSource, observer_sources};
-pub use table::{Key, Kind, Range, Table, Variant, Variants};
+pub use table::{Key, Range, Table, Type, Variant, Variants, optional, required};

@@ -18,8 +18,8 @@ pub struct Table {
 pub struct Variants {
     /// The key that names the kind.
     pub tag: &'static str,
-    /// The kinds.
-    pub of: &'static [Variant],
+    /// The kinds, in the order of the schema.
+    pub of: fn() -> Vec<Variant>,
 }
 
 /// One kind of a table.
@@ -39,7 +39,7 @@ pub struct Key {
     /// Its name.
     pub name: &'static str,
     /// Type of its value.
-    pub kind: Kind,
+    pub value: Type,
     /// Whether it is required.
     pub required: bool,
     /// Description, with units and default.
@@ -48,7 +48,7 @@ pub struct Key {
 
 /// Type of a value.
 #[derive(Debug, Clone, Copy)]
-pub enum Kind {
+pub enum Type {
     /// A text.
     Text,
     /// A name: a text of moderate length without invisible characters.
@@ -127,7 +127,7 @@ impl Range {
     }
 }
 
-impl Kind {
+impl Type {
     /// The expectation as text, after "expected".
     pub fn words(&self) -> String {
         let names = |choices: &[(&str, &str)]| {
@@ -163,15 +163,17 @@ impl Kind {
 
 impl Table {
     /// The variant of that name.
-    pub fn variant(&self, name: &str) -> Option<&'static Variant> {
-        self.variants?.of.iter().find(|variant| variant.name == name)
+    pub fn variant(&self, name: &str) -> Option<Variant> {
+        (self.variants?.of)().into_iter().find(|variant| variant.name == name)
     }
 }
 
-pub(super) const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Key {
-    Key { name, kind, required: false, about }
+/// A key that may be left out.
+pub const fn optional(name: &'static str, value: Type, about: &'static str) -> Key {
+    Key { name, value, required: false, about }
 }
 
-pub(super) const fn required(name: &'static str, kind: Kind, about: &'static str) -> Key {
-    Key { name, kind, required: true, about }
+/// A key that has to be there.
+pub const fn required(name: &'static str, value: Type, about: &'static str) -> Key {
+    Key { name, value, required: true, about }
 }

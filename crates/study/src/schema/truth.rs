@@ -1,6 +1,6 @@
 //! The table [truth] of a study file.
 
-use super::table::{Key, Kind, Range, Table, optional, required};
+use super::table::{Key, Range, Table, Type, optional, required};
 
 pub(super) const TRUTH: Table = Table {
     name: "[truth]",
@@ -14,64 +14,64 @@ pub(super) const TRUTH: Table = Table {
         D,
         F,
         H,
-        optional("event", Kind::Tables(&EVENT), "Changes of the plant at a time."),
+        optional("event", Type::Tables(&EVENT), "Changes of the plant at a time."),
         optional(
             "process_noise",
-            Kind::Table(&PROCESS_NOISE),
+            Type::Table(&PROCESS_NOISE),
             "Noise added to the derivatives of the states. White noise of intensity W has the standard deviation sqrt(W / period).",
         ),
         optional(
             "input_delay",
-            Kind::Number(Range::NotNegative),
+            Type::Number(Range::NotNegative),
             "The input reaches the plant this much later (default 0).",
         ),
         optional(
             "measurement_delay",
-            Kind::Number(Range::NotNegative),
+            Type::Number(Range::NotNegative),
             "The outputs are read this much later (default 0).",
         ),
-        optional("actuator", Kind::Table(&FAULT), "The plant gets gain u + bias; observers are given u."),
-        optional("sensor", Kind::Table(&FAULT), "The observers read gain y + bias, and the noise."),
+        optional("actuator", Type::Table(&FAULT), "The plant gets gain u + bias; observers are given u."),
+        optional("sensor", Type::Table(&FAULT), "The observers read gain y + bias, and the noise."),
         optional(
             "quantisation",
-            Kind::Numbers(Range::NotNegative),
+            Type::Numbers(Range::NotNegative),
             "Measurements are multiples of these steps, one for each output; 0 for none.",
         ),
         optional(
             "dropout",
-            Kind::Number(Range::NotNegative),
+            Type::Number(Range::NotNegative),
             "Probability that a measurement does not arrive: it is no measurement, and filters predict.",
         ),
-        optional("outliers", Kind::Table(&OUTLIERS), "Measurements that are far off."),
+        optional("outliers", Type::Table(&OUTLIERS), "Measurements that are far off."),
         optional(
             "period",
-            Kind::Number(Range::Positive),
+            Type::Number(Range::Positive),
             "Dropouts and outliers are drawn anew in this period (default that of simulation.noise), and for each measurement of a [[simulation.sensor]].",
         ),
-        optional("seed", Kind::Count(0), "The seed of dropouts and outliers (default 0)."),
+        optional("seed", Type::Count(0), "The seed of dropouts and outliers (default 0)."),
     ],
 };
 
 const PARAMETERS: Key =
-    optional("parameters", Kind::Named, "Other values of parameters of the plant; with `f` or `h` new parameters too.");
-const A: Key = optional("a", Kind::Rows, "Another A of a plant of matrices.");
-const B: Key = optional("b", Kind::Rows, "Another B, likewise.");
-const C: Key = optional("c", Kind::Rows, "Another C, likewise.");
-const D: Key = optional("d", Kind::Rows, "Another D, likewise.");
+    optional("parameters", Type::Named, "Other values of parameters of the plant; with `f` or `h` new parameters too.");
+const A: Key = optional("a", Type::Rows, "Another A of a plant of matrices.");
+const B: Key = optional("b", Type::Rows, "Another B, likewise.");
+const C: Key = optional("c", Type::Rows, "Another C, likewise.");
+const D: Key = optional("d", Type::Rows, "Another D, likewise.");
 const F: Key = optional(
     "f",
-    Kind::Texts,
+    Type::Texts,
     "Other right-hand sides, for plants of any form: expressions with the names of the plant.",
 );
-const H: Key = optional("h", Kind::Texts, "Other outputs, likewise. A plant of matrices or of the library needs both.");
+const H: Key = optional("h", Type::Texts, "Other outputs, likewise. A plant of matrices or of the library needs both.");
 
 const EVENT: Table = Table {
     name: "[[truth.event]]",
     about: "A change of the simulated plant at a time: other parameters, matrices or equations from there on, a jump of the state. The model of the observers does not change.",
     variants: None,
     keys: &[
-        required("at", Kind::Number(Range::Positive), "When the plant changes."),
-        optional("jump", Kind::Numbers(Range::Any), "Added to the state, one number for each state."),
+        required("at", Type::Number(Range::Positive), "When the plant changes."),
+        optional("jump", Type::Numbers(Range::Any), "Added to the state, one number for each state."),
         PARAMETERS,
         A,
         B,
@@ -89,7 +89,7 @@ const PROCESS_NOISE: Table = Table {
     keys: &[
         optional(
             "distribution",
-            Kind::Choice(&[
+            Type::Choice(&[
                 ("gaussian", "Normal, of mean 0."),
                 ("uniform", "Uniform, between minus and plus the amplitude."),
             ]),
@@ -97,11 +97,11 @@ const PROCESS_NOISE: Table = Table {
         ),
         required(
             "amplitude",
-            Kind::Numbers(Range::NotNegative),
+            Type::Numbers(Range::NotNegative),
             "Standard deviation or amplitude, one for each state.",
         ),
-        required("period", Kind::Number(Range::Positive), "Each value holds for this time."),
-        optional("seed", Kind::Count(0), "The seed (default 0)."),
+        required("period", Type::Number(Range::Positive), "Each value holds for this time."),
+        optional("seed", Type::Count(0), "The seed (default 0)."),
     ],
 };
 
@@ -110,9 +110,9 @@ const FAULT: Table = Table {
     about: "Gain and bias from a time on.",
     variants: None,
     keys: &[
-        optional("gain", Kind::Numbers(Range::Any), "Factor of each entry (default 1)."),
-        optional("bias", Kind::Numbers(Range::Any), "Added to each entry (default 0)."),
-        optional("from", Kind::Number(Range::NotNegative), "When it begins (default 0)."),
+        optional("gain", Type::Numbers(Range::Any), "Factor of each entry (default 1)."),
+        optional("bias", Type::Numbers(Range::Any), "Added to each entry (default 0)."),
+        optional("from", Type::Number(Range::NotNegative), "When it begins (default 0)."),
     ],
 };
 
@@ -121,7 +121,7 @@ const OUTLIERS: Table = Table {
     about: "Measurements that are off by plus or minus a size.",
     variants: None,
     keys: &[
-        required("probability", Kind::Number(Range::NotNegative), "Probability of each measurement to be one."),
-        required("size", Kind::Numbers(Range::NotNegative), "How far off, one for each output."),
+        required("probability", Type::Number(Range::NotNegative), "Probability of each measurement to be one."),
+        required("size", Type::Numbers(Range::NotNegative), "How far off, one for each output."),
     ],
 };

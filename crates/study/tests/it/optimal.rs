@@ -3,9 +3,12 @@
 use std::sync::atomic::AtomicBool;
 
 use luenberger_design::EstimationProblem;
+use luenberger_observers::{CubicObserver, LinearObserver};
 use luenberger_study::Study;
 use luenberger_study::deployment::{SampledDesign, sampled};
-use luenberger_study::design::{Designed, Runnable, design};
+use luenberger_study::design::{Designed, design};
+use luenberger_study::kinds::OptimalCubic;
+use nalgebra::Dyn;
 
 use crate::studies::read;
 
@@ -32,7 +35,7 @@ fn the_report_has_both_costs_and_the_certificates_both_theorems() {
     let theorems: Vec<&str> =
         found.certificate.as_ref().unwrap().theorems().iter().map(|proved| proved.theorem().name()).collect();
     assert_eq!(theorems, ["cubic-observer", "input-to-state-stability"]);
-    let Runnable::Cubic(observer) = &found.runnable else { panic!("{:?}", found.runnable) };
+    let observer = found.runnable.of::<CubicObserver<f64, Dyn, Dyn, Dyn>>().unwrap();
     // x' = 0, y = x: the export at 0.05 keeps the pole of L and the direction and strength of N.
     let SampledDesign::Cubic(exported) = sampled(&study, &study.observers[0], Some(0.05), None).unwrap().design else {
         panic!("not cubic")
@@ -48,7 +51,9 @@ fn where_the_cubic_term_does_not_pay_the_report_says_so() {
     let text = format!("{SCALAR}first_errors = [1]\nhorizon = 20\nnoise_deviation = [1]\nnoise_period = 0.1\n");
     let (study, found) = designed(&text);
     assert!(found.report.statement.starts_with("The cubic term does not pay"), "{}", found.report.statement);
-    assert!(matches!(found.runnable, Runnable::Linear(_)) && found.report.verdict.word() == "proved");
+    assert!(
+        found.runnable.of::<LinearObserver<f64, Dyn, Dyn, Dyn>>().is_some() && found.report.verdict.word() == "proved"
+    );
     let exported = sampled(&study, &study.observers[0], Some(0.1), None).unwrap();
     assert!(matches!(exported.design, SampledDesign::Linear(_)));
 }
@@ -60,9 +65,9 @@ fn what_is_not_given_is_that_of_the_simulation() {
         "{SCALAR}first_errors = [2]\n[simulation]\nx0 = [1]\nduration = 7\nnoise = {{ distribution = \"uniform\", amplitude = [0.3], period = 0.02 }}\n"
     );
     let study = read(&text).unwrap();
-    let luenberger_study::study::ObserverKind::OptimalCubic(problem) = &study.observers[0].kind else { panic!("kind") };
+    let OptimalCubic(problem) = study.observers[0].kind.of().unwrap();
     let expected = EstimationProblem::new(&[2.0], &[0.3 / 3.0_f64.sqrt()], 0.02, 7.0);
-    assert_eq!(**problem, EstimationProblem { is_uniform: true, ..expected });
+    assert_eq!(*problem, EstimationProblem { is_uniform: true, ..expected });
 }
 
 #[test]

@@ -8,11 +8,16 @@ use std::process::{Command, Stdio};
 use luenberger_export::{Export, Scalar, golden};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{
-    InterSampleObserver, Observer, ObserverDimensions, SampledIntervalObserver, SampledJumps, SampledObserver,
+    CubicObserver, HighGainObserver, ImmersionInvarianceObserver, InterSampleObserver, KklObserver, LinearObserver,
+    MeanValueObserver, Observer, ObserverDimensions, SampledIntervalObserver, SampledJumps, SampledObserver,
+    SlidingModeObserver,
 };
 use luenberger_study::Study;
 use luenberger_study::deployment::{self, Sampled};
-use luenberger_study::design::{Designed, Runnable};
+use luenberger_study::design::Designed;
+use luenberger_study::kinds::{PebObserver, PrintedMean, ReducedOrderObserver, WithoutDisturbance};
+use luenberger_study::maps::{HighGainMaps, ImmersionMaps, KklMaps};
+use luenberger_study::model::Model;
 use nalgebra::{DVector, Dyn};
 
 use crate::studies::{designed, extension, read};
@@ -176,25 +181,35 @@ fn running(study: &Study, designed: &Designed, sampled: &Sampled, samples: &Samp
             sampled_form($observer, sampled, plant, initial, samples)
         };
     }
-    match &designed.runnable {
-        Runnable::KklMaps(observer) => form!(observer.as_ref()),
-        Runnable::ReducedOrder(observer) => form!(observer.as_ref()),
-        Runnable::Peb(observer) => match observer.reset() {
-            Some(reset) => {
-                let every = (reset.period / extension(sampled).period()).round() as usize;
-                form!(&SampledJumps::<_, Dyn>::new(observer.as_ref().clone(), every))
-            }
-            None => form!(observer.as_ref()),
-        },
-        Runnable::Immersion(observer) => form!(observer.as_ref()),
-        Runnable::HighGainMaps(observer) => form!(observer.as_ref()),
-        Runnable::UnknownInput(observer) => form!(observer.as_ref()),
-        Runnable::UnknownInputCubic(observer) => form!(observer.as_ref()),
-        Runnable::PrintedMeanValue(observer) => form!(observer.as_ref()),
-        Runnable::SlidingMode(observer) => stepped(observer.as_ref(), initial, samples),
-        Runnable::SampledInterval(observer) => stepped(&WithBounds(observer), initial, samples),
-        other => panic!("{other:?}"),
+    let runnable = &designed.runnable;
+    macro_rules! forms {
+        ($($of:ty),*) => {
+            $(if let Some(observer) = runnable.of::<$of>() {
+                return form!(observer);
+            })*
+        };
     }
+    if let Some(observer) = runnable.of::<PebObserver>() {
+        let Some(reset) = observer.reset() else { return form!(observer) };
+        let every = (reset.period / extension(sampled).period()).round() as usize;
+        return form!(&SampledJumps::<_, Dyn>::new(observer.clone(), every));
+    }
+    if let Some(observer) = runnable.of::<SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn>>() {
+        return stepped(observer, initial, samples);
+    }
+    if let Some(observer) = runnable.of::<SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>>() {
+        return stepped(&WithBounds(observer), initial, samples);
+    }
+    forms!(
+        KklObserver<KklMaps>,
+        ReducedOrderObserver,
+        ImmersionInvarianceObserver<Model, ImmersionMaps>,
+        HighGainObserver<HighGainMaps, f64, Dyn>,
+        WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>,
+        WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>>,
+        MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn>
+    );
+    panic!("{runnable:?}")
 }
 
 /// The exported C of the first observer of a study has the bits of the observer that runs in binary64, and in binary32

@@ -7,7 +7,9 @@ use luenberger_observers::Observer;
 use luenberger_sim::{Disturbances, Fault, Recording, Replay, Scenario, Settings, Trajectory};
 use luenberger_study::Study;
 use luenberger_study::deployment;
-use luenberger_study::design::{Designed, Runnable};
+use luenberger_study::design::Designed;
+use luenberger_study::kinds::PebObserver;
+use luenberger_study::study::SamplingSpec;
 use nalgebra::{DMatrix, DVector};
 
 use crate::studies::{designed, mistakes, read};
@@ -46,7 +48,7 @@ fn run(study: &Study, designed: &Designed, from: (f64, &[f64], &[f64]), to: f64,
         .tolerances(1e-12, 1e-13)
         .disturbances(Disturbances { sensor: Some(fault), ..Disturbances::default() })
         .until(to, 201);
-    designed.runnable.join(scenario, "pebo", estimate).run().unwrap()
+    designed.runnable.join(scenario, "pebo", estimate, &SamplingSpec::default()).run().unwrap()
 }
 
 fn largest(run: &Trajectory, entry: usize) -> f64 {
@@ -107,7 +109,7 @@ fn a_reset_that_restarts_the_filters_is_a_new_start() {
         assert!(apart < 1e-8, "{k} {apart:e}");
     }
     // The reset itself: xi takes over what theta adds, and the filters are those of a start.
-    let Runnable::Peb(observer) = &resetting.runnable else { unreachable!("a PEBO") };
+    let observer = resetting.runnable.of::<PebObserver>().unwrap();
     let state = DVector::from_column_slice(&[0.5, 0.1, 0.2, 0.3, 0.25]);
     let after = observer.jump(0.0, &state, &DVector::zeros(0), &DVector::from_element(1, 0.7));
     assert_eq!(after.as_slice(), [1.0, 0.7, 0.0, 0.0, 0.0]);

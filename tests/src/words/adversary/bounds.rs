@@ -1,8 +1,9 @@
 //! Bounds under noise and disturbances at their limits.
 
-use luenberger_study::design::Runnable;
-use luenberger_study::study::{ActingBounds, ObserverKind};
-use nalgebra::DMatrix;
+use luenberger_observers::LinearObserver;
+use luenberger_study::kinds::IntervalSpec;
+use luenberger_study::study::ActingBounds;
+use nalgebra::{DMatrix, Dyn};
 
 use super::{Held, INTERVALS, Subject, Verdict, Wrong, rounded_up, wrong};
 use crate::words::linear;
@@ -18,7 +19,7 @@ impl Subject<'_> {
         }
         let limits = listed(sentence.hole(0));
         let Some(designed) = self.designed else { return Ok(Held::Unchecked) };
-        if !matches!(designed.runnable, Runnable::Linear(_)) {
+        if designed.runnable.of::<LinearObserver<f64, Dyn, Dyn, Dyn>>().is_none() {
             return self.ultimate_simulated(bounds, &limits, sentence.number(1));
         }
         let Some((a, l, c)) = self.error() else { return Ok(Held::Unchecked) };
@@ -96,7 +97,7 @@ impl Subject<'_> {
 
     /// The bounds of an interval observer contain the state.
     pub(super) fn encloses(&self) -> Verdict {
-        let (Some(designed), ObserverKind::Interval(spec)) = (self.designed, &self.spec.kind) else {
+        let (Some(designed), Some(spec)) = (self.designed, self.spec.kind.of::<IntervalSpec>()) else {
             return Ok(Held::Unchecked);
         };
         let n = self.n();
@@ -197,7 +198,7 @@ impl Subject<'_> {
 
     /// What the largest bound of the first error makes of any entry, in the coordinates of the width.
     pub(super) fn first_width(&self) -> f64 {
-        let ObserverKind::Interval(spec) = &self.spec.kind else { return 0.0 };
+        let Some(spec) = self.spec.kind.of::<IntervalSpec>() else { return 0.0 };
         let largest = self
             .designed
             .and_then(|designed| matrix(&designed.report, "T"))

@@ -1,7 +1,7 @@
 //! The decrease of V along cubic observers, at errors of all magnitudes.
 
-use luenberger_study::design::Runnable;
-use nalgebra::DMatrix;
+use luenberger_observers::{CubicObserver, SampledCubicObserver};
+use nalgebra::{DMatrix, Dyn};
 
 use super::{Held, Subject, Verdict, Wrong, wrong};
 use crate::words::said::{Said, matrix};
@@ -16,7 +16,7 @@ impl Subject<'_> {
         if within == f64::INFINITY && said.sealed.is_some_and(|sealed| sealed.ball.is_some()) {
             return Err(wrong("the certificate has a ball".to_owned()));
         }
-        if !matches!(designed.runnable, Runnable::Cubic(_)) {
+        if designed.runnable.of::<CubicObserver<f64, Dyn, Dyn, Dyn>>().is_none() {
             return Ok(Held::Unchecked);
         }
         let (n, m) = (self.n(), self.plant.inputs.len());
@@ -67,7 +67,8 @@ impl Subject<'_> {
         {
             return Err(Wrong::Rounded(format!("the factor {factor} is less than {}", slowest * slowest)));
         }
-        let Runnable::SampledCubic(observer) = &designed.runnable else { return Ok(Held::Computed) };
+        let sampled = designed.runnable.of::<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>();
+        let Some(observer) = sampled else { return Ok(Held::Computed) };
         // The theorem is about exact arithmetic. What the rounding of a step moves: A xhat and L z cancel where the
         // plant grows by many orders of magnitude in a period.
         let moved = observer.ad().map(f64::abs) + observer.ld().map(f64::abs) * observer.c().map(f64::abs);

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use luenberger_study::study::ObserverKind;
+use luenberger_study::kinds::DisturbanceSpec;
 
 use super::{Held, Matrices, Subject, Verdict, Wrong, of_sentence, wrong};
 use crate::falsify::exact::Exact;
@@ -33,7 +33,7 @@ impl Subject<'_> {
     }
 
     pub(super) fn disturbance(&self, sentence: &Sentence, said: &Said) -> Verdict {
-        let ObserverKind::ProportionalIntegral { e, chain, .. } = &self.spec.kind else { return Ok(Held::Unchecked) };
+        let Some(DisturbanceSpec { e, chain, .. }) = self.spec.kind.of() else { return Ok(Held::Unchecked) };
         let (Some(Matrices { a, c, .. }), Some(l)) = (self.matrices(), self.gain()) else { return Ok(Held::Unchecked) };
         let (n, q, order) = (a.nrows(), e.ncols(), chain.unwrap_or(1));
         let size = n + q * order;

@@ -1,7 +1,7 @@
 //! Claims of convergence, held against trajectories.
 
 use luenberger_design::Region;
-use luenberger_study::study::ObserverKind;
+use luenberger_study::kinds::{SlidingModeSpec, UnknownInput};
 use nalgebra::DMatrix;
 
 use super::{BUDGET, Held, INTERVALS, Subject, TOLERANCE, TRIES, Verdict, Wrong, of_sentence, wrong};
@@ -237,7 +237,7 @@ impl Subject<'_> {
     }
 
     pub(super) fn unknown_input(&self, sentence: &Sentence, said: &Said) -> Verdict {
-        let ObserverKind::UnknownInput { e, .. } = &self.spec.kind else { return Ok(Held::Unchecked) };
+        let Some(UnknownInput { e, .. }) = self.spec.kind.of() else { return Ok(Held::Unchecked) };
         let Some(designed) = self.designed else { return Ok(Held::Unchecked) };
         let Some(rate) = rate_of(sentence, 0, said) else { return Ok(Held::Unchecked) };
         let mut held = Held::Unchecked;
@@ -302,7 +302,7 @@ impl Subject<'_> {
 
     /// The error of a sliding-mode observer is 0 after a finite time, but for its sampling.
     pub(super) fn finite_time(&self, sentence: &Sentence, said: &Said) -> Verdict {
-        let (Some(designed), ObserverKind::SlidingMode(spec)) = (self.designed, &self.spec.kind) else {
+        let (Some(designed), Some(spec)) = (self.designed, self.spec.kind.of::<SlidingModeSpec>()) else {
             return Ok(Held::Unchecked);
         };
         let n = self.n();

@@ -5,30 +5,85 @@
 //! checked as (4) is: (s, phi) is the phi of a plant whose inputs are (u, theta), and (g + m theta, B) its B, evaluated
 //! at `xi = phi(x) - missing(theta)`.
 
+use std::sync::Arc;
+
+use super::running::{Running, StepOf, continuous};
+use super::{KklPeb, ObserverKind, Pebo};
+use crate::deployment::Refusal;
+use crate::deployment::recorded::{recorded, refused};
+use crate::design::explain::Misfit;
+use crate::design::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
+use crate::design::{Designed, matrix, number, upper_bound};
+use crate::maps::{Estimator, PebSpec, RegressionMaps, ResetSpec};
+use crate::model::Model;
+use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
+use crate::signal::Input;
+use crate::study::{ObserverSpec, Study};
+use crate::trajectory::{self, Member};
 use luenberger_design::kkl::{KklSettings, Residual};
 use luenberger_design::kkl_peb::{Excitation, Excite, excitation};
 use luenberger_design::{KklCandidate, KklError, Region};
+use luenberger_export::extension::RecordedObserver;
+use luenberger_expression::{Recorded, Recording};
+use luenberger_observers::SampledJumps;
 use luenberger_observers::kkl::KklMap;
 use luenberger_observers::{FilterMemory, KklPebObserver, ObserverDimensions, ObserverError, Regression, Reset};
 use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::Verdict;
 use luenberger_proof::wording::{at_most, counted, significant};
+use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
 
-use super::explain::Misfit;
-use super::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
-use super::{Designed, matrix, number, upper_bound};
-use crate::maps::{Estimator, PebSpec, RegressionMaps, ResetSpec};
-use crate::model::Model;
-use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
-use crate::runnable::Runnable;
-use crate::signal::Input;
-use crate::study::{ObserverSpec, Study};
-use crate::trajectory::{self, Member};
+/// A PEBO or [KKL+PEB] observer, ready to run.
+pub type PebObserver = KklPebObserver<RegressionMaps, Estimator, f64>;
+
+/// The specification of an observer of one of the two kinds.
+fn spec(kind: &ObserverKind) -> Option<&PebSpec> {
+    kind.of::<Pebo>().map(|spec| &spec.0).or_else(|| kind.of::<KklPeb>().map(|spec| &spec.0))
+}
+
+impl Running for PebObserver {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+        let plain = |why: String| (why, Vec::new());
+        let spec = spec(&of.observer.kind).ok_or_else(|| plain("the observer has another kind".to_owned()))?;
+        let observer = observer::<Recorded>(spec).map_err(refused)?;
+        match spec.reset {
+            Some(ResetSpec { period: reset, .. }) => {
+                let samples = samples_between(reset, of.period).map_err(plain)?;
+                recorded(recording, &SampledJumps::<_, Dyn>::new(observer, samples))
+            }
+            None => recorded(recording, &observer),
+        }
+    }
+
+    // A regressor is filtered from zero; what it tends to at the start counts.
+    fn settled(&self, of: &StepOf<'_>, mut z: DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) -> DVector<f64> {
+        if let Some(spec) = spec(&of.observer.kind) {
+            let order = spec.maps.kkl.order();
+            let m = spec.maps.regressor(0.0, &z.rows(0, order).into_owned(), u, y);
+            z.rows_mut(order + 2 * m.nrows(), m.len()).copy_from_slice(m.as_slice());
+        }
+        z
+    }
+}
+
+/// The samples from one reset to the next.
+fn samples_between(reset: f64, period: f64) -> Result<usize, String> {
+    let count = (reset / period).round();
+    if count >= 1.0 && (count * period - reset).abs() <= 1e-9 * reset {
+        Ok(count as usize)
+    } else {
+        Err(format!("the period of its resets, {reset}, is not a multiple of the sampling period {period}"))
+    }
+}
 
 /// The observer, if (4) is proved over the region, the regression is not refuted there, the rest of Lambda is Hurwitz,
 /// phi^L takes phi(x) back, and the run of the study, if there is one, excites the regression.
-pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Result<Designed, Misfit> {
+pub(super) fn designed(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Result<Designed, Misfit> {
     let (model, maps) = (&study.plant.model, &spec.maps);
     let settings = KklSettings::default();
     let report = candidate(model, &maps.kkl)?.check(&spec.region, &settings)?;
@@ -72,7 +127,7 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
     }
     let certificate = (maps.open.len() < maps.kkl.order()).then(|| report.stability.certificate.clone());
     let mut designed = Designed::new(
-        Runnable::Peb(Box::new(observer)),
+        observer.into(),
         DesignReport {
             statement: statement(spec),
             matrices: report.stability.p.iter().map(|p| matrix("P", p)).collect(),
@@ -107,7 +162,7 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
 }
 
 /// The observer with the numbers of a study, over any scalar.
-pub(crate) fn observer<T: RealField + Copy>(
+fn observer<T: RealField + Copy>(
     spec: &PebSpec,
 ) -> Result<KklPebObserver<RegressionMaps, Estimator<T>, T>, ObserverError> {
     let maps = &spec.maps;
@@ -212,7 +267,7 @@ fn excited(
     let members = [Member { requested, designed }];
     let Some(run) = trajectory::of_observer_at(study, &quiet, &members, &members[0], &times) else { return Ok(None) };
     let Ok(observer) = run.observer(&requested.name) else { return Ok(None) };
-    let Runnable::Peb(runnable) = &designed.runnable else { return Ok(None) };
+    let Some(runnable) = designed.runnable.of::<PebObserver>() else { return Ok(None) };
     let regressors: Vec<DMatrix<f64>> = (0..run.t.len().min(observer.state.nrows()))
         .map(|k| runnable.parts(&observer.state.row(k).transpose()).regressor)
         .collect();

@@ -11,29 +11,180 @@
 //! decays exponentially as long as x stays in the region and beta(y, chi) in Z: (A5). phi^L has bounded derivatives by
 //! z there, and xhat tends to x.
 
+use std::sync::Arc;
+
+use super::declaration::{Declaration, PlantClass, Time, Tuning};
+use super::keys::BOUNDED;
+use super::running::{Running, StepOf, continuous};
+use super::{Kind, ObserverKind, Plan};
+use crate::deployment::Refusal;
+use crate::deployment::recorded::recorded;
+use crate::design::explain::Misfit;
+use crate::design::kkl_maps::{candidate, is_left_inverse, measured_left_inverse};
+use crate::design::{Designed, facts, matrix, number};
+use crate::design::{NoDesign, explain, other_kinds};
+use crate::maps::MapNames;
+use crate::maps::{ImmersionMaps, ImmersionSpec, KklMaps, left_inverse_defect};
+use crate::model::Model;
+use crate::read::maps::{bounded, list_of_zeros, list_without_time};
+use crate::read::tree::Node;
+use crate::read::{Given, Reader};
+use crate::results::FailureReport;
+use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
+use crate::schema::{Type, optional, required};
+use crate::study::ObserverSpec;
+use crate::study::Study;
 use luenberger_design::enclosure::{EnclosureError, JacobianEnclosure, enclose, output_bounds};
 use luenberger_design::kkl::{Attractivity, KklReport, KklSettings, attractivity};
 use luenberger_design::{Certificate, IntervalDual, KklError, Names, Region};
+use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Expression, ExpressionPlant};
+use luenberger_expression::{ParameterError, Recording, Scope, Terms, Variable};
 use luenberger_observers::{Immersion, ImmersionInvarianceObserver, KklMap};
 use luenberger_plants::{Differentiable, Dimensions, Plant, Shape};
 use luenberger_proof::certificate::{Reading, Represented};
+use luenberger_proof::wording::counted;
 use luenberger_proof::wording::{at_least, at_most, significant};
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
+use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector};
 
-use super::explain::Misfit;
-use super::kkl_maps::{candidate, is_left_inverse, measured_left_inverse};
-use super::{Designed, facts, matrix, number};
-use crate::maps::{ImmersionMaps, ImmersionSpec, KklMaps, left_inverse_defect};
-use crate::model::Model;
-use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
-use crate::runnable::Runnable;
-use crate::study::Study;
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "immersion-invariance",
+    about: "Immersion-and-invariance observer: chi makes beta(y, chi) follow phi(x), xhat = phi^L(beta(y, chi), y).",
+    source: "Yi, Ortega and Zhang 2018, eq. (18) and (19), Proposition 4",
+    plant: PlantClass::Nonlinear(Time::OF_STATE),
+    keys: &[
+        required("beta", Type::Expressions, "beta(y, chi), one expression of chi1, .. and the outputs for each z."),
+        required("phi", Type::Expressions, "phi(x), one expression of the states for each z."),
+        required(
+            "left_inverse",
+            Type::Expressions,
+            "phi^L(z, y), one expression of z1, .. and the outputs for each state of the plant.",
+        ),
+        BOUNDED,
+        optional("order", Type::Count(1), "Number of states chi (default: that of the rows of `beta`)."),
+        optional(
+            "start",
+            Type::Expressions,
+            "chi for an estimate, expressions of the states and the outputs (default: phi(x) - beta(y, 0), for beta = chi + a function of y).",
+        ),
+        optional(
+            "q",
+            Type::Expressions,
+            "Q(y, chi, u): how chi moves in the directions that beta does not see (default 0).",
+        ),
+        optional("rho", Type::Expressions, "rho(y, chi, u): how beta moves beside phi(xhat) (default 0)."),
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::OfStudy(
+        "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md",
+    ),
+};
+
+/// beta, phi, phi^L of an immersion-and-invariance observer.
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, plant) = (given.node, given.plant);
+    let region = bounded(node, plant, reader);
+    let rows = node.get("phi")?.list()?.len();
+    let order = node.get("order").map_or(Some(rows), Node::count)?;
+    let names = MapNames::new(plant, rows);
+    let of_phi = format!("`phi` has {}", counted(rows, "row"));
+    let of_states = format!("the plant has {}", counted(plant.states.len(), "state"));
+    let of_order = format!("the observer has {} chi", counted(order, "state"));
+    let phi = list_without_time(node, "phi", (rows, &of_phi), names.states(), reader);
+    let beta = list_without_time(node, "beta", (rows, &of_phi), names.manifold(order), reader);
+    let left_inverse =
+        list_without_time(node, "left_inverse", (plant.states.len(), &of_states), names.off_manifold(), reader);
+    let mut optional = |key: &str, length: (usize, &str), scope| {
+        node.given(key, |_| list_without_time(node, key, length, scope, reader))
+    };
+    let start = optional("start", (order, &of_order), names.image());
+    let freedom = optional("q", (order, &of_order), names.freedom(order));
+    let rho = optional("rho", (rows, &of_phi), names.freedom(order));
+    let (phi, beta, left_inverse, start) = (phi?, beta?, left_inverse?, start?);
+    let as_plant = |rows: &[Expression], scope: Result<Scope, ParameterError>, states: usize| {
+        let texts: Vec<&str> = rows.iter().map(Expression::text).collect();
+        ExpressionPlant::within(&vec!["0"; states], &texts, &scope.ok()?).ok()
+    };
+    let beta = as_plant(&beta, names.manifold(order), order + plant.outputs.len())?;
+    let size = plant.model.size();
+    if start.is_none() && !is_shifted_identity(&beta, order) {
+        let message = "`beta` is not chi plus a function of the outputs, and `start` is not given";
+        let expected = "expected `start`: chi for an estimate, as expressions of states and outputs";
+        return reader.refuse(node.get("beta")?.span.clone(), message, expected);
+    }
+    let image = KklMaps {
+        plant: size,
+        lambda: list_of_zeros(rows * rows)?,
+        injection: list_of_zeros(rows)?,
+        left_inverse,
+        phi: phi.clone(),
+    };
+    let maps = ImmersionMaps {
+        plant: size,
+        order,
+        beta,
+        phi: as_plant(&phi, names.states(), plant.states.len())?,
+        image,
+        start,
+        freedom: freedom?,
+        rho: rho?,
+    };
+    Some(ImmersionSpec { maps, region: region? }.into())
+}
+
+/// Whether beta is chi plus a function of the outputs.
+fn is_shifted_identity(beta: &ExpressionPlant, order: usize) -> bool {
+    let is_one = |i: usize, j: usize, terms: &Terms| {
+        terms.multiple_of(Variable::State(j)) == Some(if i == j { 1.0 } else { 0.0 })
+    };
+    let rows: Vec<Terms> = beta.h().iter().map(Expression::terms).collect();
+    rows.len() == order && rows.iter().enumerate().all(|(i, row)| (0..order).all(|j| is_one(i, j, row)))
+}
+
+impl Kind for ImmersionSpec {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        output_without_time(plan.study, plan.requested)?;
+        plan.explained(immersion(plan.study, self))
+    }
+
+    fn region_of_design(&self) -> Option<Region> {
+        Some(self.region.clone())
+    }
+}
+
+impl Running for ImmersionInvarianceObserver<Model, ImmersionMaps> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+        let Some(spec) = of.observer.kind.of::<ImmersionSpec>() else {
+            return Err(("the observer has another kind".to_owned(), Vec::new()));
+        };
+        recorded(recording, &ImmersionInvarianceObserver::new(of.plant.clone(), spec.maps.clone()))
+    }
+}
+
+/// Observers whose theory takes the derivative of the output along f alone.
+fn output_without_time(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
+    let Some(k) = study.plant.model.structure().timed_output() else { return Ok(()) };
+    let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
+    let hypothesis =
+        format!("the kind {kind} is for outputs y = h(x) without the time: {output} depends on the time t");
+    Err(explain::failure(requested, hypothesis, other_kinds(study, requested)))
+}
 
 /// The observer, if phi^L takes phi(x) back, (phi, h) is not shown to lack injectivity, and D_chi beta has full row
 /// rank at the samples.
-pub(super) fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed, Misfit> {
+fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed, Misfit> {
     let model = &study.plant.model;
     let ImmersionSpec { maps, region } = spec;
     let settings = KklSettings::default();
@@ -67,7 +218,7 @@ pub(super) fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed,
         noise_deviation: Vec::new(),
     };
     let observer = ImmersionInvarianceObserver::new(model.clone(), maps.clone());
-    Ok(Designed::new(Runnable::Immersion(Box::new(observer)), report, found.certificate))
+    Ok(Designed::new(observer.into(), report, found.certificate))
 }
 
 /// What is  and what is left open.

@@ -1,0 +1,233 @@
+//! The cubic observer: a Luenberger observer with the term `-(y~'theta y~) N y~`.
+
+use std::sync::Arc;
+
+use luenberger_design::{
+    CubicDesign, CubicGain, ErrorBound, LinearDesign, OperatingPoint, SampledCubicDesign, UncertainBound,
+};
+use luenberger_live as live;
+use luenberger_observers::CubicObserver;
+use luenberger_plants::StateSpace;
+use luenberger_sim::AnyObserver;
+use nalgebra::{DMatrix, Dyn};
+
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA};
+use super::running::{At, Runnable, Running, StepOf, continuous};
+use super::{Kind, ObserverKind, Plan, Sampling};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{
+    CUBIC_SHARE, Context, continuous as in_continuous_time, poles as tuned_poles, short, unit_strength,
+};
+use crate::deployment::{NonlinearStep, Refusal, SampledDesign};
+use crate::design::error_bound::{acting, bounded};
+use crate::design::explain::Misfit;
+use crate::design::linear::{self, measurement};
+use crate::design::noise_gain::NoiseGain;
+use crate::design::operating_point::{at, page_point};
+use crate::design::{Designed, NoDesign, certified, feedback, matrix, number, poles, proved_of};
+use crate::read::gain::{alternatives, general, theta};
+use crate::read::tree::Node;
+use crate::read::{Given, Reader, gain};
+use crate::results::{DesignReport, FailureReport};
+use crate::schema::{Range, Type, optional};
+use crate::study::{ActingBounds, LinearSpec, Study};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "cubic",
+    about: "Luenberger observer with a cubic term -(y~'theta y~) N y~, which preserves stability, for linear plants.",
+    source: "Share Pasand, Luenberger-type cubic observers, eq. (5)",
+    plant: PlantClass::AtPoint(Time::CONTINUOUS),
+    keys: &[
+        POLES,
+        DECAY,
+        LMI,
+        KALMAN,
+        GAIN,
+        RHO,
+        Q,
+        MAX_GAIN,
+        NOISE,
+        THETA,
+        optional(
+            "gamma",
+            Type::Number(Range::Positive),
+            "Gain of the cubic term, N = -gamma P^-1 C' theta. Give one of gamma, radial and s.",
+        ),
+        optional("radial", Type::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
+        optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
+        ERROR_BOUNDS,
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "cubic",
+        turn: 6,
+        tuning: "the poles of luenberger, and the gamma at which an output error of one standard deviation adds an eighth to L",
+        source: "docs/cubic-or-linear.md, rule 1",
+        character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
+        information: &[Information::Settling, Information::Noise],
+        keys: |context| Ok(vec![tuned(context)?]),
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, size) = (given.node, given.size());
+    let linear = gain::linear(node, size, reader);
+    let theta = theta(node, size.outputs, reader);
+    let correction = correction(node, size.outputs, reader);
+    Some(Cubic { linear: linear?, theta: theta?, correction: correction? }.into())
+}
+
+fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
+    alternatives(node, &["gamma", "radial", "s"], true, reader)?;
+    if let Some(gamma) = node.get("gamma") {
+        return Some(CubicGain::Gamma(gamma.number()?));
+    }
+    if let Some(w) = node.get("radial") {
+        return Some(CubicGain::Radial(w.number()?));
+    }
+    general(node, p, reader)
+}
+
+/// A cubic observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cubic {
+    /// Its linear part.
+    pub linear: LinearSpec,
+    /// theta, p x p.
+    pub theta: DMatrix<f64>,
+    /// N.
+    pub correction: CubicGain,
+}
+
+impl Kind for Cubic {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.at_point(designed(plan, &plant, self))
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        let plant = of.plan.study.plant.model.linear()?;
+        Some(of.named(|| {
+            let linear = linear::of(&plant, &self.linear, &of.plan.options());
+            let sampled = linear.and_then(|linear| {
+                let cubic = CubicDesign::new(&linear, &self.theta, &self.correction)?;
+                SampledCubicDesign::from_cubic(&linear, &cubic, of.period)
+            });
+            sampled.map(|design| SampledDesign::Cubic(Box::new(design))).map_err(|error| error.to_string())
+        }))
+    }
+
+    fn gain(&self) -> Option<&LinearSpec> {
+        Some(&self.linear)
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
+    }
+
+    fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
+        let correction = super::sampled_cubic::with_strength(&self.correction, gamma)?;
+        Some(Self { correction, ..self.clone() }.into())
+    }
+}
+
+impl Running for CubicObserver<f64, Dyn, Dyn, Dyn> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, Misfit>> {
+        Some(at(self.clone(), point).map(Runnable::from))
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        Some((live::ObserverKind::Cubic(Box::new(self.clone())), None))
+    }
+}
+
+impl Running for At<CubicObserver<f64, Dyn, Dyn, Dyn>> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        Some((live::ObserverKind::Cubic(Box::new(self.inner().clone())), Some(page_point(self))))
+    }
+
+    fn step(&self, _of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+        Err(at_point_refusal())
+    }
+}
+
+/// Why a cubic observer at an operating point has no step on a target.
+pub(super) fn at_point_refusal() -> Refusal {
+    (
+        "a cubic observer in deviations from an operating point has no export".to_owned(),
+        vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],
+    )
+}
+
+fn designed(plan: &Plan<'_>, plant: &StateSpace, spec: &Cubic) -> Result<Designed, Misfit> {
+    let study = plan.study;
+    let linear = linear::of(plant, &spec.linear, &plan.options())?;
+    let cubic = CubicDesign::new(&linear, &spec.theta, &spec.correction)?;
+    let designed = report(study, plant, (&linear, &cubic), plan.requested.bounds.as_ref())?;
+    Ok(feedback::cubic(study, &plan.requested.name, plant, &cubic, designed))
+}
+
+/// A cubic observer in numbers and words, with the bound of its error if that is asked for.
+pub(crate) fn report(
+    study: &Study,
+    plant: &StateSpace,
+    (linear, design): (&LinearDesign, &CubicDesign),
+    bounds: Option<&ActingBounds>,
+) -> Result<Designed, Misfit> {
+    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], design.l(), Some(&linear.poles));
+    let mut numbers = vec![number("decay rate of small errors", -linear.spectral_abscissa())];
+    numbers.extend(noise.numbers());
+    let report = DesignReport {
+        statement: proved_of(&design.certificate, &study.plant.reading()).remark(measurement(plant)),
+        matrices: vec![
+            matrix("L", design.l()),
+            matrix("N", &design.observer.n),
+            matrix("theta", &design.observer.theta),
+            matrix("P", &design.p),
+            matrix("Q", &design.q),
+            matrix("S", &design.s),
+        ],
+        poles: poles(&linear.poles),
+        numbers,
+        noise_deviation: noise.deviation,
+        ..certified(&design.certificate, &[])
+    };
+    let designed = Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone()));
+    match bounds {
+        Some(bounds) => {
+            let acting = acting(bounds);
+            let bound = match &bounds.uncertain {
+                Some((states, deviation)) => {
+                    UncertainBound::cubic(design, deviation, states, Some(&acting))?.bound.clone()
+                }
+                None => ErrorBound::cubic(design, &acting)?,
+            };
+            Ok(bounded(designed, &bound, &study.plant.reading(), bounds))
+        }
+        None => Ok(designed),
+    }
+}
+
+fn tuned(context: &Context<'_>) -> Result<Keys, String> {
+    in_continuous_time(context)?;
+    let mut keys = tuned_poles(context, 0)?;
+    let (theta, unit) = unit_strength(context, &keys, false)?;
+    keys.push(("theta", Value::numbers(theta)));
+    keys.push(("gamma", Value::Number(short(CUBIC_SHARE / unit))));
+    Ok(keys)
+}

@@ -1,0 +1,276 @@
+//! Observers of the state and of a disturbance: the kinds `proportional-integral` and `extended-state`.
+
+use std::sync::Arc;
+
+use luenberger_design::{
+    CubicDesign, CubicGain, ErrorBound, LinearDesign, Pair, SampledCubicDesign, disturbances_with_rate,
+    proportional_integral as handed_out, with_disturbance_chain,
+};
+use luenberger_live as live;
+use luenberger_observers::{CubicObserver, LinearObserver, ProportionalIntegralObserver};
+use luenberger_plants::{Dimensions, StateSpace};
+use luenberger_proof::certificate::{Reading, Represented};
+use luenberger_proof::wording::counted;
+use luenberger_sim::AnyObserver;
+use nalgebra::{DMatrix, Dyn};
+
+use super::declaration::Declaration;
+use super::running::{Runnable, Running, continuous};
+use super::{Kind, ObserverKind, Plan, Sampling};
+use super::{extended_state, proportional_integral};
+use crate::deployment::{self, SampledDesign};
+use crate::design::error_bound::{acting, bounded};
+use crate::design::explain::Misfit;
+use crate::design::linear::{self, measurement};
+use crate::design::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::read::tree::Node;
+use crate::read::{Given, Noted, Reader, gain};
+use crate::results::{DesignReport, FailureReport};
+use crate::study::{ActingBounds, LinearSpec, Study};
+
+/// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`.
+pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
+
+/// The most integrators in the model of a disturbance.
+const LONGEST_CHAIN: usize = 16;
+
+/// The specification; of an extended-state observer with its order.
+pub(super) fn read(given: &Given<'_>, is_extended: bool, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, size) = (given.node, given.size());
+    let e = unknown(node, size, reader)?;
+    let q = e.ncols();
+    let order = node.get("order").map_or(Some(1), Node::count)?;
+    let chain = is_extended.then_some(order);
+    if order == 0 {
+        let message = "`order` is 0: no disturbance would be estimated";
+        return reader.refuse(node.get("order")?.span.clone(), message, "expected 1 or more");
+    }
+    if order > LONGEST_CHAIN {
+        let message = format!("`order` is {order}: {order} derivatives of each disturbance would be estimated");
+        return reader.refuse(node.get("order")?.span.clone(), message, format!("expected at most {LONGEST_CHAIN}"));
+    }
+    let both = Dimensions { states: size.states + order * q, ..size };
+    let disturbances = if order == 1 {
+        counted(q, "disturbance")
+    } else {
+        format!("{} with {}", counted(q, "disturbance"), counted(order - 1, "derivative"))
+    };
+    let of_states = format!("the plant has {} and {disturbances} to be estimated", counted(size.states, "state"));
+    let linear = gain::linear_of(node, both, &of_states, reader);
+    let cubic = cubic(node, size, reader);
+    let rate = match node.get("rate") {
+        None => Some(vec![0.0; q]),
+        Some(list) => {
+            let rate = list.numbers()?;
+            if rate.len() != q {
+                let message = format!("`rate` has length {}, and `e` has {}", rate.len(), counted(q, "column"));
+                return reader.refuse(list.span.clone(), message, format!("expected length {q}"));
+            }
+            Some(rate)
+        }
+    };
+    let rate = rate?;
+    if rate.iter().any(|rate| *rate > 0.0) && node.get("bounds").is_none() {
+        let message = "`rate` has no effect without `bounds`, which asks for a bound of the error";
+        return reader.refuse(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
+    }
+    Some(DisturbanceSpec { e, chain, rate, linear: linear?, cubic: cubic.ok()? }.into())
+}
+
+/// E, with a column for each disturbance.
+pub(super) fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
+    let why = format!("the plant has {}", counted(size.states, "state"));
+    reader.matrix(node.get("e")?, "e", (Some(size.states), None), &why)
+}
+
+/// theta and gamma; none without `gamma`, where theta has no effect.
+pub(super) fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Result<Option<(DMatrix<f64>, f64)>, Noted> {
+    match (node.get("gamma"), node.entry("theta")) {
+        (Some(gamma), _) => {
+            let theta = gain::theta(node, size.outputs, reader).ok_or(Noted)?;
+            Ok(Some((theta, gamma.number().ok_or(Noted)?)))
+        }
+        (None, Some(theta)) => {
+            let message = "`theta` has no effect without a cubic term";
+            reader.wrong(theta.span.clone(), message, "expected `gamma` with it");
+            Err(Noted)
+        }
+        (None, None) => Ok(None),
+    }
+}
+
+/// An observer of the state and of a slowly varying disturbance, linear or cubic.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DisturbanceSpec {
+    /// E, n x q.
+    pub e: DMatrix<f64>,
+    /// The number k of integrators in the model `d^(k) = 0` of each disturbance; none for the kind that has one.
+    pub chain: Option<usize>,
+    /// Bounds of the k-th derivative of the disturbance, one for each.
+    pub rate: Vec<f64>,
+    /// Its linear part, for the plant with the disturbance among its states.
+    pub linear: LinearSpec,
+    /// theta, p x p, and gamma of a cubic term.
+    pub cubic: Option<(DMatrix<f64>, f64)>,
+}
+
+impl Kind for DisturbanceSpec {
+    fn declaration(&self) -> &'static Declaration {
+        if self.chain.is_some() { &extended_state::DECLARATION } else { &proportional_integral::DECLARATION }
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.explained(self.designed(plan, &plant))
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        let plant = of.plan.study.plant.model.linear()?;
+        let design = || {
+            let both = with_disturbance_chain(&plant, &self.e, self.chain.unwrap_or(1))?;
+            let linear = linear::of(&both, &self.linear, &of.plan.options())?;
+            match &self.cubic {
+                Some((theta, gamma)) => {
+                    let cubic = CubicDesign::new(&linear, theta, &CubicGain::Gamma(*gamma))?;
+                    let design = SampledCubicDesign::from_cubic(&linear, &cubic, of.period)?;
+                    Ok(SampledDesign::Cubic(Box::new(design)))
+                }
+                None => deployment::sampled_linear(&linear, &self.linear, of.period)
+                    .map(|design| SampledDesign::Linear(Box::new(design))),
+            }
+        };
+        Some(of.named(|| design().map_err(|error: luenberger_design::DesignError| error.to_string())))
+    }
+
+    fn gain(&self) -> Option<&LinearSpec> {
+        Some(&self.linear)
+    }
+
+    fn estimated_disturbances(&self) -> Vec<String> {
+        let suffix = |derivative: usize| match derivative {
+            0 => String::new(),
+            1 => "_rate".to_owned(),
+            k => format!("_rate{k}"),
+        };
+        let of = |k: usize| (1..=self.e.ncols()).map(move |j| format!("d{j}{}", suffix(k)));
+        (0..self.chain.unwrap_or(1)).flat_map(of).collect()
+    }
+
+    fn unknown_disturbance(&self) -> Option<&DMatrix<f64>> {
+        Some(&self.e)
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
+    }
+
+    fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
+        let (theta, _) = self.cubic.as_ref()?;
+        Some(Self { cubic: Some((theta.clone(), gamma)), ..self.clone() }.into())
+    }
+
+    fn remark_of_export(&self, _study: &Study, is_certified: bool) -> Option<String> {
+        let rate = match self.chain.unwrap_or(1) {
+            1 => "constant disturbances".to_owned(),
+            chain => format!("disturbances whose derivative of order {chain} is 0"),
+        };
+        is_certified.then(|| format!("The plant of the certificate is that of the study with {rate} among its states."))
+    }
+}
+
+/// The numbers of a linear and perhaps a cubic design.
+pub(super) fn matrices(linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Vec<crate::results::NamedMatrix> {
+    let mut found = vec![matrix("L", linear.l()), matrix("P", &linear.p), matrix("Q", &linear.q)];
+    if let Some(cubic) = cubic {
+        found.extend([matrix("N", &cubic.observer.n), matrix("theta", &cubic.observer.theta), matrix("S", &cubic.s)]);
+    }
+    found
+}
+
+pub(super) fn cubic_of(
+    linear: &LinearDesign,
+    cubic: Option<&(DMatrix<f64>, f64)>,
+) -> Result<Option<CubicDesign>, Misfit> {
+    let design = cubic.map(|(theta, gamma)| CubicDesign::new(linear, theta, &CubicGain::Gamma(*gamma)));
+    Ok(design.transpose()?)
+}
+
+impl DisturbanceSpec {
+    fn designed(&self, plan: &Plan<'_>, plant: &StateSpace) -> Result<Designed, Misfit> {
+        let names = self.estimated_disturbances();
+        let acting = (plan.requested.bounds.as_ref(), self.rate.as_slice(), names.as_slice());
+        let plant = (plant, &plan.reading());
+        let gain = (&self.linear, self.cubic.as_ref());
+        designed(plant, (&self.e, self.chain), gain, acting, &plan.options())
+    }
+}
+
+fn designed(
+    (plant, reading): (&StateSpace, &Reading<'_>),
+    (e, chain): (&DMatrix<f64>, Option<usize>),
+    (gain, cubic): (&LinearSpec, Option<&(DMatrix<f64>, f64)>),
+    (bounds, rate, names): (Option<&ActingBounds>, &[f64], &[String]),
+    options: &luenberger_design::GainOptions,
+) -> Result<Designed, Misfit> {
+    let (n, order) = (plant.a.nrows(), chain.unwrap_or(1));
+    let both = with_disturbance_chain(plant, e, order)?;
+    let linear = linear::of(&both, gain, options).map_err(|error| error.of_pair(Pair::WithDisturbance))?;
+    let cubic = cubic_of(&linear, cubic)?;
+    let certificate = cubic.as_ref().map_or(&linear.certificate, |cubic| &cubic.certificate).clone();
+    let runnable = match &cubic {
+        None => Runnable::from(handed_out(linear.observer.clone(), n)?),
+        Some(cubic) => handed_out(cubic.observer.clone(), n)?.into(),
+    };
+    let speed = -linear.spectral_abscissa();
+    let all: Vec<String> = reading.states.iter().chain(names).cloned().collect();
+    let reading = Reading { states: &all, plant: Represented::WithDisturbance { states: n, order }, ..*reading };
+    let report = DesignReport {
+        statement: proved_of(&certificate, &reading).remark(measurement(plant)).remark(asymptotic_rate(speed)),
+        matrices: matrices(&linear, cubic.as_ref()),
+        poles: poles(&linear.poles),
+        numbers: vec![number("decay rate", speed)],
+        ..certified(&certificate, &[])
+    };
+    let designed = Designed::new(runnable, report, Some(certificate));
+    let Some(bounds) = bounds else { return Ok(designed) };
+    let acting = disturbances_with_rate(&acting(bounds), rate, order);
+    let bound = match &cubic {
+        None => ErrorBound::linear(&linear.observer, &acting)?,
+        Some(cubic) => ErrorBound::cubic(cubic, &acting)?,
+    };
+    Ok(bounded(designed, &bound, &reading, bounds))
+}
+
+impl Running for WithDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn disturbances(&self) -> usize {
+        disturbances(self)
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        Some((live::ObserverKind::ProportionalIntegral { observer: Box::new(self.inner().clone()) }, None))
+    }
+}
+
+impl Running for WithDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn disturbances(&self) -> usize {
+        disturbances(self)
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        Some((live::ObserverKind::ProportionalIntegralCubic { observer: Box::new(self.inner().clone()) }, None))
+    }
+}
+
+/// The states of an observer that are not its estimate.
+fn disturbances<O: Running>(observer: &O) -> usize {
+    let size = observer.any().dimensions();
+    size.state - size.estimate
+}

@@ -1,0 +1,174 @@
+//! The extended Kalman filter.
+
+use std::sync::Arc;
+
+use luenberger_export::ExportableObserver;
+use luenberger_expression::ExpressionPlant;
+use luenberger_live as live;
+use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, SampledObserver};
+use luenberger_sim::{AnyObserver, Replay};
+use nalgebra::{DMatrix, Dyn};
+
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::filter::{self, STAGES};
+use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
+use super::running::{Running, StepOf, sampled};
+use super::{Kind, ObserverKind, Plan};
+use crate::advise::tuning;
+use crate::deployment::{NonlinearStep, Refusal, filter_step};
+use crate::design::explain::Misfit;
+use crate::design::{Designed, NoDesign, matrix, number, uncertified};
+use crate::execute::filter::Filter;
+use crate::execute::live::rows;
+use crate::model::Model;
+use crate::read::{Given, Reader};
+use crate::results::{DesignReport, Statement};
+use crate::study::Study;
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "extended-kalman",
+    about: "Extended Kalman filter for a plant in continuous time with sampled measurements.",
+    source: "Gelb, Applied Optimal Estimation, 1974, section 6.1",
+    plant: PlantClass::Nonlinear(Time::ANY),
+    keys: &[W, V, P0, PERIOD, SUBSTEPS, GATE, SMOOTH],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "extended-kalman",
+        turn: 18,
+        tuning: "covariances of process noise, of a sample and of the first error",
+        source: "Gelb 1974, section 6.1",
+        character: "its gain is large while its covariance is, after the start, and small later: a constant gain is one for both",
+        information: &[Information::Noise, Information::ProcessNoise, Information::FirstError],
+        keys: |context| Ok(vec![tuning::filter(context)?]),
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let filter::Filter { w, v, p0, period, substeps, gate, smooth } = filter::read(given, reader)?;
+    Some(ExtendedKalman { w, v, p0, period, substeps, gate, smooth }.into())
+}
+
+/// An extended Kalman filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExtendedKalman {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
+    pub substeps: Option<usize>,
+    /// How many standard deviations an innovation may have; none for no limit.
+    pub gate: Option<f64>,
+    /// Whether estimates on a log are smoothed.
+    pub smooth: bool,
+}
+
+impl Kind for ExtendedKalman {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(self.designed(&plan.study.plant.model, Prediction::ErrorControlled))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        plan.has_period_of_plant(self.period, dt)?;
+        let same = Self { period: dt, ..self.clone() };
+        plan.explained(same.designed(&plan.study.plant.model, Prediction::Discrete))
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.period)
+    }
+
+    fn substeps(&self) -> Option<usize> {
+        self.substeps
+    }
+
+    fn updates(&self) -> bool {
+        true
+    }
+
+    fn smooths(&self) -> bool {
+        self.smooth
+    }
+
+    fn seconds_of_steps(&self, duration: f64) -> f64 {
+        let n = self.w.nrows() as f64;
+        duration / self.period * STAGES * n * n * n * 4e-9
+    }
+}
+
+impl ExtendedKalman {
+    fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, Misfit> {
+        let Self { w, v, p0, period, gate, .. } = self;
+        let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
+        let mut filter = ExtendedKalmanFilter::discrete(model.clone(), noises, *period)?.with_prediction(prediction)?;
+        let gated = gate
+            .map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
+        if let Some(gate) = gate {
+            filter = filter.with_gate(*gate)?;
+        }
+        let report = DesignReport {
+            statement: Statement::of(format!(
+                "One measurement every {period}; the gain is computed from the covariance along the estimate.{gated}"
+            )),
+            matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+            numbers: vec![number("period", *period)],
+            ..uncertified("local convergence only")
+        };
+        Ok(Designed::new(filter.into(), report, None))
+    }
+}
+
+impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    // As a filter it also records its covariance.
+    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        replay.filter(name, self.clone(), initial)
+    }
+
+    fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        replay.smoothed_filter(name, self.clone(), initial)
+    }
+
+    fn filter(&self) -> Option<&dyn Filter> {
+        Some(self)
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        let noises = self.noise_model();
+        let period = SampledObserver::<f64>::period(self);
+        let [w, v, p0] = [&noises.w, &noises.v, &noises.p0].map(rows);
+        let (discrete, gate) = (self.prediction() == Prediction::Discrete, self.gate());
+        Some((live::ObserverKind::Kalman { w, v, p0, period, discrete, gate }, None))
+    }
+
+    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+        let noises = self.noise_model();
+        let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
+            let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };
+            let filter = ExtendedKalmanFilter::discrete(plant, noises, SampledObserver::<f64>::period(self))?;
+            match self.gate() {
+                Some(gate) => filter.with_gate(gate),
+                None => Ok(filter),
+            }
+        };
+        let statement = "no theorem certifies an extended Kalman filter here.";
+        let made_of = |filter| NonlinearStep::uncertified(ExportableObserver::Kalman(filter), statement);
+        let with = |filter: &ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
+            filter.clone().with_prediction(prediction)
+        };
+        filter_step(of, (self.prediction(), &noises.w), (made, with, made_of))
+    }
+}

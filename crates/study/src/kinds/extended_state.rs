@@ -1,0 +1,71 @@
+//! The extended-state observer: the state and a disturbance with some of its derivatives.
+
+use super::ObserverKind;
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::disturbance;
+use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, UNKNOWN};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{Context, chain_settling, disturbance as unknown, linear as is_linear, short};
+use crate::read::{Given, Reader};
+use crate::schema::{Range, Type, optional};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "extended-state",
+    about: "Extended-state observer (disturbance observer): the state and a disturbance d with some derivatives, x' = A x + B u + E d, for linear plants. Poles and gains are those of the plant with n + q order states.",
+    source: "Han 2009; Gao 2003; as a disturbance observer Ohnishi, Shibata and Murakami 1996",
+    plant: PlantClass::Linear(Time::CONTINUOUS),
+    keys: &[
+        UNKNOWN,
+        optional(
+            "order",
+            Type::Count(1),
+            "Number of integrators in the model of each disturbance: 1 for constant ones, 2 for ramps (default 1).",
+        ),
+        optional(
+            "bandwidth",
+            Type::Number(Range::Positive),
+            "omega_o: all poles at -omega_o; with p outputs from -0.8 to -1.25 omega_o, p of them equal.",
+        ),
+        optional(
+            "rate",
+            Type::Numbers(Range::NotNegative),
+            "Bounds of the derivative of this order of d, q numbers, for the bound of the error (default 0).",
+        ),
+        POLES,
+        DECAY,
+        LMI,
+        KALMAN,
+        GAIN,
+        RHO,
+        Q,
+        MAX_GAIN,
+        NOISE,
+        ERROR_BOUNDS,
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "extended-state",
+        turn: 11,
+        tuning: "the bandwidth with which a chain of the order of plant and disturbance settles in the settling time",
+        source: "Gao 2003",
+        character: "it estimates the disturbance with the state, which costs noise where there is no disturbance",
+        information: &[Information::Settling, Information::Disturbance],
+        keys: tuned,
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    disturbance::read(given, true, reader)
+}
+
+/// Order 1: a constant disturbance.
+fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    let e = unknown(context)?;
+    is_linear(context)?;
+    let settling = -context.information.band.ln() / context.information.linear_rate;
+    let order = context.study.plant.states.len() + e.ncols();
+    let bandwidth = chain_settling(order, context.information.band) / settling;
+    Ok(vec![vec![("e", Value::rows(e)), ("bandwidth", Value::Number(short(bandwidth)))]])
+}

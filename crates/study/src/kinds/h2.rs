@@ -1,0 +1,33 @@
+//! The H2 filter: the variance of the errors under white noise is bounded.
+
+use luenberger_design::SystemNorm;
+
+use super::ObserverKind;
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::keys::{BOUND_OF_NORM, COUNTED, ENTERING, MAX_GAIN, MEASURED_NOISE, THIS_GAIN};
+use super::norm_filter;
+use crate::read::{Given, Reader};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "h2",
+    about: "H2 filter: the variance of the errors z = H e under white noise is below gamma^2, for linear plants.",
+    source: "Kalman and Bucy 1961; as an inequality Scherer, Gahinet and Chilali 1997",
+    plant: PlantClass::AtPoint(Time::ANY),
+    keys: &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "h2",
+        turn: 3,
+        tuning: "the least variance of the errors in units of the scale, for the intensities of process and measurement noise",
+        source: "docs/disturbances.md",
+        character: "without a bound on its gain it is the Kalman filter of the same intensities, with a proved variance",
+        information: &[Information::Noise, Information::ProcessNoise],
+        keys: norm_filter::tuned,
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    norm_filter::read(given, SystemNorm::H2, reader)
+}

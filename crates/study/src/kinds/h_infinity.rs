@@ -1,0 +1,33 @@
+//! The H-infinity filter: the energy of the errors is bounded by that of disturbances and noise.
+
+use luenberger_design::SystemNorm;
+
+use super::ObserverKind;
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::keys::{BOUND_OF_NORM, COUNTED, ENTERING, MAX_GAIN, MEASURED_NOISE, THIS_GAIN};
+use super::norm_filter;
+use crate::read::{Given, Reader};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "h-infinity",
+    about: "H-infinity filter: the energy of the errors z = H e is below gamma^2 times that of disturbances and noise, for linear plants.",
+    source: "Nagpal and Khargonekar 1991; as an inequality Boyd et al. 1994",
+    plant: PlantClass::AtPoint(Time::ANY),
+    keys: &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "h-infinity",
+        turn: 4,
+        tuning: "the least norm from process and measurement noise, in units of their intensities, to the errors in units of the scale",
+        source: "docs/disturbances.md",
+        character: "it bounds the errors under the worst noise of the same energy, and is no optimum under white noise",
+        information: &[Information::Noise, Information::ProcessNoise],
+        keys: norm_filter::tuned,
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    norm_filter::read(given, SystemNorm::HInfinity, reader)
+}

@@ -1,0 +1,441 @@
+//! The interval observer: bounds that enclose the state, in continuous time and for samples.
+
+use std::sync::Arc;
+
+use luenberger_design::{
+    DisturbanceBounds, ErrorCoordinates, GainOptions, IntervalDesign, IntervalRequirements, SampledIntervalDesign,
+    TimeDomain, least_width_gain,
+};
+use luenberger_export::step::RecordedStep;
+use luenberger_expression::{Recorded, record};
+use luenberger_live as live;
+use luenberger_observers::{
+    ComparisonSystem, IntervalObserver, LinearObserver, ObserverDimensions, SampledIntervalGains,
+    SampledIntervalObserver, SampledObserver,
+};
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
+use luenberger_proof::statement::Format;
+use luenberger_sim::AnyObserver;
+use nalgebra::{DMatrix, DVector, Dyn, convert};
+
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
+use super::running::{Running, continuous, sampled};
+use super::{Kind, ObserverKind, Plan, Sampling};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{Context, poles as tuned_poles};
+use crate::deployment::recorded::cast;
+use crate::deployment::{self, IntervalDeployment, SampledDesign};
+use crate::design::error_bound::acting;
+use crate::design::explain::{self, Misfit};
+use crate::design::linear::{self, measurement, of};
+use crate::design::{
+    Advice, Designed, NoDesign, certified, discrete, lower_bound, matrix, poles, proved_of, upper_bound,
+};
+use crate::execute::live::rows;
+use crate::operation;
+use crate::read::tree::Node;
+use crate::read::{Given, Reader, check, gain};
+use crate::results::{DesignReport, FailureReport, NamedNumber};
+use crate::schema::{Range, Type, optional, required};
+use crate::study::{ActingBounds, LinearSpec, Study};
+
+/// An observer of upper and lower bounds.
+type Enclosing = IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "interval",
+    about: "Interval observer, for linear plants: a lower and an upper bound of each state under bounded noise and disturbances, proved to enclose it.",
+    source: "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013",
+    plant: PlantClass::Linear(Time::ANY),
+    keys: &[
+        required(
+            "initial_bounds",
+            Type::Numbers(Range::NotNegative),
+            "Bounds of |x(0) - initial|, n numbers: the box in which the first state lies.",
+        ),
+        POLES,
+        DECAY,
+        LMI,
+        KALMAN,
+        GAIN,
+        optional(
+            "least_width",
+            Type::Switch,
+            "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program (a sum up to one per cent larger is allowed for a smaller gain).",
+        ),
+        RHO,
+        Q,
+        MAX_GAIN,
+        NOISE,
+        optional(
+            "coordinates",
+            Type::Choice(&[
+                ("modal", "Those of the eigenvectors of A - L C; the poles have to be distinct."),
+                ("plant", "The states themselves: for A - L C that are Metzler, or nearly so."),
+            ]),
+            "Coordinates in which the error is bounded (default modal; with least_width plant).",
+        ),
+        ERROR_BOUNDS,
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "interval",
+        turn: 9,
+        tuning: "the poles of luenberger; its bounds are for noise up to its amplitude, or to four standard deviations if it is Gaussian, and for x(0) anywhere in the region",
+        source: "docs/disturbances.md",
+        character: "its estimate is that of its gain alone, and the bounds that enclose the state come with it",
+        information: &[Information::Settling, Information::Noise, Information::Region, Information::Bounds],
+        keys: tuned,
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, size) = (given.node, given.size());
+    let first = reader.numbers(node.get("initial_bounds")?, "initial_bounds", size.states, "state");
+    if node.get("bounds").is_none() {
+        let message = "the kind interval without `bounds`: nothing is known of noise and disturbances";
+        reader.absent(check::head(node), message, "expected `bounds`");
+        return None;
+    }
+    let coordinates = match node.get("coordinates").and_then(Node::text) {
+        Some("plant") => Some(ErrorCoordinates::Plant),
+        Some(_) => Some(ErrorCoordinates::Modal),
+        None => None,
+    };
+    let least = node.entry("least_width").filter(|entry| entry.node.truth() == Some(true));
+    if let Some(entry) = least {
+        if let Some(gain) = ["poles", "decay_rate", "lmi", "kalman", "gain"].iter().find_map(|key| node.entry(key)) {
+            let message = format!("`{}` conflicts with `least_width`", gain.key);
+            return reader.refuse(gain.span.clone(), message, "expected one of them");
+        }
+        if coordinates == Some(ErrorCoordinates::Modal) {
+            let message = "`least_width` is the gain for the coordinates of the plant, and `coordinates` is \"modal\"";
+            return reader.refuse(
+                entry.span.clone(),
+                message,
+                "expected coordinates = \"plant\", or another specification of the gain",
+            );
+        }
+        let spec = IntervalSpec { gain: None, coordinates: ErrorCoordinates::Plant, first: first? };
+        return Some(spec.into());
+    }
+    let gain = gain::linear(node, size, reader)?;
+    let coordinates = coordinates.unwrap_or(ErrorCoordinates::Modal);
+    Some(IntervalSpec { gain: Some(gain), coordinates, first: first? }.into())
+}
+
+/// An interval observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntervalSpec {
+    /// The gain; none for the one of the least width.
+    pub gain: Option<LinearSpec>,
+    /// The coordinates in which the error is bounded.
+    pub coordinates: ErrorCoordinates,
+    /// Bounds of |x(0) - xhat(0)|, n numbers.
+    pub first: Vec<f64>,
+}
+
+impl Kind for IntervalSpec {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        let bounds = plan.requested.bounds.as_ref();
+        plan.explained(continuous_design((&plant, &plan.reading()), self, bounds, &plan.options()))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        if plant.d.is_some() {
+            let hint = Advice::hint("y - D u as the output");
+            return Err(explain::failure(plan.requested, WITH_FEEDTHROUGH.to_owned(), hint).into());
+        }
+        let gain = match &self.gain {
+            Some(gain) => {
+                let found = discrete::gain_of(plan, &plant, (gain, dt))?;
+                Some(plan.explained(found)?.observer.l().clone())
+            }
+            None => None,
+        };
+        let sampled = SampledPlant {
+            plant: &plant,
+            gain,
+            period: dt,
+            held: false,
+            operation: operation::largest(plan.study, plan.requested),
+            format: Format::Binary64,
+        };
+        let bounds = plan.requested.bounds.as_ref();
+        plan.explained(discrete_design((&plant, &plan.reading()), &sampled, self, bounds))
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        let (plan, plant) = (&of.plan, of.plan.study.plant.model.linear()?);
+        Some(of.named(|| {
+            let gain = match (&self.gain, plan.study.plant.dt) {
+                (None, _) => None,
+                (Some(gain), Some(dt)) => Some(discrete::gain_in_words(plan, &plant, gain, dt)?.observer.l().clone()),
+                (Some(gain), None) => {
+                    let found = linear::of(&plant, gain, &plan.options())
+                        .and_then(|linear| deployment::sampled_linear(&linear, gain, of.period))
+                        .map_err(|error| error.to_string())?;
+                    Some(found.l().clone())
+                }
+            };
+            let deployed = IntervalDeployment::new(plan.study, plan.requested, self, (&plant, gain), of.period)?;
+            Ok(SampledDesign::Interval(Box::new(deployed)))
+        }))
+    }
+
+    fn gain(&self) -> Option<&LinearSpec> {
+        self.gain.as_ref()
+    }
+
+    fn poses_inequality(&self) -> bool {
+        self.gain.as_ref().is_none_or(LinearSpec::poses_inequality)
+    }
+
+    fn first_bounds(&self) -> Option<&[f64]> {
+        Some(&self.first)
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { gain: self.gain.as_ref().map(|gain| gain.faster(factor)), ..self.clone() }.into())
+    }
+}
+
+/// Why there is no step for outputs with D.
+pub(crate) const WITH_FEEDTHROUGH: &str = "the kind interval has no step for outputs with feedthrough D";
+
+/// The bounds of a specification; the reader asks for them.
+fn bounds(given: Option<&ActingBounds>, plant: &StateSpace) -> ActingBounds {
+    given.cloned().unwrap_or_else(|| ActingBounds {
+        noise: vec![0.0; plant.c.nrows()],
+        disturbance: Vec::new(),
+        e: DMatrix::zeros(plant.a.nrows(), 0),
+        uncertain: None,
+    })
+}
+
+fn numbers(names: &[String], widths: &[f64]) -> Vec<NamedNumber> {
+    names
+        .iter()
+        .zip(widths)
+        .map(|(name, width)| upper_bound(&format!("half-width of {name} in the end"), *width))
+        .collect()
+}
+
+fn continuous_design(
+    (plant, reading): (&StateSpace, &Reading<'_>),
+    spec: &IntervalSpec,
+    given: Option<&ActingBounds>,
+    options: &GainOptions,
+) -> Result<Designed, Misfit> {
+    let acting: DisturbanceBounds = acting(&bounds(given, plant));
+    let design = match &spec.gain {
+        Some(gain) => {
+            let linear = of(plant, gain, options)?;
+            IntervalDesign::new(&linear.observer, &acting, spec.coordinates, &spec.first)?
+        }
+        None => IntervalDesign::least_width(plant, &acting, &spec.first)?,
+    };
+    let inner = design.observer.inner();
+    let flow = &inner.a - &inner.l * &inner.c;
+    let comparison = design.observer.comparison();
+    let is_metzler = (0..flow.nrows()).all(|i| (0..flow.nrows()).all(|j| i == j || flow[(i, j)] >= 0.0));
+    let metzler = match spec.coordinates {
+        ErrorCoordinates::Plant if is_metzler => "A - L C is Metzler.",
+        ErrorCoordinates::Plant => "A - L C is not Metzler: K is the Metzler matrix above it.",
+        ErrorCoordinates::Modal => "",
+    };
+    let report = DesignReport {
+        statement: proved_of(&design.certificate, reading).remark(metzler).remark(measurement(plant)),
+        matrices: vec![
+            matrix("L", &inner.l),
+            matrix("T", &design.t),
+            matrix("K", &comparison.k),
+            matrix("g", &DMatrix::from_column_slice(comparison.g.len(), 1, comparison.g.as_slice())),
+            matrix("H", &comparison.h),
+        ],
+        poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
+        numbers: std::iter::once(lower_bound("rate of the width", design.rate))
+            .chain(numbers(reading.states, &design.widths))
+            .collect(),
+        ..certified(&design.certificate, &[])
+    };
+    let runnable = design.observer.clone();
+    Ok(Designed::new(runnable.into(), report, Some(design.certificate.clone())))
+}
+
+/// What the sampled observer is designed for: a plant in discrete time, or one in continuous time whose input is held.
+pub(crate) struct SampledPlant<'a> {
+    /// The plant as it is given.
+    pub(crate) plant: &'a StateSpace,
+    /// The gain for samples; none for the one of the least width.
+    pub(crate) gain: Option<DMatrix<f64>>,
+    pub(crate) period: f64,
+    /// Whether the plant is in continuous time.
+    pub(crate) held: bool,
+    /// Bounds of |x| and |u| in operation.
+    pub(crate) operation: (Vec<f64>, Vec<f64>),
+    pub(crate) format: Format,
+}
+
+pub(crate) fn sampled_design(
+    sampling: &SampledPlant<'_>,
+    spec: &IntervalSpec,
+    given: Option<&ActingBounds>,
+) -> Result<SampledIntervalDesign, luenberger_design::DesignError> {
+    let SampledPlant { plant, gain, period, held, operation, format } = sampling;
+    let bounds = bounds(given, plant);
+    let kept = IntervalRequirements {
+        initial_error: spec.first.clone(),
+        estimates: operation.0.clone(),
+        inputs: operation.1.clone(),
+        format: *format,
+    };
+    let gain = if let Some(gain) = gain {
+        gain.clone()
+    } else {
+        // Of the plant between samples, its disturbance held as well.
+        let (a, e) = if *held {
+            let sampled = luenberger_linalg::zero_order_hold(&plant.a, &bounds.e, *period)?;
+            (sampled.ad, sampled.bd)
+        } else {
+            (plant.a.clone(), bounds.e.clone())
+        };
+        let acting = DisturbanceBounds::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
+        least_width_gain(&a, &plant.c, &acting, TimeDomain::Discrete)?
+    };
+    let acting = DisturbanceBounds::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise);
+    if *held {
+        SampledIntervalDesign::sampled(plant, *period, &gain, &acting, spec.coordinates, &kept)
+    } else {
+        SampledIntervalDesign::of_discrete(plant, *period, &gain, &acting, spec.coordinates, &kept)
+    }
+}
+
+fn discrete_design(
+    (plant, reading): (&StateSpace, &Reading<'_>),
+    sampling: &SampledPlant<'_>,
+    spec: &IntervalSpec,
+    given: Option<&ActingBounds>,
+) -> Result<Designed, Misfit> {
+    let design = sampled_design(sampling, spec, given)?;
+    let gains = design.observer.gains();
+    let flow = &gains.f - &gains.l * &gains.c;
+    let report = DesignReport {
+        statement: proved_of(&design.certificate, reading).remark(measurement(plant)),
+        matrices: vec![
+            matrix("L", &gains.l),
+            matrix("T", &design.t),
+            matrix("N", &gains.blocks),
+            matrix("g", &DMatrix::from_column_slice(gains.constant.len(), 1, gains.constant.as_slice())),
+            matrix("H", &gains.h),
+        ],
+        poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
+        numbers: std::iter::once(upper_bound("factor of the width", design.factor))
+            .chain(numbers(reading.states, &design.widths))
+            .collect(),
+        ..certified(&design.certificate, &[])
+    };
+    let runnable = design.observer.clone();
+    Ok(Designed::new(runnable.into(), report, Some(design.certificate.clone())))
+}
+
+impl Running for Enclosing {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn half_widths_of(&self, state: &[f64]) -> Option<DVector<f64>> {
+        Some(self.half_widths(state))
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        let ComparisonSystem { k, g, h, start } = self.comparison();
+        let (k, h) = (rows(k), rows(h));
+        let [g, start] = [g, start].map(|entries| entries.as_slice().to_vec());
+        Some((live::ObserverKind::Interval { observer: Box::new(self.inner().clone()), k, g, h, start }, None))
+    }
+
+    fn first_widths(&self) -> Option<&[f64]> {
+        Some(self.comparison().start.as_slice())
+    }
+}
+
+impl Running for SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    fn half_widths_of(&self, state: &[f64]) -> Option<DVector<f64>> {
+        Some(self.half_widths(state))
+    }
+}
+
+/// The step of a sampled interval observer, whose state is the estimate, the half-widths of its bounds and rho.
+///
+/// # Errors
+/// None is expected of an observer that was made.
+pub(crate) fn program(
+    observer: &SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>,
+) -> Result<RecordedStep<f64>, String> {
+    record(|recording| {
+        let SampledIntervalGains { f, g, c, l, blocks, constant, of_estimate, of_input, h, outward, start, period } =
+            observer.gains();
+        let same = SampledIntervalObserver::<Recorded, Dyn, Dyn, Dyn, Dyn, Dyn>::new(SampledIntervalGains {
+            f: cast(f),
+            g: cast(g),
+            c: cast(c),
+            l: cast(l),
+            blocks: cast(blocks),
+            constant: constant.map(convert),
+            of_estimate: cast(of_estimate),
+            of_input: cast(of_input),
+            h: cast(h),
+            outward: convert(*outward),
+            start: start.map(convert),
+            period: convert(*period),
+        })
+        .map_err(|error| error.to_string())?;
+        let n = f.nrows();
+        let size = same.dimensions();
+        let size = ObserverDimensions { state: size.state + n, estimate: size.state + n, ..size };
+        let step = |t, z: &[Recorded], u: &[Recorded], y: &[Recorded]| {
+            let (xhat, rho) = (z.iter().take(n), z.iter().skip(2 * n));
+            let mut state = DVector::from_vec(xhat.chain(rho).copied().collect());
+            same.step(t, &mut state, &DVector::from_column_slice(u), &DVector::from_column_slice(y));
+            let widths = same.half_widths(state.as_slice());
+            let (xhat, rho) = (state.iter().take(n), state.iter().skip(n));
+            xhat.chain(widths.iter()).chain(rho).copied().collect()
+        };
+        let output =
+            |_, z: &[Recorded]| (cast(c) * DVector::from_iterator(n, z.iter().take(n).copied())).as_slice().to_vec();
+        RecordedStep::new(recording, size, *period, step, output).map_err(|error| error.to_string())
+    })
+}
+
+fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    let mut keys = tuned_poles(context, 0)?;
+    let information = context.information;
+    let first = information
+        .initial
+        .iter()
+        .zip(information.region.states())
+        .map(|(x, (low, high))| (high - x).max(x - low).max(0.0));
+    let mut bounds = vec![("noise", Value::numbers(information.largest.iter().copied()))];
+    if let Some((disturbance, e)) = &information.acting {
+        bounds.push(("disturbance", Value::numbers(disturbance.iter().copied())));
+        bounds.push(("e", Value::rows(e)));
+    }
+    keys.push(("initial_bounds", Value::numbers(first)));
+    keys.push(("bounds", Value::Table(bounds)));
+    Ok(vec![keys])
+}

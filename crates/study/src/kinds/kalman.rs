@@ -1,0 +1,118 @@
+//! The stationary Kalman filter: a Luenberger observer with the Kalman gain.
+
+use std::sync::Arc;
+
+use luenberger_design::OperatingPoint;
+use luenberger_live as live;
+use luenberger_observers::StationaryKalmanFilter;
+use luenberger_sim::AnyObserver;
+use nalgebra::Dyn;
+
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::keys::{Q, RHO, V, W};
+use super::running::{Running, sampled};
+use super::{Kind, ObserverKind, Plan, Sampling};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{Context, covariance, intensity, linear as is_linear, noisy, process_noise};
+use crate::deployment::{self, SampledDesign};
+use crate::design::{Designed, NoDesign, discrete, linear};
+use crate::read::{Given, Reader, gain};
+use crate::results::FailureReport;
+use crate::schema::{Type, optional};
+use crate::study::{LinearSpec, Study};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "kalman",
+    about: "Stationary Kalman filter, for linear plants.",
+    source: "Kalman and Bucy 1961; in discrete time Kalman 1960",
+    plant: PlantClass::AtPoint(Time::ANY),
+    keys: &[
+        W,
+        V,
+        RHO,
+        Q,
+        optional(
+            "form",
+            Type::Choice(&[
+                ("predictor", "The estimate before the measurement of its sample, xhat(k|k-1)."),
+                ("filter", "The estimate after it, xhat(k|k)."),
+            ]),
+            "Estimate at a sample, of plants in discrete time and in exported code (default predictor).",
+        ),
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "kalman",
+        turn: 2,
+        tuning: "stationary Kalman gain for the intensities of process and measurement noise",
+        source: "Kalman and Bucy 1961",
+        character: "its gain is that of the steady state: optimal once the first error is forgotten, not before",
+        information: &[Information::Noise, Information::ProcessNoise],
+        keys: tuned,
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    Some(Kalman(gain::linear(given.node, given.size(), reader)?).into())
+}
+
+/// A stationary Kalman filter with the gain of this specification.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kalman(pub LinearSpec);
+
+impl Kind for Kalman {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        linear::design(plan, &self.0)
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        discrete::design(plan, &self.0, dt)
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        deployment::of_gain(of, &self.0)
+    }
+
+    fn sampled_at_point(
+        &self,
+        of: &Sampling<'_>,
+        point: &OperatingPoint,
+    ) -> Option<Result<SampledDesign, FailureReport>> {
+        Some(deployment::of_gain_at_point(of, &self.0, point))
+    }
+
+    fn whole_gain(&self) -> Option<&LinearSpec> {
+        Some(&self.0)
+    }
+
+    fn updates(&self) -> bool {
+        self.0.is_filter
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self(self.0.faster(factor)).into())
+    }
+}
+
+impl Running for StationaryKalmanFilter<f64, Dyn, Dyn, Dyn> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        Some((live::ObserverKind::StationaryKalman(Box::new(self.clone())), None))
+    }
+}
+
+fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    is_linear(context)?;
+    noisy(context)?;
+    let v = if context.study.plant.dt.is_some() { covariance(context) } else { intensity(context) };
+    Ok(vec![vec![("w", Value::weight(&process_noise(context)?)), ("v", v)]])
+}

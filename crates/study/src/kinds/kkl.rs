@@ -1,0 +1,122 @@
+//! The KKL observer with given maps: `xi' = Lambda xi + B(y, u)`, `xhat = phi^L(xi, y)`.
+
+use std::sync::Arc;
+
+use luenberger_design::kkl::KklSettings;
+use luenberger_design::{Certificate, DesignError, KklDesign, KklError, Region};
+use luenberger_export::extension::RecordedObserver;
+use luenberger_expression::Recording;
+use luenberger_observers::KklObserver;
+use luenberger_proof::certificate::Reading;
+use luenberger_sim::AnyObserver;
+use nalgebra::DMatrix;
+
+use super::declaration::{Declaration, PlantClass, Time, Tuning};
+use super::keys::{B, BOUNDED, LAMBDA, LEFT_INVERSE, PHI};
+use super::running::{Running, StepOf, continuous};
+use super::{Kind, ObserverKind, Plan};
+use crate::deployment::Refusal;
+use crate::deployment::recorded::recorded;
+use crate::design::explain::Misfit;
+use crate::design::kkl_maps::{
+    all_facts, bound_numbers, is_exact, is_left_inverse, measured_left_inverse, numbers, undecided_injectivity,
+};
+use crate::design::{Designed, NoDesign, matrix, proved_of};
+use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
+use crate::model::Model;
+use crate::read::maps::{bounded, kkl_maps};
+use crate::read::{Given, Reader};
+use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "kkl",
+    about: "KKL observer xi' = Lambda xi + B(y, u), xhat = phi^L(xi, y), with maps that are given.",
+    source: "Yi, Ortega and Zhang 2018, eq. (6), Proposition 1",
+    plant: PlantClass::Nonlinear(Time::OF_STATE),
+    keys: &[PHI, LAMBDA, B, LEFT_INVERSE, BOUNDED],
+    read,
+    takes_long: false,
+    tuning: Tuning::OfStudy(
+        "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md",
+    ),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let region = bounded(given.node, given.plant, reader);
+    let maps = kkl_maps(given.node, given.plant, reader);
+    Some(KklMapsSpec { maps: maps?, region: region? }.into())
+}
+
+impl Kind for KklMapsSpec {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(kkl(&plan.study.plant.model, self, &plan.reading()))
+    }
+
+    fn region_of_design(&self) -> Option<Region> {
+        Some(self.region.clone())
+    }
+}
+
+impl Running for KklObserver<KklMaps> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+        recorded(recording, self)
+    }
+}
+
+/// The observer, if (4) holds over the region up to rounding, Lambda is Hurwitz there, B is in cascade, and phi^L takes
+/// phi(x) back at the samples.
+///
+/// What is proved of its error is what the certificate of the bound says, and nothing else: it covers (4), Lambda and
+/// phi^L over the whole region.
+fn kkl(model: &Model, spec: &KklMapsSpec, reading: &Reading<'_>) -> Result<Designed, Misfit> {
+    let KklMapsSpec { maps, region } = spec;
+    let all: Vec<usize> = (0..maps.plant.states).collect();
+    let settings = KklSettings::default();
+    let design = KklDesign::new(model, maps.clone(), &all, region, &settings)?;
+    is_left_inverse(model, maps, region, &design.report, settings.tolerance)?;
+    let report = &design.report;
+    let mut numbers = numbers(report);
+    let stable = &report.stability;
+    let poles = stable.eigenvalues.iter().map(|z| [z.re, z.im]).collect();
+    let (statement, certificate, matrices, verdict, evidence) = match kkl_error_bound(model, maps, region) {
+        Ok(bound) => {
+            numbers.extend(bound_numbers(&bound, reading.states));
+            let order = bound.p.rows();
+            let p = matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]));
+            // Its decrease implies that Lambda is Hurwitz.
+            let certificate = Certificate::of([bound]).map_err(DesignError::from).map_err(KklError::from)?;
+            let statement = proved_of(&certificate, reading);
+            let verdict = DesignVerdict::of(&certificate);
+            (statement, certificate, vec![p], verdict, None)
+        }
+        Err(why) => {
+            let statement = Statement::of(format!(
+                "The observer is made for xi - phi(x) to decay and xhat = phi^L(xi, y) to tend to x while x(t) and u(t) stay in the region ({region}). No bound of the estimation error is certified: {why}."
+            ));
+            let mut evidence = vec![measured_left_inverse(report)];
+            if !report.injectivity.verdict.is_proved() {
+                evidence.push(undecided_injectivity(report));
+            }
+            let p = stable.p.iter().map(|p| matrix("P", p)).collect();
+            (statement, stable.certificate.clone(), p, DesignVerdict::MEASURED, Some(evidence.join("; ")))
+        }
+    };
+    let mut facts = all_facts(report, &certificate);
+    if is_exact(&certificate) {
+        // phi^L takes every (phi, h)(x) of the region back to x.
+        facts.push(FactReport::of_region("phi^L(phi(x), h(x)) = x", "verified over the region".to_owned(), None));
+    }
+    let design_report =
+        DesignReport { statement, matrices, poles, numbers, facts, verdict, evidence, noise_deviation: Vec::new() };
+    let runnable = design.observer.into();
+    Ok(Designed::new(runnable, design_report, Some(certificate)))
+}

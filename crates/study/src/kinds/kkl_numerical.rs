@@ -1,0 +1,623 @@
+//! The numerical KKL observer: `z' = D z + B y` with a left inverse of T computed by simulation. Run-time sizes become
+//! const generics here.
+
+use std::sync::Arc;
+
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::running::{Running, StepOf, continuous};
+use super::{Kind, ObserverKind, Plan};
+use crate::advise::block::Value;
+use crate::deployment::{self, NonlinearStep, Refusal, steps_for};
+use crate::design::explain::Misfit;
+use crate::design::{Advice, NoDesign, explain, other_kinds};
+use crate::design::{Designed, number};
+use crate::execute::estimate;
+use crate::model::Model;
+use crate::read::region::finite_bounds;
+use crate::read::tree::Node;
+use crate::read::{Given, Reader};
+use crate::results::FailureReport;
+use crate::results::{DesignReport, DesignVerdict, NamedNumber, Statement};
+use crate::schema::{Range, Type, optional, required};
+use crate::study::{ObserverSpec, Study};
+use luenberger_design::enclosure::Axis;
+use luenberger_design::numerical_kkl::{
+    Choice, ChoiceOptions, Domain, Errors, Escape, HeldInputDesign, HeldInputs, NumericalKklDesign, NumericalKklError,
+    Progress, Settings, Spline, Table, TargetSystem, Train, choose_with_table,
+};
+use luenberger_design::numerical_kkl::{Embedded, Interpolated, MOST_NODES, low_rank_trajectories, searched_tables};
+use luenberger_export::ExportableObserver;
+use luenberger_expression::Fixed;
+use luenberger_observers::numerical_kkl::NumericalKklObserver;
+use luenberger_observers::numerical_kkl::tensor_train::MOST_RANK;
+use luenberger_plants::Dimensions;
+use luenberger_proof::wording::counted;
+use luenberger_proof::wording::{shortest, significant};
+use luenberger_sim::AnyObserver;
+use nalgebra::SVector;
+use std::ops::ControlFlow::{self, Break, Continue};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "kkl-numerical",
+    about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with one output: of 2 to 6 states, or of 2 or 3 states with inputs that are held at constant values.",
+    source: "Kazantzis and Kravaris 1998, Andrieu and Praly 2006; computed by simulation",
+    plant: PlantClass::Nonlinear(Time::OF_STATE),
+    keys: &[
+        required("domain", Type::Bounds, "Region of the states, n finite pairs [lower, upper]."),
+        optional(
+            "inputs",
+            Type::Bounds,
+            "Range of each input, m finite pairs [lower, upper]: the inputs are held at constant values of it (required for a plant with inputs).",
+        ),
+        optional(
+            "nodes",
+            Type::Count(2),
+            "Values of each input for which there is a table, up to 33; between them T is interpolated (default 5).",
+        ),
+        optional(
+            "cutoff",
+            Type::Number(Range::Positive),
+            "Cutoff frequency of the Bessel filter z (default: the slowest of six that is accurate on a coarse table).",
+        ),
+        optional(
+            "escape",
+            Type::Number(Range::Positive),
+            "Width of the layer around the region in which the plant is slowed down, for plants that are unbounded backward in time (default: one half-width if a trajectory escapes, else none).",
+        ),
+        optional(
+            "points",
+            Type::Count(5),
+            "Grid points of the table per axis (default: 33 to 97, three states 17 to 33, more states 9 to 17, until the table is accurate).",
+        ),
+        optional(
+            "rank",
+            Type::Count(1),
+            "Largest rank of the table for five or six states, up to 32; the table is a tensor train (default 24).",
+        ),
+        optional("leaves", Type::Count(1), "Largest number of leaves of the tree of polynomials (default 32)."),
+        optional("degree", Type::Count(1), "Degree of the polynomials (default 4, five or six states 3)."),
+        optional("samples", Type::Count(100), "Number of samples of the fit (default 8000)."),
+        optional(
+            "form",
+            Type::Choice(&[
+                ("interpolated", "Interpolation in the table: accurate."),
+                ("embedded", "Tree of polynomials: small enough for a microcontroller."),
+            ]),
+            "Left inverse to simulate (default interpolated).",
+        ),
+    ],
+    read,
+    takes_long: true,
+    tuning: Tuning::Rules(&[Rule {
+        name: "kkl-numerical",
+        turn: 21,
+        tuning: "cutoff and table by the search of the design, over the region",
+        source: "docs/numerical-kkl.md",
+        character: "its filter has the cutoff for which the map is accurate over the region, whatever settling is asked for",
+        information: &[Information::Region],
+        keys: |context| Ok(vec![vec![("domain", Value::pairs(context.information.region.states()))]]),
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, size) = (given.node, given.size());
+    let n = size.states;
+    let number = |key: &str| node.get(key).and_then(Node::number);
+    let domain = finite_bounds(node.get("domain")?, "domain", (n, "state"), reader)?;
+    let inputs = match node.get("inputs") {
+        Some(inputs) => finite_bounds(inputs, "inputs", (size.inputs, "input"), reader)?,
+        None => Vec::new(),
+    };
+    if inputs.is_empty()
+        && let Some(nodes) = node.entry("nodes")
+    {
+        let message = "`nodes` without `inputs`";
+        return reader.refuse(nodes.span.clone(), message, "expected `inputs`, the range of each input");
+    }
+    let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
+    let standard = KklSpec::new(domain);
+    let nodes = count("nodes", standard.nodes)?;
+    if nodes > MOST_NODES {
+        let message = format!("`nodes` is {nodes}");
+        return reader.refuse(node.get("nodes")?.span.clone(), message, format!("expected at most {MOST_NODES}"));
+    }
+    let is_low_rank = n > MOST_STATES_OF_A_FULL_TABLE;
+    if !is_low_rank && let Some(rank) = node.entry("rank") {
+        let message = format!("`rank` for a plant with {}", counted(n, "state"));
+        let expected = format!("up to {MOST_STATES_OF_A_FULL_TABLE} states the table has all points of the grid");
+        return reader.refuse(rank.span.clone(), message, expected);
+    }
+    let rank = count("rank", standard.rank)?;
+    if rank > MOST_RANK {
+        let message = format!("`rank` is {rank}");
+        return reader.refuse(node.get("rank")?.span.clone(), message, format!("expected at most {MOST_RANK}"));
+    }
+    let spec = KklSpec {
+        inputs,
+        rank,
+        nodes,
+        cutoff: number("cutoff"),
+        escape: number("escape"),
+        points: node.given("points", Node::count)?,
+        leaves: count("leaves", standard.leaves)?,
+        degree: count("degree", standard.degree)?,
+        samples: count("samples", standard.samples)?,
+        embedded: node.get("form").and_then(Node::text) == Some("embedded"),
+        ..standard
+    };
+    Some(spec.into())
+}
+
+/// With more states the table of a numerical KKL observer is of low rank.
+pub(crate) const MOST_STATES_OF_A_FULL_TABLE: usize = 4;
+
+/// A numerical KKL observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KklSpec {
+    /// The box of the states.
+    pub domain: Vec<(f64, f64)>,
+    /// The cut-off frequency of the filter; none to search it.
+    pub cutoff: Option<f64>,
+    /// The margin around the box, outside of which the plant is slowed down; none to slow it down if it escapes.
+    pub escape: Option<f64>,
+    /// Grid points per axis; none to search them.
+    pub points: Option<usize>,
+    /// Maximal number of leaves of the tree.
+    pub leaves: usize,
+    /// Degree of the polynomials.
+    pub degree: usize,
+    /// Number of samples for the fit.
+    pub samples: usize,
+    /// Largest rank of the table, for more states than a full table can have.
+    pub rank: usize,
+    /// Whether the embedded form is simulated.
+    pub embedded: bool,
+    /// Bounds of the inputs, which are held at constant values; empty for a plant without inputs.
+    pub inputs: Vec<(f64, f64)>,
+    /// Values of each input for which there is a table.
+    pub nodes: usize,
+}
+
+impl KklSpec {
+    /// The observer of a plant without inputs on this box of its states, with the defaults of a study.
+    pub fn new(domain: Vec<(f64, f64)>) -> Self {
+        let degree = if domain.len() > MOST_STATES_OF_A_FULL_TABLE { 3 } else { 4 };
+        Self {
+            domain,
+            cutoff: None,
+            escape: None,
+            points: None,
+            leaves: 32,
+            degree,
+            samples: 8000,
+            rank: 24,
+            embedded: false,
+            inputs: Vec::new(),
+            nodes: 5,
+        }
+    }
+
+    /// Grid points per axis of all tables that the design may compute for a plant with so many states, those of the
+    /// search included.
+    pub fn tables(&self, states: usize) -> Vec<usize> {
+        let mut tables = searched_tables(self.cutoff, self.points, states);
+        let last = tables.iter().copied().max().or(self.points);
+        tables.extend(last.into_iter().flat_map(|points| core::iter::repeat_n(points, self.family())));
+        tables
+    }
+
+    /// Trajectories backward in time that a table with so many points per axis takes.
+    pub fn trajectories(&self, states: usize, points: usize) -> f64 {
+        if states > MOST_STATES_OF_A_FULL_TABLE {
+            low_rank_trajectories(states, points, self.rank)
+        } else {
+            (points as f64).powf(states as f64)
+        }
+    }
+
+    /// Values of the inputs for which there are tables; one without inputs.
+    pub fn family(&self) -> usize {
+        self.nodes.pow(self.inputs.len() as u32)
+    }
+}
+
+impl Kind for KklSpec {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        tabulated(plan.study, plan.requested, self)?;
+        plan.explained(designed(&plan.study.plant.model, self, plan.cancel))
+    }
+
+    fn region_of_design(&self) -> Option<luenberger_design::Region> {
+        Some(luenberger_design::Region::new(&self.domain).inputs(&self.inputs))
+    }
+
+    fn valid_in_region(&self) -> &'static str {
+        "Fit"
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { cutoff: self.cutoff.map(|cutoff| cutoff * factor), ..self.clone() }.into())
+    }
+
+    fn seconds(&self, study: &Study) -> f64 {
+        let states = study.plant.states.len();
+        let of_table = |points| self.trajectories(states, points) + estimate::BESIDES;
+        let tables = self.tables(states).into_iter().map(of_table);
+        tables.sum::<f64>() * estimate::ONE_T + self.samples as f64 * 1e-5
+    }
+
+    // The table of the inverse, its derivatives, and a copy.
+    fn memory(&self, study: &Study) -> (f64, &'static str) {
+        let states = study.plant.states.len();
+        let points = self.tables(states).into_iter().max().unwrap_or(0);
+        let table = self.family() as f64 * self.trajectories(states, points);
+        let numbers = 3.0 * (states + 1) as f64;
+        (table * numbers * estimate::NUMBER, "the table of a numerical KKL observer (reduce its points)")
+    }
+}
+
+/// The observer, for two to six states.
+#[derive(Debug, Clone)]
+pub enum Kkl {
+    /// Two states, the accurate form.
+    Two(Box<NumericalKklObserver<Interpolated<2, 3>, f64, 2, 0, 1, 3>>),
+    /// Two states, the form for a microcontroller.
+    TwoEmbedded(Box<NumericalKklObserver<Embedded<2, 3>, f64, 2, 0, 1, 3>>),
+    /// Three states, the accurate form.
+    Three(Box<NumericalKklObserver<Interpolated<3, 4>, f64, 3, 0, 1, 4>>),
+    /// Three states, the form for a microcontroller.
+    ThreeEmbedded(Box<NumericalKklObserver<Embedded<3, 4>, f64, 3, 0, 1, 4>>),
+    /// Four states, the accurate form.
+    Four(Box<NumericalKklObserver<Interpolated<4, 5>, f64, 4, 0, 1, 5>>),
+    /// Four states, the tree of polynomials.
+    FourEmbedded(Box<NumericalKklObserver<Embedded<4, 5>, f64, 4, 0, 1, 5>>),
+    /// Five states, the accurate form, with a table of low rank.
+    Five(Box<NumericalKklObserver<Interpolated<5, 6, Train<5, 6>>, f64, 5, 0, 1, 6>>),
+    /// Five states, the tree of polynomials.
+    FiveEmbedded(Box<NumericalKklObserver<Embedded<5, 6>, f64, 5, 0, 1, 6>>),
+    /// Six states, the accurate form, with a table of low rank.
+    Six(Box<NumericalKklObserver<Interpolated<6, 7, Train<6, 7>>, f64, 6, 0, 1, 7>>),
+    /// Six states, the tree of polynomials.
+    SixEmbedded(Box<NumericalKklObserver<Embedded<6, 7>, f64, 6, 0, 1, 7>>),
+    /// Two states and one held input, in both forms.
+    TwoHeld(Box<HeldInputs<2, 1, 1, 3, 4>>),
+    /// Two states and two held inputs.
+    TwoHeldTwo(Box<HeldInputs<2, 2, 1, 3, 5>>),
+    /// Three states and one held input.
+    ThreeHeld(Box<HeldInputs<3, 1, 1, 4, 5>>),
+    /// Three states and two held inputs.
+    ThreeHeldTwo(Box<HeldInputs<3, 2, 1, 4, 6>>),
+}
+
+impl Kkl {
+    /// As one that is simulated, whatever its size.
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        match self {
+            Self::Two(observer) => continuous(observer.as_ref()),
+            Self::TwoEmbedded(observer) => continuous(observer.as_ref()),
+            Self::Three(observer) => continuous(observer.as_ref()),
+            Self::ThreeEmbedded(observer) => continuous(observer.as_ref()),
+            Self::Four(observer) => continuous(observer.as_ref()),
+            Self::FourEmbedded(observer) => continuous(observer.as_ref()),
+            Self::Five(observer) => continuous(observer.as_ref()),
+            Self::FiveEmbedded(observer) => continuous(observer.as_ref()),
+            Self::Six(observer) => continuous(observer.as_ref()),
+            Self::SixEmbedded(observer) => continuous(observer.as_ref()),
+            Self::TwoHeld(observer) => continuous(observer.as_ref()),
+            Self::TwoHeldTwo(observer) => continuous(observer.as_ref()),
+            Self::ThreeHeld(observer) => continuous(observer.as_ref()),
+            Self::ThreeHeldTwo(observer) => continuous(observer.as_ref()),
+        }
+    }
+}
+
+impl Running for Kkl {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        self.any()
+    }
+
+    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+        let Some(spec) = of.observer.kind.of::<KklSpec>() else {
+            return Err(("the observer has another kind".to_owned(), Vec::new()));
+        };
+        // The filter is slower than the plant has to be resolved: the poles of D are those of the cut-off.
+        let fastest = of.designed.report.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
+        let step = (of.period, of.substeps.map_or_else(|| steps_for(of.period, fastest), Ok)?);
+        let step = deployment::kkl::step((of.study, spec), self, of.plant, step)?;
+        Ok(NonlinearStep::of(of.designed, ExportableObserver::Kkl(step)))
+    }
+}
+
+/// The most states of a table without inputs, and with.
+const MOST_STATES: (usize, usize) = (6, 3);
+
+/// The most held inputs.
+const MOST_INPUTS: usize = 2;
+
+/// Whether there is a numerical KKL observer for a plant of this size.
+pub(crate) fn has_table(size: Dimensions) -> bool {
+    let most = if size.inputs == 0 { MOST_STATES.0 } else { MOST_STATES.1 };
+    size.outputs == 1 && (2..=most).contains(&size.states) && size.inputs <= MOST_INPUTS
+}
+
+fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec) -> Result<(), FailureReport> {
+    let size = study.plant.model.size();
+    let kind = requested.kind.name();
+    let sizes = format!(
+        "the kind {kind} takes plants with one output, of 2 to {} states, or of 2 or {} states with at most \
+         {MOST_INPUTS} inputs",
+        MOST_STATES.0, MOST_STATES.1
+    );
+    let hypothesis = if let Some(row) = study.plant.model.structure().explicit_time() {
+        format!(
+            "the kind {kind} is for plants x' = f(x, u), y = h(x, u) without the time: {} depends on the time t",
+            study.plant.row(row)
+        )
+    } else if !has_table(size) {
+        let what = if size.outputs != 1 {
+            counted(size.outputs, "output")
+        } else if (2..=MOST_STATES.0).contains(&size.states) && size.inputs > 0 {
+            format!("{} and {}", counted(size.states, "state"), counted(size.inputs, "input"))
+        } else {
+            counted(size.states, "state")
+        };
+        format!("{sizes}; this plant has {what}")
+    } else if size.inputs > 0 && spec.inputs.is_empty() {
+        format!(
+            "the kind {kind} takes inputs that are held at constant values, and needs their range, `inputs`; this \
+             plant has {}",
+            counted(size.inputs, "input")
+        )
+    } else {
+        return Ok(());
+    };
+    let mut advice = other_kinds(study, requested);
+    if has_table(size) && study.plant.model.structure().explicit_time().is_none() {
+        let range = vec!["[lower, upper]"; size.inputs].join(", ");
+        advice = advice.and(Advice::hint(format!("inputs = [{range}], if the input is held at constant values")));
+    }
+    Err(explain::failure(requested, hypothesis, advice))
+}
+
+/// The design for a model whose sizes have been checked: 2 to 6 states, or 2 to 3 with held inputs, and one output. It
+/// stops once `cancel` is true.
+fn designed(model: &Model, requested: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
+    let size = model.size();
+    let plant = model.expressions()?;
+    macro_rules! plain {
+        ($n:literal, $z:literal, $table:ty, $accurate:ident, $embedded:ident) => {{
+            let (design, report) = of_size::<$table, $n, $z>(&plant.fixed()?, requested, cancel)?;
+            let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
+            (if requested.embedded { Kkl::$embedded(small) } else { Kkl::$accurate(accurate) }, report)
+        }};
+    }
+    let (kkl, report) = match (size.states, size.inputs) {
+        (2, 0) => plain!(2, 3, Spline<2, 3>, Two, TwoEmbedded),
+        (3, 0) => plain!(3, 4, Spline<3, 4>, Three, ThreeEmbedded),
+        (4, 0) => plain!(4, 5, Spline<4, 5>, Four, FourEmbedded),
+        (5, 0) => plain!(5, 6, Train<5, 6>, Five, FiveEmbedded),
+        (_, 0) => plain!(6, 7, Train<6, 7>, Six, SixEmbedded),
+        (2, 1) => {
+            let (observer, report) = held::<2, 1, 3, 4>(&plant.fixed()?, requested, cancel)?;
+            (Kkl::TwoHeld(observer), report)
+        }
+        (2, _) => {
+            let (observer, report) = held::<2, 2, 3, 5>(&plant.fixed()?, requested, cancel)?;
+            (Kkl::TwoHeldTwo(observer), report)
+        }
+        (_, 1) => {
+            let (observer, report) = held::<3, 1, 4, 5>(&plant.fixed()?, requested, cancel)?;
+            (Kkl::ThreeHeld(observer), report)
+        }
+        _ => {
+            let (observer, report) = held::<3, 2, 4, 6>(&plant.fixed()?, requested, cancel)?;
+            (Kkl::ThreeHeldTwo(observer), report)
+        }
+    };
+    Ok(Designed::new(kkl.into(), report, None))
+}
+
+/// With what a design is made.
+struct Chosen<const N: usize, const Z: usize> {
+    settings: Settings<N>,
+    wanted: ChoiceOptions,
+    choice: Choice,
+    domain: Domain<N>,
+    target: TargetSystem<1, Z>,
+}
+
+/// The choices for the plant at a constant input.
+fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
+    plant: &Fixed<N, M, 1>,
+    input: SVector<f64, M>,
+    requested: &KklSpec,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Chosen<N, Z>, NumericalKklError> {
+    let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| requested.domain.get(i).map_or(f64::NAN, f));
+    let (lower, upper) = (ends(|end| end.0), ends(|end| end.1));
+    let mut settings = Settings {
+        leaves: requested.leaves,
+        degree: requested.degree,
+        samples: requested.samples,
+        rank: requested.rank,
+        rank_tolerance: 1e-4,
+        // All pairs of this grid are compared.
+        injectivity_points: [17, 17, 17, 9, 6, 4, 3][N.min(6)],
+        fallback: [9, 9, 9, 9, 5, 4, 3][N.min(6)],
+        ..Settings::default()
+    };
+    let wanted = ChoiceOptions {
+        cutoff: requested.cutoff,
+        points: requested.points,
+        escape: requested.escape.map(|margin| Escape::Slowed { margin }),
+        ..ChoiceOptions::default()
+    };
+    let choice = choose_with_table::<_, W, N, M, Z>(plant, (lower, upper), input, &wanted, &settings, progress)?;
+    settings.points = [choice.points; N];
+    let domain = Domain::new(lower, upper, choice.escape)?;
+    let target = TargetSystem::<1, Z>::bessel(choice.cutoff)?;
+    Ok(Chosen { settings, wanted, choice, domain, target })
+}
+
+type Design<W, const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z, W>;
+
+fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
+    plant: &Fixed<N, 0, 1>,
+    requested: &KklSpec,
+    cancel: &AtomicBool,
+) -> Result<(Design<W, N, Z>, DesignReport), NumericalKklError> {
+    let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
+    let made = chosen::<W, N, 0, Z>(plant, SVector::zeros(), requested, &mut on)?;
+    let Chosen { settings, wanted, choice, domain, target } = &made;
+    let design = Design::<W, N, Z>::with_table(plant, target, domain, SVector::zeros(), settings, &mut on)?;
+    let measured = &design.report;
+    let form = if requested.embedded { &measured.embedded } else { &measured.interpolated };
+    let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
+    let table = design.interpolated.map().inverse().spline();
+    if let Some(rank) = table.rank() {
+        numbers.push(number("largest rank of the table", rank as f64));
+        numbers.push(number("numbers in the table", table.numbers() as f64));
+        numbers.push(number("trajectories of the table", measured.trajectories as f64));
+    }
+    numbers.extend(errors(form));
+    let report = report(
+        "z' = D z + B y is made to tend to T(x) while x(t) stays in the region, where the estimation error is that of the left inverse. The errors are measured; nothing is proved of them.",
+        target,
+        numbers,
+        format!(
+            "errors measured at {} points that were not used in the fit{}",
+            form.samples,
+            explained(choice, wanted)
+        ),
+    );
+    Ok((design, report))
+}
+
+/// An observer for held inputs, with its report.
+type Held<const N: usize, const M: usize, const Z: usize, const ZM: usize> =
+    (Box<HeldInputs<N, M, 1, Z, ZM>>, DesignReport);
+
+fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
+    plant: &Fixed<N, M, 1>,
+    requested: &KklSpec,
+    cancel: &AtomicBool,
+) -> Result<Held<N, M, Z, ZM>, NumericalKklError> {
+    let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
+    let family: [(f64, f64); M] =
+        std::array::from_fn(|i| requested.inputs.get(i).copied().unwrap_or((f64::NAN, f64::NAN)));
+    let middle = SVector::from_fn(|i, _| 0.5 * (family[i].0 + family[i].1));
+    let mut made = chosen::<Spline<N, Z>, N, M, Z>(plant, middle, requested, &mut on)?;
+    let mut attempt = |made: &Chosen<N, Z>| {
+        let Chosen { settings, domain, target, .. } = made;
+        HeldInputDesign::<N, M, 1, Z, ZM>::new(plant, target, domain, (&family, requested.nodes), settings, &mut on)
+    };
+    let mut design = attempt(&made);
+    // A trajectory that is bounded at the middle input may be unbounded at another.
+    if let Err(NumericalKklError::HeldInput { error, .. }) = &design
+        && matches!(**error, NumericalKklError::Escapes { .. })
+        && requested.escape.is_none()
+        && made.choice.escape == Escape::Free
+    {
+        let escape = Escape::Slowed { margin: 1.0 };
+        made.domain = Domain::new((*made.domain.lower()).into(), (*made.domain.upper()).into(), escape)?;
+        made.choice.escape = escape;
+        design = attempt(&made);
+    }
+    let HeldInputDesign { observer, report: measured } = design?;
+    let Chosen { wanted, choice, target, .. } = &made;
+    let form = if requested.embedded { &measured.embedded } else { &measured.interpolated };
+    let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
+    numbers.push(number("inputs with a table", measured.tables as f64));
+    numbers.extend(errors(form));
+    let report = report(
+        "z' = D z + B y is made to tend to T(x, u) while x(t) stays in the region and the input is held at a value of its range, where the estimation error is that of the left inverse. The errors are measured; nothing is proved of them. After a jump of the input z - T(x, u) begins anew; while the input varies, the derivative of T by u times u' drives it; an input outside of its range is taken at the nearest end.",
+        target,
+        numbers,
+        format!(
+            "errors measured at {} pairs of state and input that were not used in the fit{}",
+            form.samples,
+            explained(choice, wanted)
+        ),
+    );
+    Ok((Box::new(if requested.embedded { observer.embedded() } else { observer }), report))
+}
+
+/// The numbers of every design.
+fn numbers(choice: &Choice, (horizon, table, residual): (f64, f64, f64)) -> Vec<NamedNumber> {
+    vec![
+        number("cutoff", choice.cutoff),
+        number("grid points per axis", choice.points as f64),
+        number("memory", horizon),
+        number("largest error of the table", table),
+        number("largest residual of dT/dx f = D T + B y", residual),
+    ]
+}
+
+fn errors<const N: usize>(form: &Errors<N>) -> Vec<NamedNumber> {
+    (0..N).map(|i| number(&format!("largest error of the left inverse, {}", Axis::State(i)), form.max[i])).collect()
+}
+
+fn report<const Z: usize>(
+    statement: &str,
+    target: &TargetSystem<1, Z>,
+    numbers: Vec<NamedNumber>,
+    evidence: String,
+) -> DesignReport {
+    DesignReport {
+        statement: Statement::of(statement),
+        matrices: Vec::new(),
+        poles: target.dynamics().complex_eigenvalues().iter().map(|pole| [pole.re, pole.im]).collect(),
+        numbers,
+        facts: Vec::new(),
+        verdict: DesignVerdict::MEASURED,
+        noise_deviation: Vec::new(),
+        evidence: Some(evidence),
+    }
+}
+
+/// What was chosen, why, and what the other candidates gave; nothing where the keys left nothing to choose.
+fn explained(choice: &Choice, wanted: &ChoiceOptions) -> String {
+    if choice.candidates.is_empty() && (wanted.escape.is_some() || choice.escape == Escape::Free) {
+        return String::new();
+    }
+    let mut chosen = Vec::new();
+    if wanted.cutoff.is_none() {
+        chosen.push(format!("cutoff = {}", significant(choice.cutoff, 4)));
+    }
+    if wanted.points.is_none() {
+        chosen.push(format!("points = {}", choice.points));
+    }
+    if wanted.escape.is_none() {
+        chosen.push(match choice.escape {
+            Escape::Slowed { margin } => {
+                format!("escape = {} (a trajectory is unbounded backward in time)", significant(margin, 4))
+            }
+            Escape::Free => "no escape".to_owned(),
+        });
+    }
+    if choice.candidates.is_empty() {
+        return format!(". Chosen: {}", chosen.join(", "));
+    }
+    let why = if choice.is_reached {
+        format!("the slowest filter with a root mean square error of at most {} half-widths", shortest(wanted.error))
+    } else {
+        format!("the smallest error: none of the designs reaches {} half-widths", shortest(wanted.error))
+    };
+    let tried = choice.candidates.iter().map(|candidate| {
+        let result = match &candidate.outcome {
+            Ok(error) => format!("error {}", significant(*error, 2)),
+            Err(NumericalKklError::Unresolved { .. }) => "refused (the table does not resolve T)".to_owned(),
+            Err(NumericalKklError::NotInjective { .. }) => "refused (two states with one image)".to_owned(),
+            Err(error) => format!("refused ({error})"),
+        };
+        format!("cutoff {} on {} points: {result}", significant(candidate.cutoff, 4), candidate.points)
+    });
+    let tried = tried.collect::<Vec<_>>().join("; ");
+    format!(". Chosen: {}, {why}. Coarse designs: {tried}", chosen.join(", "))
+}

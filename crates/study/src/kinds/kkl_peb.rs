@@ -1,0 +1,68 @@
+//! The [KKL+PEB] observer: a KKL observer whose Lambda has rows of zeros, with an estimator of the constant that they
+//! leave.
+
+use luenberger_design::Region;
+
+use super::declaration::{Declaration, PlantClass, Time, Tuning};
+use super::keys::{
+    ALPHA, B, BOUNDED, ESTIMATOR, KNOWN, LAMBDA, LEAKAGE, LEFT_INVERSE, MISSING, PHI, REGRESSOR, RESET, SIGNAL,
+    THETA_MIN, THETA_REGION, THETA_START, WINDOW,
+};
+use super::{Kind, ObserverKind, Plan, peb};
+use crate::design::{Designed, NoDesign};
+use crate::maps::PebSpec;
+use crate::read::{Given, Reader, maps};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "kkl-peb",
+    about: "[KKL+PEB] observer: a KKL observer whose Lambda has rows of zeros, with an estimator of the constant that they leave.",
+    source: "Yi, Ortega and Zhang 2018, eq. (15), Propositions 3, 6 and 7",
+    plant: PlantClass::Nonlinear(Time::OF_STATE),
+    keys: &[
+        PHI,
+        LAMBDA,
+        B,
+        LEFT_INVERSE,
+        BOUNDED,
+        SIGNAL,
+        KNOWN,
+        REGRESSOR,
+        MISSING,
+        THETA_REGION,
+        THETA_MIN,
+        THETA_START,
+        ALPHA,
+        ESTIMATOR,
+        LEAKAGE,
+        RESET,
+        WINDOW,
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::OfStudy(
+        "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md",
+    ),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    Some(KklPeb(maps::peb(given.node, given.plant, reader)?).into())
+}
+
+/// The observer with these maps, regression and estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KklPeb(pub PebSpec);
+
+impl Kind for KklPeb {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(peb::designed(plan.study, plan.requested, &self.0))
+    }
+
+    fn region_of_design(&self) -> Option<Region> {
+        Some(self.0.region.clone())
+    }
+}

@@ -1,0 +1,228 @@
+//! The moving-horizon estimator: the states of the last samples by least squares, with bounds.
+
+use std::sync::Arc;
+
+use luenberger_export::ExportableObserver;
+use luenberger_export::moving_horizon::{LONGEST_WINDOW, MovingHorizon};
+use luenberger_expression::ExpressionPlant;
+use luenberger_observers::{Horizon, MovingHorizonEstimator, NoiseModel, Prediction, SampledObserver};
+use luenberger_proof::wording::counted;
+use luenberger_sim::{AnyObserver, Replay};
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::filter::{self, STAGES};
+use super::keys::{P0, PERIOD, SUBSTEPS, V, W};
+use super::running::{Running, StepOf, sampled};
+use super::{Kind, ObserverKind, Plan};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{self, Context};
+use crate::deployment::{NonlinearStep, Refusal, filter_step};
+use crate::design::explain::Misfit;
+use crate::design::{Designed, NoDesign, matrix, number, uncertified};
+use crate::execute::filter::Filter;
+use crate::model::Model;
+use crate::read::region::bounds;
+use crate::read::tree::Node;
+use crate::read::{Given, Reader};
+use crate::results::{DesignReport, Statement};
+use crate::schema::{Type, optional};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "mhe",
+    about: "Moving-horizon estimator: the states of the last samples by least squares, with bounds, for a plant in continuous time with sampled measurements, or in discrete time.",
+    source: "Rao, Rawlings and Mayne 2003; Bell, Burke and Pillonetto 2009",
+    plant: PlantClass::Nonlinear(Time::ANY),
+    keys: &[
+        W,
+        V,
+        P0,
+        PERIOD,
+        SUBSTEPS,
+        optional("window", Type::Count(1), "Samples in the window, at most 32 (default 10)."),
+        optional(
+            "iterations",
+            Type::Count(1),
+            "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
+        ),
+        optional(
+            "state_bounds",
+            Type::Bounds,
+            "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
+        ),
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "mhe",
+        turn: 20,
+        tuning: "the covariances of extended-kalman, ten samples, and the region as bounds of the states",
+        source: "Rao, Rawlings and Mayne 2003",
+        character: "it solves a least-squares problem over the last samples and keeps its estimate within the region",
+        information: &[Information::Noise, Information::ProcessNoise, Information::FirstError, Information::Region],
+        keys: tuned,
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, size) = (given.node, given.size());
+    let filter = filter::read(given, reader);
+    let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
+    let horizon =
+        Horizon { window: count("window", HORIZON.window)?, iterations: count("iterations", HORIZON.iterations)? };
+    if let Some(entry) = node.entry("window").filter(|_| horizon.window > LONGEST_WINDOW) {
+        let message = format!("`window` is {}", horizon.window);
+        return reader.refuse(entry.node.span.clone(), message, format!("expected at most {LONGEST_WINDOW} samples"));
+    }
+    let bounds = match node.entry("state_bounds") {
+        Some(entry) => {
+            let bounds = bounds(&entry.node, "state_bounds", size.states, "state", reader)?;
+            if let Some(k) = bounds.iter().position(|(low, high)| low >= high) {
+                let message = format!("pair {} of `state_bounds` is from {} to {}", k + 1, bounds[k].0, bounds[k].1);
+                return reader.refuse(entry.node.span.clone(), message, "expected the lower bound below the upper one");
+            }
+            Some(bounds)
+        }
+        None => None,
+    };
+    let filter::Filter { w, v, p0, period, substeps, .. } = filter?;
+    Some(MovingHorizonSpec { w, v, p0, period, substeps, horizon, bounds }.into())
+}
+
+/// A moving-horizon estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingHorizonSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
+    pub substeps: Option<usize>,
+    /// Samples in the window, and Gauss-Newton steps at each.
+    pub horizon: Horizon,
+    /// Bounds of the states, if there are some; infinite ones are none.
+    pub bounds: Option<Vec<(f64, f64)>>,
+}
+
+/// The horizon, where none is given.
+const HORIZON: Horizon = Horizon { window: 10, iterations: 2 };
+
+impl MovingHorizonSpec {
+    /// The estimator for noise of intensity W and covariance V, with P(0) = I, a window of ten samples and no bounds.
+    pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
+        let p0 = DMatrix::identity(w.nrows(), w.nrows());
+        Self { w, v, p0, period, substeps: None, horizon: HORIZON, bounds: None }
+    }
+}
+
+impl Kind for MovingHorizonSpec {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        plan.has_period_of_plant(self.period, dt)?;
+        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.period)
+    }
+
+    fn substeps(&self) -> Option<usize> {
+        self.substeps
+    }
+
+    fn updates(&self) -> bool {
+        true
+    }
+
+    // With active bounds the interior-point method adds steps.
+    fn seconds_of_steps(&self, duration: f64) -> f64 {
+        let (n, horizon) = (self.w.nrows() as f64, self.horizon);
+        let passes = horizon.iterations as f64 + self.bounds.as_ref().map_or(0.0, |_| 30.0);
+        let stage = (STAGES + 8.0) * n * n * n;
+        duration / self.period * passes * horizon.window as f64 * stage * 8e-9
+    }
+
+    fn has_shorter_steps(&self) -> bool {
+        true
+    }
+}
+
+/// The estimator of a plant in continuous or in discrete time.
+fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> Result<Designed, Misfit> {
+    let MovingHorizonSpec { w, v, p0, period, horizon, bounds, .. } = spec;
+    let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
+    let mut estimator =
+        MovingHorizonEstimator::discrete(model.clone(), noises, *horizon, *period)?.with_prediction(prediction)?;
+    let mut bounded = String::new();
+    if let Some(bounds) = bounds {
+        let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
+        estimator = estimator.with_bounds(DVector::from_vec(lower), DVector::from_vec(upper))?;
+        " The estimates at the samples stay within the bounds of the states.".clone_into(&mut bounded);
+    }
+    let report = DesignReport {
+        statement: Statement::of(format!(
+            "One measurement every {period}; the states of the last {} by least squares, {} at each.{bounded}",
+            counted(horizon.window, "sample"),
+            counted(horizon.iterations, "Gauss-Newton step")
+        )),
+        matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+        numbers: vec![
+            number("period", *period),
+            number("window", horizon.window as f64),
+            number("iterations", horizon.iterations as f64),
+        ],
+        ..uncertified("no theorem of stability")
+    };
+    Ok(Designed::new(estimator.into(), report, None))
+}
+
+impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_WINDOW> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    // As a filter it also records its covariance. Rows that measure nothing are no samples of the window.
+    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        let filter = self.clone();
+        replay.filter(name, filter.clone().with_joined_predictions().unwrap_or(filter), initial)
+    }
+
+    fn filter(&self) -> Option<&dyn Filter> {
+        Some(self)
+    }
+
+    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+        let (noises, period) = (self.noise_model(), SampledObserver::<f64>::period(self));
+        let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
+            let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };
+            let estimator = MovingHorizon::discrete(plant, noises, self.horizon(), period)?;
+            match self.bounds() {
+                Some((lower, upper)) => estimator.with_bounds(lower.clone(), upper.clone()),
+                None => Ok(estimator),
+            }
+        };
+        let statement = "there is no theorem for this moving-horizon estimator.";
+        let made_of = |estimator| NonlinearStep::uncertified(ExportableObserver::MovingHorizon(estimator), statement);
+        let with = |estimator: &MovingHorizon<f64>, prediction| estimator.clone().with_prediction(prediction);
+        filter_step(of, (self.prediction(), &noises.w), (made, with, made_of))
+    }
+}
+
+/// A filter over a window, with the region as bounds of the states.
+fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    let mut keys = tuning::filter(context)?;
+    keys.push(("state_bounds", Value::pairs(context.information.region.states())));
+    Ok(vec![keys])
+}

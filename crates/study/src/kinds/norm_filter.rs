@@ -1,0 +1,221 @@
+//! H-infinity and H2 filters, for the plant and for its sampled form: the kinds `h-infinity` and `h2`.
+
+use luenberger_design::{
+    DesignError, DiscreteDesign, GainOptions, GeneralizedPlant, LinearDesign, NormFilterDesign, NormTarget,
+    OperatingPoint, SystemNorm, TimeDomain,
+};
+use luenberger_linalg::zero_order_hold;
+use luenberger_plants::StateSpace;
+use luenberger_proof::wording::counted;
+use nalgebra::DMatrix;
+
+use super::declaration::Declaration;
+use super::running::Runnable;
+use super::{Kind, ObserverKind, Plan, Sampling, h_infinity, h2};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{Context, linear as is_linear, noisy, process_noise, short};
+use crate::deployment::{SampledDesign, around};
+use crate::design::explain::Misfit;
+use crate::design::linear::measurement;
+use crate::design::noise_gain::NoiseGain;
+use crate::design::{
+    Designed, NoDesign, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of, upper_bound,
+};
+use crate::read::gain::{alternatives, this_gain};
+use crate::read::{Given, Reader};
+use crate::results::{DesignReport, FailureReport};
+use crate::study::Study;
+
+pub(super) fn read(given: &Given<'_>, norm: SystemNorm, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, size) = (given.node, given.size());
+    let (n, p) = (size.states, size.outputs);
+    let of_states = format!("the plant has {}", counted(n, "state"));
+    let e = reader.matrix(node.get("e")?, "e", (Some(n), None), &of_states);
+    let q = e.as_ref().map(DMatrix::ncols);
+    let columns = q.map_or_else(String::new, |q| format!(" and `e` {}", counted(q, "column")));
+    let of_outputs = format!("the plant has {}{columns}", counted(p, "output"));
+    let d = reader.matrix(node.get("d")?, "d", (Some(p), q), &of_outputs);
+    let h = match node.get("h") {
+        Some(h) => reader.matrix(h, "h", (None, Some(n)), &of_states),
+        None => Some(DMatrix::identity(n, n)),
+    };
+    alternatives(node, &["gamma", "gain"], false, reader)?;
+    let goal = match (node.get("gamma"), node.get("gain")) {
+        (Some(gamma), _) => Some(NormTarget::Below(gamma.number()?)),
+        (None, Some(gain)) => this_gain(gain, size, reader).map(NormTarget::OfGain),
+        (None, None) => Some(NormTarget::Least),
+    };
+    let performance = GeneralizedPlant { e: e?, d: d?, h: h? };
+    Some(NormFilterSpec { norm, performance, goal: goal? }.into())
+}
+
+/// An H-infinity or H2 filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NormFilterSpec {
+    /// The norm.
+    pub norm: luenberger_design::SystemNorm,
+    /// What acts on the plant, and the errors that count.
+    pub performance: luenberger_design::GeneralizedPlant,
+    /// The least norm, a bound, or a given gain.
+    pub goal: luenberger_design::NormTarget,
+}
+
+impl Kind for NormFilterSpec {
+    fn declaration(&self) -> &'static Declaration {
+        match self.norm {
+            SystemNorm::HInfinity => &h_infinity::DECLARATION,
+            SystemNorm::H2 => &h2::DECLARATION,
+        }
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        let designed = designed(plan.study, &plant, self, None, &plan.options());
+        plan.at_point(designed.map(|designed| plan.in_loop(&plant, designed)))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        let designed = designed(plan.study, &plant, self, Some(dt), &plan.options());
+        plan.explained(designed.map(|designed| plan.in_loop(&plant, designed)))
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        let (study, options) = (of.plan.study, of.plan.options());
+        let in_words = |design: Result<DiscreteDesign, DesignError>| {
+            design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
+        };
+        Some(of.named(|| match (study.plant.model.linear(), study.plant.dt, &study.operating_point) {
+            (Some(plant), Some(dt), _) => in_words(in_discrete_time(&plant, self, dt, &options)),
+            (Some(plant), None, _) => in_words(held(&plant, self, of.period, &options)),
+            (None, None, Some(point)) => self.around(of, point, &options),
+            (None, ..) => Err(format!("the kind {} needs a linear plant", self.declaration().name)),
+        }))
+    }
+
+    fn poses_inequality(&self) -> bool {
+        true
+    }
+
+    fn remark_of_export(&self, study: &Study, _is_certified: bool) -> Option<String> {
+        let is_designed = study.plant.dt.is_none() && !matches!(self.goal, NormTarget::OfGain(_));
+        is_designed.then(|| {
+            format!(
+                "The gain is that of the {} filter of the sampled plant, disturbances and noise held over the period. The bound of the norm is not in the certificate.",
+                self.norm.name()
+            )
+        })
+    }
+}
+
+impl NormFilterSpec {
+    fn around(
+        &self,
+        of: &Sampling<'_>,
+        point: &OperatingPoint,
+        options: &GainOptions,
+    ) -> Result<SampledDesign, String> {
+        around(held(&point.linear, self, of.period, options), point, (of.period, &of.plan.reading()))
+    }
+}
+
+/// The filter of a plant in continuous time, or in discrete time with this period.
+fn designed(
+    study: &Study,
+    plant: &StateSpace,
+    spec: &NormFilterSpec,
+    dt: Option<f64>,
+    options: &GainOptions,
+) -> Result<Designed, Misfit> {
+    let time = if dt.is_some() { TimeDomain::Discrete } else { TimeDomain::Continuous };
+    let design = NormFilterDesign::new(plant, time, spec.norm, &spec.performance, &spec.goal, options)?;
+    let name = spec.norm.name();
+    let largest = |f: fn(f64, f64) -> f64| {
+        let each = design.poles.iter().map(|pole| f(pole.re, pole.im));
+        each.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let (runnable, decay, speed) = match dt {
+        None => {
+            let rate = -largest(|re, _| re);
+            (Runnable::from(design.observer()?), asymptotic_rate(rate), number("decay rate", rate))
+        }
+        Some(dt) => {
+            let radius = largest(f64::hypot);
+            let runnable = design.discrete_observer(dt)?.into();
+            (runnable, asymptotic_factor(radius), number("largest modulus of a pole", radius))
+        }
+    };
+    let mut numbers = vec![speed, upper_bound("gamma", design.gamma), number(&format!("{name} norm"), design.norm)];
+    numbers.extend(design.least.map(|least| number(&format!("least {name} norm"), least)));
+    numbers.extend(design.found.map(|found| number(&format!("least {name} norm found"), found)));
+    numbers.extend(design.frequency.map(|frequency| number("frequency of the peak", frequency)));
+    let mut noise = NoiseGain::default();
+    if dt.is_none() {
+        noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.l, Some(&design.poles));
+        numbers.extend(noise.numbers());
+    }
+    let report = DesignReport {
+        statement: proved_of(&design.certificate, &study.plant.reading()).remark(measurement(plant)).remark(decay),
+        matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
+        poles: poles(&design.poles),
+        numbers,
+        noise_deviation: noise.deviation,
+        ..certified(&design.certificate, &[])
+    };
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
+}
+
+/// The filter of the sampled plant, its input and w held over the period h. For H2, w has the covariance `I/h`, which
+/// approaches white noise of unit intensity. A given gain keeps its poles, `exp(h s)`.
+fn held(
+    plant: &StateSpace,
+    spec: &NormFilterSpec,
+    h: f64,
+    options: &GainOptions,
+) -> Result<DiscreteDesign, DesignError> {
+    if let NormTarget::OfGain(l) = &spec.goal {
+        return DiscreteDesign::sampled(&LinearDesign::with_gain(plant, l)?, h);
+    }
+    let of = &spec.performance;
+    let input = zero_order_hold(&plant.a, &plant.b, h)?;
+    let acting = zero_order_hold(&plant.a, &of.e, h)?;
+    let mut held = StateSpace::new(input.ad, input.bd, plant.c.clone())?;
+    if let Some(d) = &plant.d {
+        held = held.with_feedthrough(d.clone())?;
+    }
+    let size = match spec.norm {
+        SystemNorm::HInfinity => 1.0,
+        SystemNorm::H2 => 1.0 / h.sqrt(),
+    };
+    let of = GeneralizedPlant { e: acting.bd * size, d: &of.d * size, h: of.h.clone() };
+    let design = NormFilterDesign::new(&held, TimeDomain::Discrete, spec.norm, &of, &spec.goal, options)?;
+    DiscreteDesign::with_gain(&held, h, &design.l)
+}
+
+/// The filter of a plant in discrete time, as the exported observer.
+fn in_discrete_time(
+    plant: &StateSpace,
+    spec: &NormFilterSpec,
+    dt: f64,
+    options: &GainOptions,
+) -> Result<DiscreteDesign, DesignError> {
+    let design = NormFilterDesign::new(plant, TimeDomain::Discrete, spec.norm, &spec.performance, &spec.goal, options)?;
+    DiscreteDesign::with_gain(plant, dt, &design.l)
+}
+
+/// Process noise and measurement noise as one w of unit intensity, and errors in units of the scale.
+pub(super) fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    is_linear(context)?;
+    noisy(context)?;
+    let information = context.information;
+    let eigen = process_noise(context)?.symmetric_eigen();
+    let root = DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
+    let entering = &eigen.eigenvectors * root * eigen.eigenvectors.transpose();
+    let (n, p) = (entering.nrows(), information.noise.len());
+    let of_sample = context.study.plant.dt.is_some();
+    let deviation = |j: usize| if of_sample { information.noise[j] } else { information.intensity[j].sqrt() };
+    let e = DMatrix::from_fn(n, n + p, |i, j| if j < n { short(entering[(i, j)]) } else { 0.0 });
+    let d = DMatrix::from_fn(p, n + p, |i, j| if j == n + i { deviation(i) } else { 0.0 });
+    let h = DMatrix::from_fn(n, n, |i, j| if i == j { short(1.0 / information.scale[i]) } else { 0.0 });
+    Ok(vec![vec![("e", Value::rows(&e)), ("d", Value::rows(&d)), ("h", Value::rows(&h))]])
+}

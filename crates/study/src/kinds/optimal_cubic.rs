@@ -1,0 +1,257 @@
+//! The cubic observer of least cost, beside the linear optimum.
+
+use luenberger_design::{DiscreteDesign, EstimationProblem, OptimalCubicDesign, SampledCubicDesign};
+use luenberger_plants::StateSpace;
+use luenberger_proof::wording::{counted, significant};
+use nalgebra::DMatrix;
+
+use super::cubic;
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::keys::ERROR_BOUNDS;
+use super::{Kind, ObserverKind, Plan, Sampling};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{
+    Context, continuous as in_continuous_time, linear as is_linear, noisy, process_noise, short,
+};
+use crate::deployment::SampledDesign;
+use crate::design::explain::Misfit;
+use crate::design::linear::linear_report;
+use crate::design::{Designed, NoDesign, matrix, number};
+use crate::execute::estimate;
+use crate::read::tree::Node;
+use crate::read::{Given, Reader, check};
+use crate::results::{FailureReport, Statement};
+use crate::schema::{Range, Type, optional, required};
+use crate::study::Study;
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "optimal-cubic",
+    about: "Cubic observer whose gains L, N and theta have the least cost for given noise and first errors, found by a search from the linear optimum, for linear plants.",
+    source: "open problem of Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md",
+    plant: PlantClass::Linear(Time::CONTINUOUS),
+    keys: &[
+        required(
+            "first_errors",
+            Type::Numbers(Range::Positive),
+            "Semi-axes of the ellipsoid of first errors x(0) - xhat(0), n numbers.",
+        ),
+        optional(
+            "horizon",
+            Type::Number(Range::Positive),
+            "Time of operation that follows a first error: the factor of the error under noise in the cost (default: the duration of the simulation).",
+        ),
+        optional(
+            "noise_deviation",
+            Type::Numbers(Range::Positive),
+            "Standard deviations of the measurement noise, p numbers, of a normal distribution (default: the noise of the simulation, with its distribution).",
+        ),
+        optional(
+            "noise_period",
+            Type::Number(Range::Positive),
+            "Time for which each value of the noise is held (default: that of the simulation).",
+        ),
+        optional("process_noise", Type::Weight, "Intensity of the process noise, n x n, per unit of time (default 0)."),
+        optional(
+            "weight",
+            Type::Weight,
+            "T of e'Te in the cost, n x n (default: each error in units of its first error).",
+        ),
+        ERROR_BOUNDS,
+    ],
+    read,
+    takes_long: true,
+    tuning: Tuning::Rules(&[Rule {
+        name: "optimal-cubic",
+        turn: 8,
+        tuning: "the least cost for the intensities of process and measurement noise and first errors of the given size, each error in units of its scale, over the duration of the simulation",
+        source: "docs/theory-cubic.md",
+        character: "its gains L and N have the least cost that a search finds, and it is linear where no cubic term pays",
+        information: &[Information::Noise, Information::ProcessNoise, Information::FirstError],
+        keys: tuned,
+    }]),
+};
+
+/// The noise of a simulation: standard deviations, whether it is uniform, and the time for which a value is held.
+struct Simulated {
+    deviations: Vec<f64>,
+    is_uniform: bool,
+    period: f64,
+}
+
+/// The problem of the observer `node`; what it does not say is that of `root`'s simulation.
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, root, size) = (given.node, given.root, given.size());
+    let (n, p) = (size.states, size.outputs);
+    let of_states = format!("the plant has {}", counted(n, "state"));
+    let first_errors = reader.numbers(node.get("first_errors")?, "first_errors", n, "state");
+    let simulation = root.get("simulation");
+    let horizon = node.get("horizon").or_else(|| simulation?.get("duration"));
+    if horizon.is_none() {
+        let message = "there is no simulation whose duration could be the horizon";
+        reader.absent(check::head(node), message, "expected `horizon`, the time of operation after a first error");
+    }
+    let simulated = simulation.and_then(|simulation| simulated(simulation, p));
+    let (noise, is_uniform) = match (node.get("noise_deviation"), &simulated) {
+        (Some(given), _) => (reader.numbers(given, "noise_deviation", p, "output"), false),
+        (None, Some(simulated)) => (Some(simulated.deviations.clone()), simulated.is_uniform),
+        (None, None) => {
+            let message = "no noise is given for every output, and without noise no gain is too large";
+            let expected = "expected `noise_deviation`, or a [simulation] with `noise` on every output";
+            reader.absent(check::head(node), message, expected);
+            (None, false)
+        }
+    };
+    let period = match (node.get("noise_period"), &simulated) {
+        (Some(period), _) => period.number(),
+        (None, Some(simulated)) => Some(simulated.period),
+        (None, None) => {
+            let message = "the time for which a value of the noise is held is not given";
+            reader.absent(check::head(node), message, "expected `noise_period` with `noise_deviation`");
+            None
+        }
+    };
+    let process = match node.get("process_noise") {
+        Some(process) => semidefinite(process, "process_noise", n, &of_states, reader),
+        None => Some(DMatrix::zeros(n, n)),
+    };
+    let weight = node.given("weight", |weight| semidefinite(weight, "weight", n, &of_states, reader))?;
+    if let Some(zero) = weight.as_ref().filter(|weight| weight.amax() == 0.0) {
+        let message = format!("`weight` is 0, {} x {}", zero.nrows(), zero.ncols());
+        return reader.refuse(node.get("weight")?.span.clone(), message, "expected a weight that counts some error");
+    }
+    let problem = EstimationProblem::new(&first_errors?, &noise?, period?, horizon?.number()?);
+    let weight = weight.unwrap_or_else(|| problem.weight.clone());
+    let problem = EstimationProblem { is_uniform, process: process?, weight, ..problem };
+    Some(OptimalCubic(problem).into())
+}
+
+/// A matrix that is symmetric and positive semidefinite.
+fn semidefinite(node: &Node, name: &str, n: usize, why: &str, reader: &mut Reader) -> Option<DMatrix<f64>> {
+    let matrix = reader.weight(node, name, n, why)?;
+    let least =
+        luenberger_linalg::symmetric(name_of(name), &matrix).ok().and_then(|m| luenberger_linalg::lambda_min(&m).ok());
+    match least {
+        Some(least) if least >= -(n as f64) * f64::EPSILON * matrix.norm() => Some(matrix),
+        Some(least) => {
+            let message = format!("`{name}` has the eigenvalue {}", luenberger_proof::wording::significant(least, 4));
+            reader.refuse(node.span.clone(), message, "expected a positive semidefinite matrix")
+        }
+        None => reader.refuse(node.span.clone(), format!("`{name}` is not symmetric"), "expected a symmetric matrix"),
+    }
+}
+
+/// What an error calls the matrix.
+fn name_of(name: &str) -> &'static str {
+    if name == "weight" { "T" } else { "W" }
+}
+
+/// The noise of the simulation, if every output has some.
+fn simulated(simulation: &Node, outputs: usize) -> Option<Simulated> {
+    let noise = simulation.get("noise")?;
+    let amplitude = noise.get("amplitude")?.numbers()?;
+    if amplitude.len() != outputs || amplitude.iter().any(|amplitude| *amplitude <= 0.0) {
+        return None;
+    }
+    let is_uniform = noise.get("distribution").and_then(Node::text) == Some("uniform");
+    let unit = if is_uniform { 3.0_f64.sqrt() } else { 1.0 };
+    let deviations = amplitude.iter().map(|amplitude| amplitude / unit).collect();
+    Some(Simulated { deviations, is_uniform, period: noise.get("period")?.number()? })
+}
+
+/// The cubic observer that is optimal for this problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OptimalCubic(pub EstimationProblem);
+
+impl Kind for OptimalCubic {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.explained(designed(plan, &plant, &self.0))
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        let plant = of.plan.study.plant.model.linear()?;
+        let design = || {
+            let found = match of.designed.and_then(|designed| designed.optimal.as_deref()) {
+                Some(found) => found,
+                None => &OptimalCubicDesign::new(&plant, &self.0, of.plan.end)?,
+            };
+            Ok::<_, luenberger_design::DesignError>(match &found.cubic {
+                Some(cubic) => {
+                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, of.period)?;
+                    SampledDesign::Cubic(Box::new(design))
+                }
+                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, of.period)?)),
+            })
+        };
+        Some(of.named(|| design().map_err(|error| error.to_string())))
+    }
+
+    // Evaluations of the cost, each of up to 20000 periods of the noise.
+    fn seconds(&self, study: &Study) -> f64 {
+        let n = study.plant.states.len() as f64;
+        1e-3 * n * n * 300.0 * estimate::unknowns(study)
+    }
+}
+
+fn designed(plan: &Plan<'_>, plant: &StateSpace, problem: &EstimationProblem) -> Result<Designed, Misfit> {
+    let (study, bounds) = (plan.study, plan.requested.bounds.as_ref());
+    let found = OptimalCubicDesign::new(plant, problem, plan.end)?;
+    let mut designed = match &found.cubic {
+        Some(cubic) => cubic::report(study, plant, (&found.linear, cubic), bounds)?,
+        None => linear_report(study, plant, &found.linear, bounds)?,
+    };
+    let (cost, linear) = (found.cost, found.linear_cost);
+    let comparison = match &found.cubic {
+        Some(_) => format!(
+            "Its cost J is {}, that of the linear optimum {}: {} % less.",
+            significant(cost.total, 4),
+            significant(linear.total, 4),
+            significant(100.0 * found.cost_reduction(), 3)
+        ),
+        None => format!(
+            "The cubic term does not pay: no cubic observer was found whose cost J is less than that of the linear optimum, {}, by a thousandth. This is the linear optimum.",
+            significant(linear.total, 4)
+        ),
+    };
+    let report = &mut designed.report;
+    report.statement = Statement::of(comparison).and(&report.statement);
+    if found.cubic.is_some() {
+        report.matrices.push(matrix("L of the linear optimum", &found.linear_gain));
+    }
+    report.numbers.extend([
+        number("cost J", cost.total),
+        number("cost J: first errors", cost.transient),
+        number("cost J: noise", cost.total - cost.transient),
+        number("cost J of the linear optimum", linear.total),
+        number("cost J of the linear optimum: first errors", linear.transient),
+        number("cost J of the linear optimum: noise", linear.total - linear.transient),
+        number("cost J of the Kalman gain", found.kalman_cost.total),
+        number("cubic observers evaluated", found.evaluations as f64),
+    ]);
+    designed.optimal = Some(Box::new(found));
+    Ok(designed)
+}
+
+/// Semi-axes of the ellipsoid whose points have the standard deviations of the first error, `sqrt(n)` of them.
+fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    in_continuous_time(context)?;
+    is_linear(context)?;
+    noisy(context)?;
+    let information = context.information;
+    let axes = (information.first_error.len() as f64).sqrt();
+    // Outputs whose noise is held for a longer time have the same intensity here.
+    let deviations = information.intensity.iter().map(|intensity| short((intensity / information.held).sqrt()));
+    let weight = information.scale.iter().map(|scale| short(1.0 / (scale * scale)));
+    Ok(vec![vec![
+        ("first_errors", Value::numbers(information.first_error.iter().map(|deviation| short(axes * deviation)))),
+        ("noise_deviation", Value::numbers(deviations)),
+        ("noise_period", Value::Number(information.held)),
+        ("process_noise", Value::weight(&process_noise(context)?)),
+        ("weight", Value::numbers(weight)),
+    ]])
+}

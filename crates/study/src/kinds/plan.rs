@@ -1,0 +1,136 @@
+//! What the design of an observer is given.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use luenberger_design::{GainOptions, NumericalKklError};
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
+use luenberger_proof::wording::shortest;
+
+use crate::design::explain::{self, Misfit};
+use crate::design::{Advice, Designed, NoDesign, feedback, operating_point, other_kinds};
+use crate::kinds::PlantClass;
+use crate::results::{FailureReport, Proposal};
+use crate::study::{ObserverSpec, Study};
+
+/// The study and its observer that is designed.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// The observer.
+    pub requested: &'a ObserverSpec,
+    pub(crate) cancel: &'a AtomicBool,
+    pub(crate) end: Option<Instant>,
+}
+
+impl<'a> Plan<'a> {
+    /// The design of the observer.
+    pub(crate) fn design(&self) -> Result<Designed, NoDesign> {
+        let kind = &self.requested.kind;
+        let time = kind.declaration().plant.time();
+        match self.study.plant.dt {
+            Some(dt) if !time.discrete => Err(self.only_in_continuous_time(dt)),
+            Some(dt) => kind.design_in_discrete_time(self, dt),
+            None if !time.feedthrough => {
+                explain::output_of_the_state(self.study, self.requested)?;
+                kind.design(self)
+            }
+            None => kind.design(self),
+        }
+    }
+
+    /// The refusal of a plant in discrete time.
+    pub fn only_in_continuous_time(&self, dt: f64) -> NoDesign {
+        let kind = self.requested.kind.name();
+        let hypothesis = format!("the kind {kind} is for plants in continuous time, and this one has dt = {dt}");
+        explain::failure(self.requested, hypothesis, other_kinds(self.study, self.requested)).into()
+    }
+
+    /// That the period of the observer is that of the plant.
+    ///
+    /// # Errors
+    /// [`NoDesign::Misfit`] if it is another.
+    pub fn has_period_of_plant(&self, period: f64, dt: f64) -> Result<(), NoDesign> {
+        if (period - dt).abs() <= 1e-9 * dt {
+            return Ok(());
+        }
+        let hypothesis = format!("period = {period}, and the plant is in discrete time with dt = {dt}");
+        let same = Proposal::keys([format!("period = {}", shortest(dt))], &["period"], "that of the plant");
+        Err(explain::failure(self.requested, hypothesis, Advice::of([same])).into())
+    }
+
+    /// The options of a gain by a matrix inequality.
+    pub fn options(&self) -> GainOptions {
+        self.requested.limits.options(self.study.solver, self.end)
+    }
+
+    /// What certificates call the plant.
+    pub fn reading(&self) -> Reading<'a> {
+        self.study.plant.reading()
+    }
+
+    /// The linear plant; of a kind that takes an operating point, the linearisation there.
+    ///
+    /// # Errors
+    /// [`NoDesign::Misfit`] for another plant.
+    pub fn linear(&self) -> Result<StateSpace, NoDesign> {
+        let of_point = match self.requested.kind.declaration().plant {
+            PlantClass::AtPoint(_) if self.study.plant.dt.is_none() => self.study.operating_point.as_ref(),
+            _ => None,
+        };
+        let plant = self.study.plant.model.linear().or_else(|| of_point.map(|point| point.linear.clone()));
+        plant.ok_or_else(|| explain::not_linear(self.study, self.requested).into())
+    }
+
+    /// The design, run in deviations from the operating point if the plant is the linearisation there.
+    pub(crate) fn at_point(&self, designed: Result<Designed, Misfit>) -> Result<Designed, NoDesign> {
+        let shifted = designed.and_then(|designed| match &self.study.operating_point {
+            Some(point) if self.study.plant.model.linear().is_none() => {
+                operating_point::shifted(self.study, designed, point)
+            }
+            _ => Ok(designed),
+        });
+        self.explained(shifted)
+    }
+
+    /// With what is proved of the loop in which the study feeds the estimate back, of an observer with the gain L.
+    pub(crate) fn in_loop(&self, plant: &StateSpace, designed: Designed) -> Designed {
+        match designed.runnable.gain_of_loop() {
+            Some(l) => feedback::linear(self.study, self.requested, plant, &l, designed),
+            None => designed,
+        }
+    }
+
+    /// The design, or the diagnosis.
+    pub(crate) fn explained<T>(&self, designed: Result<T, Misfit>) -> Result<T, NoDesign> {
+        designed.map_err(|misfit| match misfit {
+            Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
+            misfit => explain::misfit(self.study, self.requested, &misfit).into(),
+        })
+    }
+
+    /// A refusal with this hypothesis.
+    pub(crate) fn refused(&self, hypothesis: String) -> FailureReport {
+        FailureReport::new(hypothesis, self.requested.place.line)
+    }
+}
+
+/// The observer whose step for each sample is designed.
+#[derive(Debug, Clone, Copy)]
+pub struct Sampling<'a> {
+    /// The study and its observer.
+    pub plan: Plan<'a>,
+    /// The sampling period.
+    pub period: f64,
+    /// The design of the study, if there is one already.
+    pub designed: Option<&'a Designed>,
+}
+
+impl Sampling<'_> {
+    /// A refusal in these words, from a closure with the names of the study.
+    pub(crate) fn named<T>(&self, make: impl FnOnce() -> Result<T, String>) -> Result<T, FailureReport> {
+        self.plan.study.plant.names().with(make).map_err(|why| self.plan.refused(why))
+    }
+}

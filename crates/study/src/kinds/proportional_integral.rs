@@ -1,0 +1,60 @@
+//! The proportional-integral observer: the state and a constant or slowly varying disturbance.
+
+use super::ObserverKind;
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::disturbance;
+use super::keys::{DECAY, ERROR_BOUNDS, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{Context, disturbance as unknown, poles as tuned_poles};
+use crate::read::{Given, Reader};
+use crate::schema::{Range, Type, optional};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "proportional-integral",
+    about: "Observer of the state and of a constant or slowly varying disturbance d, x' = A x + B u + E d, for linear plants. Poles and gains are those of the plant with d among its states, n + q of them.",
+    source: "open problem of Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978",
+    plant: PlantClass::Linear(Time::CONTINUOUS),
+    keys: &[
+        UNKNOWN,
+        optional(
+            "rate",
+            Type::Numbers(Range::NotNegative),
+            "Bounds of |d'|, q numbers, for the bound of the error (default 0: constant).",
+        ),
+        POLES,
+        DECAY,
+        LMI,
+        KALMAN,
+        GAIN,
+        RHO,
+        Q,
+        MAX_GAIN,
+        NOISE,
+        THETA,
+        GAMMA,
+        ERROR_BOUNDS,
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "proportional-integral",
+        turn: 10,
+        tuning: "as luenberger, with the disturbance among the modes that become Bessel poles",
+        source: "luenberger poles --pattern bessel",
+        character: "it estimates the disturbance with the state, which costs noise where there is no disturbance",
+        information: &[Information::Settling, Information::Disturbance],
+        keys: tuned,
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    disturbance::read(given, false, reader)
+}
+
+fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    let e = unknown(context)?;
+    let mut keys = vec![("e", Value::rows(e))];
+    keys.extend(tuned_poles(context, e.ncols())?);
+    Ok(vec![keys])
+}

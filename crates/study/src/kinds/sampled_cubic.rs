@@ -1,0 +1,384 @@
+//! The sampled cubic observer, stable at every sampling period, and the same at varying periods.
+
+use std::sync::Arc;
+
+use luenberger_design::{CubicGain, DesignError, OperatingPoint, Periods, SampledCubicDesign, VaryingPeriodDesign};
+use luenberger_live as live;
+use luenberger_observers::{DeviationObserver, SampledCubicObserver, VaryingPeriodObserver};
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::{MOST_MISSES, Reading, Theorem};
+use luenberger_proof::wording::significant;
+use luenberger_sim::{AnyObserver, Replay, SampleTimes, Scenario};
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use super::cubic::at_point_refusal;
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::keys::{DECAY, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, PERIOD, POLES, Q, RHO, THETA};
+use super::running::{At, Runnable, Running, StepOf, continuous, sampled};
+use super::{Kind, ObserverKind, Plan, Sampling};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{CUBIC_SHARE, Context, poles as tuned_poles, short, unit_strength};
+use crate::deployment::{NonlinearStep, Refusal, SampledDesign};
+use crate::design::explain::{self, Misfit};
+use crate::design::linear::{self, measurement};
+use crate::design::operating_point::{at, page_point};
+use crate::design::{
+    Advice, Designed, NoDesign, certified, discrete, facts, matrix, number, poles, proved_of, upper_bound,
+};
+use crate::read::gain::{alternatives, general, theta};
+use crate::read::region::bound;
+use crate::read::tree::Node;
+use crate::read::{Given, Reader, gain};
+use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
+use crate::schema::{Range, Type, optional};
+use crate::study::{LinearSpec, SamplingSpec, Study};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "sampled-cubic",
+    about: "Sampled cubic observer, stable at every sampling period, for linear plants.",
+    source: "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md",
+    plant: PlantClass::AtPoint(Time::ANY),
+    keys: &[
+        POLES,
+        DECAY,
+        LMI,
+        KALMAN,
+        GAIN,
+        RHO,
+        Q,
+        MAX_GAIN,
+        NOISE,
+        THETA,
+        optional(
+            "gamma",
+            Type::Number(Range::Positive),
+            "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted and s.",
+        ),
+        optional(
+            "weighted",
+            Type::Number(Range::Positive),
+            "gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.",
+        ),
+        optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step."),
+        PERIOD,
+        optional(
+            "jitter",
+            Type::Bound,
+            "Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws the periods between them (default: the period only).",
+        ),
+        optional(
+            "misses",
+            Type::Count(0),
+            "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
+        ),
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "sampled-cubic",
+        turn: 7,
+        tuning: "the poles of luenberger, and the strength at which an output error of one standard deviation adds an eighth to L",
+        source: "docs/cubic-or-linear.md, rule 1",
+        character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
+        information: &[Information::Settling, Information::Noise],
+        keys: |context| Ok(vec![tuned(context)?]),
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, size) = (given.node, given.size());
+    let linear = gain::linear(node, size, reader);
+    let theta = theta(node, size.outputs, reader);
+    let correction = correction(node, size.outputs, reader);
+    let period = node.get("period")?.number()?;
+    let varying = match node.get("jitter").or_else(|| node.get("misses")) {
+        Some(_) => Some(periods(node, period, reader)?).filter(|periods| !periods.is_constant()),
+        None => None,
+    };
+    Some(SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }.into())
+}
+
+/// N, where `gamma` is the strength of a radial gain.
+fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
+    alternatives(node, &["gamma", "weighted", "s"], true, reader)?;
+    if let Some(w) = node.get("gamma") {
+        return Some(CubicGain::Radial(w.number()?));
+    }
+    if let Some(gamma) = node.get("weighted") {
+        return Some(CubicGain::Gamma(gamma.number()?));
+    }
+    general(node, p, reader)
+}
+
+/// `jitter` and `misses`.
+fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Periods> {
+    let misses = match node.get("misses") {
+        Some(misses) => misses.count()?,
+        None => 0,
+    };
+    if misses > MOST_MISSES {
+        let span = node.get("misses")?.span.clone();
+        return reader.refuse(span, format!("`misses` is {misses}"), format!("expected at most {MOST_MISSES}"));
+    }
+    let Some(jitter) = node.get("jitter") else {
+        return Some(Periods { shortest: period, longest: period, misses });
+    };
+    let (shortest, longest) = bound(jitter)?;
+    if !(shortest > 0.0 && shortest <= period && period <= longest && longest.is_finite()) {
+        let message = format!("`jitter` is from {shortest} to {longest}, and `period` is {period}");
+        return reader.refuse(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
+    }
+    Some(Periods { shortest, longest, misses })
+}
+
+/// A sampled cubic observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SampledCubic {
+    /// Its linear part.
+    pub linear: LinearSpec,
+    /// theta, p x p.
+    pub theta: DMatrix<f64>,
+    /// The gain of its cubic term: radial ones are in closed form, others take a semi-implicit step.
+    pub correction: CubicGain,
+    /// The sampling period.
+    pub period: f64,
+    /// The periods and misses at which convergence is to be proved besides.
+    pub varying: Option<Periods>,
+}
+
+impl Kind for SampledCubic {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let (plant, reading) = (plan.linear()?, plan.reading());
+        let Self { linear, theta, correction, period, varying } = self;
+        let designed = linear::of(&plant, linear, &plan.options()).map_err(Misfit::from).and_then(|linear| {
+            if let Some(periods) = varying {
+                let design = VaryingPeriodDesign::new(&linear, theta, correction, *period, periods)?;
+                return of_varying(&design, (&plant, &reading), *period);
+            }
+            let design = SampledCubicDesign::with_cubic_gain(&linear, theta, correction, *period)?;
+            Ok(report(&design, (&plant, &reading), *period))
+        });
+        plan.at_point(designed)
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        if self.varying.is_some() {
+            let hypothesis = "`jitter` and `misses` are for plants in continuous time".to_owned();
+            let hint = Advice::hint("the plant in continuous time, whose motion over every period is known");
+            let constant = Proposal::keys([], &["jitter", "misses"], "at constant periods");
+            return Err(explain::failure(plan.requested, hypothesis, Advice::of([constant]).and(hint)).into());
+        }
+        plan.has_period_of_plant(self.period, dt)?;
+        let gain = discrete::gain_of(plan, &plan.linear()?, (&self.linear, dt))?;
+        plan.explained(gain.and_then(|gain| {
+            let design = SampledCubicDesign::of_discrete_with_cubic_gain(&gain, &self.theta, &self.correction)?;
+            Ok(report(&design, (gain.observer.plant(), &plan.reading()), dt))
+        }))
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        let (plan, plant) = (&of.plan, of.plan.study.plant.model.linear()?);
+        let Self { linear: gain, theta, correction, varying, .. } = self;
+        let cubic = |design| SampledDesign::Cubic(Box::new(design));
+        Some(of.named(|| {
+            if let Some(dt) = plan.study.plant.dt {
+                let linear = discrete::gain_in_words(plan, &plant, gain, dt)?;
+                let design = SampledCubicDesign::of_discrete_with_cubic_gain(&linear, theta, correction);
+                return design.map(cubic).map_err(|error| error.to_string());
+            }
+            let linear = linear::of(&plant, gain, &plan.options());
+            let design = linear.and_then(|linear| match varying {
+                Some(periods) => {
+                    let varying = VaryingPeriodDesign::new(&linear, theta, correction, of.period, periods)?;
+                    Ok(SampledDesign::Varying(Box::new(varying)))
+                }
+                None => SampledCubicDesign::with_cubic_gain(&linear, theta, correction, of.period).map(cubic),
+            });
+            design.map_err(|error| error.to_string())
+        }))
+    }
+
+    fn gain(&self) -> Option<&LinearSpec> {
+        Some(&self.linear)
+    }
+
+    fn poses_inequality(&self) -> bool {
+        self.varying.is_some() || self.linear.poses_inequality()
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.period)
+    }
+
+    fn varying_periods(&self) -> Option<&Periods> {
+        self.varying.as_ref()
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
+    }
+
+    fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
+        let correction = with_strength(&self.correction, gamma)?;
+        Some(Self { correction, ..self.clone() }.into())
+    }
+}
+
+impl SampledCubic {
+    /// The observer that runs, at varying periods that of the nominal one; none of another kind.
+    pub fn running(runnable: &Runnable) -> Option<&SampledCubicObserver<f64, Dyn, Dyn, Dyn>> {
+        let varying = || Some(runnable.of::<VaryingPeriods>()?.observer.inner().nominal());
+        runnable.of().or_else(varying)
+    }
+}
+
+/// The same gain with another strength; none for one that is given as S.
+pub(super) fn with_strength(correction: &CubicGain, gamma: f64) -> Option<CubicGain> {
+    match correction {
+        CubicGain::Gamma(_) => Some(CubicGain::Gamma(gamma)),
+        CubicGain::Radial(_) => Some(CubicGain::Radial(gamma)),
+        CubicGain::General(_) => None,
+    }
+}
+
+impl Running for SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, Misfit>> {
+        Some(at(self.clone(), point).map(Runnable::from))
+    }
+
+    // In discrete time the matrices of the plant are not used: its period does not change.
+    fn live(&self, study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        Some((of_page(self, &study.plant.model.linear()?), None))
+    }
+}
+
+impl Running for At<SampledCubicObserver<f64, Dyn, Dyn, Dyn>> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    fn live(&self, study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        Some((of_page(self.inner(), &study.operating_point.as_ref()?.linear), Some(page_point(self))))
+    }
+
+    fn step(&self, _of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+        Err(at_point_refusal())
+    }
+}
+
+fn of_page(observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>, plant: &StateSpace) -> live::ObserverKind {
+    let rows = crate::execute::live::rows;
+    live::ObserverKind::SampledCubic { observer: Box::new(observer.clone()), a: rows(&plant.a), b: rows(&plant.b) }
+}
+
+/// An observer at varying periods, ready to run; in deviations from an operating point, which is 0 for a linear plant.
+#[derive(Debug, Clone)]
+pub struct VaryingPeriods {
+    /// The observer, which a simulation corrects at the samples that it draws, and a log at its rows.
+    pub observer: Box<At<VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>>>,
+    /// The periods for which convergence is proved.
+    pub periods: Periods,
+}
+
+impl VaryingPeriods {
+    pub(crate) fn new(
+        observer: VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>,
+        periods: Periods,
+        point: [&DVector<f64>; 3],
+    ) -> Result<Self, DesignError> {
+        let [x, u, y] = point.map(DVector::clone);
+        let observer = DeviationObserver::new(observer, x, u, y)?;
+        Ok(Self { observer: Box::new(observer), periods })
+    }
+
+    /// How the samples of a simulation are drawn.
+    pub fn sample_times(&self, sampling: &SamplingSpec) -> SampleTimes {
+        let (shortest, longest) = sampling.jitter.unwrap_or((self.periods.shortest, self.periods.longest));
+        SampleTimes { shortest, longest, misses: sampling.misses.unwrap_or(self.periods.misses), seed: sampling.seed }
+    }
+}
+
+impl Running for VaryingPeriods {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self.observer.as_ref())
+    }
+
+    fn join<'a>(
+        &'a self,
+        scenario: Scenario<'a>,
+        name: &str,
+        initial: &[f64],
+        sampling: &SamplingSpec,
+    ) -> Scenario<'a> {
+        scenario.continuous_discrete_observer(name, self.observer.as_ref(), self.sample_times(sampling), initial)
+    }
+
+    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        replay.corrected_observer(name, self.observer.as_ref(), initial)
+    }
+
+    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, Misfit>> {
+        let at = Self::new(self.observer.inner().clone(), self.periods, [&point.x, &point.u, &point.y]);
+        Some(at.map(Runnable::from).map_err(Misfit::from))
+    }
+
+    fn step(&self, _of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+        Err(at_point_refusal())
+    }
+}
+
+/// A sampled cubic observer in numbers and words.
+fn report(design: &SampledCubicDesign, (plant, reading): (&StateSpace, &Reading<'_>), period: f64) -> Designed {
+    let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    let report = DesignReport {
+        statement: proved_of(&design.certificate, reading)
+            .remark(measurement(plant))
+            .remark(format!("Computed: asymptotic factor of V {} per sample.", significant(slowest * slowest, 4))),
+        matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
+        poles: poles(&design.poles),
+        numbers: vec![number("period", period), number("largest modulus of a pole", slowest)],
+        ..certified(&design.certificate, &[])
+    };
+    Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone()))
+}
+
+/// The observer at varying periods in numbers and words.
+fn of_varying(
+    design: &VaryingPeriodDesign,
+    (plant, reading): (&StateSpace, &Reading<'_>),
+    period: f64,
+) -> Result<Designed, Misfit> {
+    let Designed { mut report, .. } = self::report(&design.nominal, (plant, reading), period);
+    let computed: Vec<String> = report.statement.remarks().map(str::to_owned).collect();
+    report.statement = computed.into_iter().fold(proved_of(&design.certificate, reading), Statement::remark);
+    report.matrices.insert(0, matrix("K", &design.k));
+    report.numbers.extend(design.certificate.theorems().iter().find_map(|proved| match proved.theorem() {
+        Theorem::VaryingPeriodConvergence(periods) => {
+            Some(upper_bound("factor of V from correction to correction", periods.decrease()))
+        }
+        _ => None,
+    }));
+    report.facts = facts(&design.certificate, &[]);
+    report.verdict = DesignVerdict::of(&design.certificate);
+    let zero = [plant.a.nrows(), plant.b.ncols(), plant.c.nrows()].map(DVector::zeros);
+    let varying = VaryingPeriods::new(design.observer.clone(), design.periods, zero.each_ref())?;
+    Ok(Designed::new(varying.into(), report, Some(design.certificate.clone())))
+}
+
+fn tuned(context: &Context<'_>) -> Result<Keys, String> {
+    let mut keys = tuned_poles(context, 0)?;
+    let (theta, unit) = unit_strength(context, &keys, true)?;
+    keys.push(("theta", Value::numbers(theta)));
+    keys.push(("gamma", Value::Number(short(CUBIC_SHARE / unit))));
+    keys.push(("period", Value::Number(context.information.period)));
+    Ok(keys)
+}

@@ -1,0 +1,234 @@
+//! The unscented Kalman filter in square-root form.
+
+use std::sync::Arc;
+
+use luenberger_export::ExportableObserver;
+use luenberger_expression::ExpressionPlant;
+use luenberger_observers::{NoiseModel, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter};
+use luenberger_proof::wording::counted;
+use luenberger_sim::{AnyObserver, Replay};
+use nalgebra::{DMatrix, Dyn};
+
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::filter::{self, STAGES};
+use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
+use super::running::{Running, StepOf, sampled};
+use super::{Kind, ObserverKind, Plan};
+use crate::advise::tuning;
+use crate::deployment::{NonlinearStep, Refusal, filter_step};
+use crate::design::explain::Misfit;
+use crate::design::{Designed, NoDesign, matrix, number, uncertified};
+use crate::execute::filter::Filter;
+use crate::model::Model;
+use crate::read::tree::Node;
+use crate::read::{Given, Reader};
+use crate::results::{DesignReport, Statement};
+use crate::schema::{Range, Type, optional};
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "ukf",
+    about: "Unscented Kalman filter in square-root form, for a plant in continuous time with sampled measurements, or in discrete time.",
+    source: "Julier and Uhlmann 2004; Van der Merwe and Wan, ICASSP 2001",
+    plant: PlantClass::Nonlinear(Time::ANY),
+    keys: &[
+        W,
+        V,
+        P0,
+        PERIOD,
+        SUBSTEPS,
+        GATE,
+        SMOOTH,
+        optional(
+            "alpha",
+            Type::Number(Range::Positive),
+            "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
+        ),
+        optional(
+            "beta",
+            Type::Number(Range::Any),
+            "Weight of the central point in covariances (default 2, for Gaussian errors).",
+        ),
+        optional("kappa", Type::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
+    ],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "ukf",
+        turn: 19,
+        tuning: "the covariances of extended-kalman",
+        source: "Van der Merwe and Wan 2001",
+        character: "as extended-kalman, with the curvature of the plant between its sigma points in place of derivatives",
+        information: &[Information::Noise, Information::ProcessNoise, Information::FirstError],
+        keys: |context| Ok(vec![tuning::filter(context)?]),
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, n) = (given.node, given.size().states);
+    let filter = filter::read(given, reader);
+    let standard = SigmaPoints::default();
+    let number = |key: &str, otherwise: f64| node.get(key).map_or(Some(otherwise), Node::number);
+    let sigma = SigmaPoints {
+        alpha: number("alpha", standard.alpha)?,
+        beta: number("beta", standard.beta)?,
+        kappa: number("kappa", standard.kappa)?,
+    };
+    if sigma.weights::<f64>(n).is_err() {
+        let key = node.entry("kappa").or_else(|| node.entry("alpha"))?;
+        let message = format!(
+            "`{}` leaves no sigma points: alpha = {}, kappa = {}, and the plant has {}",
+            key.key,
+            sigma.alpha,
+            sigma.kappa,
+            counted(n, "state")
+        );
+        return reader.refuse(
+            key.span.clone(),
+            message,
+            format!("expected kappa > -{n} and an alpha of about 1e-3 to 1"),
+        );
+    }
+    let filter::Filter { w, v, p0, period, substeps, gate, smooth } = filter?;
+    Some(UnscentedSpec { w, v, p0, sigma, period, substeps, gate, smooth }.into())
+}
+
+/// An unscented Kalman filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnscentedSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sigma points.
+    pub sigma: SigmaPoints,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
+    pub substeps: Option<usize>,
+    /// How many standard deviations an innovation may have; none for no limit.
+    pub gate: Option<f64>,
+    /// Whether estimates on a log are smoothed.
+    pub smooth: bool,
+}
+
+impl UnscentedSpec {
+    /// The filter for noise of intensity W and covariance V, with P(0) = I and the usual sigma points.
+    pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
+        let (p0, sigma) = (DMatrix::identity(w.nrows(), w.nrows()), SigmaPoints::default());
+        Self { w, v, p0, sigma, period, substeps: None, gate: None, smooth: false }
+    }
+}
+
+impl Kind for UnscentedSpec {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        plan.has_period_of_plant(self.period, dt)?;
+        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.period)
+    }
+
+    fn substeps(&self) -> Option<usize> {
+        self.substeps
+    }
+
+    fn updates(&self) -> bool {
+        true
+    }
+
+    fn smooths(&self) -> bool {
+        self.smooth
+    }
+
+    fn seconds_of_steps(&self, duration: f64) -> f64 {
+        let n = self.w.nrows() as f64;
+        duration / self.period * (2.0 * STAGES * n * n + 15.0 * n * n * n) * 8e-9
+    }
+}
+
+/// The filter of a plant in continuous or in discrete time.
+fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Result<Designed, Misfit> {
+    let UnscentedSpec { w, v, p0, sigma, period, gate, .. } = spec;
+    let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
+    let mut filter =
+        UnscentedKalmanFilter::discrete(model.clone(), noises, *sigma, *period)?.with_prediction(prediction)?;
+    let mut gated = String::new();
+    if let Some(gate) = gate {
+        filter = filter.with_gate(*gate)?;
+        gated = format!(" Innovations beyond {gate} standard deviations are rejected.");
+    }
+    let points = 2 * w.nrows() + 1;
+    let report = DesignReport {
+        statement: Statement::of(format!(
+            "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}"
+        )),
+        matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+        numbers: vec![
+            number("period", *period),
+            number("alpha", sigma.alpha),
+            number("beta", sigma.beta),
+            number("kappa", sigma.kappa),
+        ],
+        ..uncertified("no theorem of stability")
+    };
+    Ok(Designed::new(filter.into(), report, None))
+}
+
+impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    // As a filter it also records its covariance.
+    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        replay.filter(name, self.clone(), initial)
+    }
+
+    fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        replay.smoothed_filter(name, self.clone(), initial)
+    }
+
+    fn filter(&self) -> Option<&dyn Filter> {
+        Some(self)
+    }
+
+    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+        let (factors, sigma, period) = (self.factors(), self.sigma_points(), SampledObserver::<f64>::period(self));
+        let covariance = |factor: &DMatrix<f64>| factor * factor.transpose();
+        let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
+            let filter = match sampled {
+                Some(w) => {
+                    let noises = NoiseModel { w, v: covariance(&factors.v), p0: covariance(&factors.p0) };
+                    UnscentedKalmanFilter::discrete(plant, noises, sigma, period)
+                }
+                // Without a change of the factors.
+                None => {
+                    UnscentedKalmanFilter::from_factors(plant, factors.clone(), sigma, period, Prediction::Discrete)
+                }
+            }?;
+            match self.gate() {
+                Some(gate) => filter.with_gate(gate),
+                None => Ok(filter),
+            }
+        };
+        let statement = "there is no theorem for an unscented Kalman filter.";
+        let made_of = |filter| NonlinearStep::uncertified(ExportableObserver::Unscented(filter), statement);
+        let with = |filter: &UnscentedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
+            filter.clone().with_prediction(prediction)
+        };
+        let w = covariance(&factors.w);
+        filter_step(of, (self.prediction(), &w), (made, with, made_of))
+    }
+}

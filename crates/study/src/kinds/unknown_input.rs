@@ -1,0 +1,207 @@
+//! The unknown-input observer, whose error does not depend on a disturbance of any form.
+
+use std::sync::Arc;
+
+use luenberger_design::{DecoupledPlant, GainOptions, Pair, UnknownInputDesign};
+use luenberger_export::extension::RecordedObserver;
+use luenberger_expression::{Recorded, Recording};
+use luenberger_live as live;
+use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverError, UnknownInputObserver};
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
+use luenberger_sim::AnyObserver;
+use nalgebra::{DMatrix, Dyn};
+
+use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::disturbance::{cubic, cubic_of, matrices, unknown};
+use super::keys::{DECAY, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
+use super::running::{Runnable, Running, StepOf, continuous};
+use super::{Kind, ObserverKind, Plan};
+use crate::advise::block::{Keys, Value};
+use crate::advise::tuning::{Context, disturbance as of_study, linear as is_linear, rates};
+use crate::deployment::Refusal;
+use crate::deployment::recorded::{cast, recorded, refused};
+use crate::design::explain::Misfit;
+use crate::design::linear::{measurement, of};
+use crate::design::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::execute::live::rows;
+use crate::read::{Given, Reader, gain};
+use crate::results::DesignReport;
+use crate::results::report::eigenvalue;
+use crate::study::{GainSpec, LinearSpec, Study};
+
+/// An observer whose error does not depend on a disturbance.
+pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
+
+/// The kind.
+pub(super) static DECLARATION: Declaration = Declaration {
+    name: "unknown-input",
+    about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, for linear plants with rank(C E) = q and stable invariant zeros of (A, E, C).",
+    source: "open problem of Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994",
+    plant: PlantClass::Linear(Time::CONTINUOUS),
+    keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
+    read,
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "unknown-input",
+        turn: 12,
+        tuning: "the decay rate, or half of it as often as needed, by a matrix inequality",
+        source: "Darouach, Zasadzinski and Xu 1994",
+        character: "the disturbance does not reach its error, and the noise of the outputs does unfiltered",
+        information: &[Information::Settling, Information::Disturbance],
+        keys: tuned,
+    }]),
+};
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let (node, size) = (given.node, given.size());
+    let e = unknown(node, size, reader);
+    let linear = gain::linear(node, size, reader);
+    let cubic = cubic(node, size, reader);
+    Some(UnknownInput { e: e?, linear: linear?, cubic: cubic.ok()? }.into())
+}
+
+/// An observer whose error does not depend on a disturbance, linear or cubic.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnknownInput {
+    /// E, n x q.
+    pub e: DMatrix<f64>,
+    /// Its linear part, for the plant without the disturbance.
+    pub linear: LinearSpec,
+    /// theta, p x p, and gamma of a cubic term.
+    pub cubic: Option<(DMatrix<f64>, f64)>,
+}
+
+impl Kind for UnknownInput {
+    fn declaration(&self) -> &'static Declaration {
+        &DECLARATION
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.explained(designed((&plant, &plan.reading()), self, &plan.options()))
+    }
+
+    fn gain(&self) -> Option<&LinearSpec> {
+        Some(&self.linear)
+    }
+
+    fn unknown_disturbance(&self) -> Option<&DMatrix<f64>> {
+        Some(&self.e)
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
+    }
+
+    fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
+        let (theta, _) = self.cubic.as_ref()?;
+        Some(Self { cubic: Some((theta.clone(), gamma)), ..self.clone() }.into())
+    }
+}
+
+fn designed(
+    (plant, reading): (&StateSpace, &Reading<'_>),
+    UnknownInput { e, linear: gain, cubic }: &UnknownInput,
+    options: &GainOptions,
+) -> Result<Designed, Misfit> {
+    let decoupled = DecoupledPlant::new(plant, e)?;
+    let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
+    let linear = match (&gain.gain, &gain.weight) {
+        (GainSpec::Poles(poles), Some(weight)) => decoupled.with_poles(poles)?.lyapunov_weight(weight.clone())?,
+        (GainSpec::Poles(poles), None) => decoupled.with_poles(poles)?,
+        _ => of(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
+    };
+    let cubic = cubic_of(&linear, cubic.as_ref())?;
+    let (runnable, certificate) = match &cubic {
+        None => {
+            let design = UnknownInputDesign::linear(&decoupled, &linear)?;
+            (Runnable::from(design.observer.clone()), design.certificate.clone())
+        }
+        Some(cubic) => {
+            let design = UnknownInputDesign::cubic(&decoupled, cubic)?;
+            (design.observer.clone().into(), design.certificate.clone())
+        }
+    };
+    let speed = -linear.spectral_abscissa();
+    let fixed = match zeros.as_slice() {
+        [] => String::new(),
+        zeros => format!("The invariant zeros of (A, E, C) are among the poles, whatever L is: {}.", zeros.join(", ")),
+    };
+    let mut all = matrices(&linear, cubic.as_ref());
+    all.extend([matrix("H", &decoupled.h), matrix("TA", &decoupled.reduced.a), matrix("TB", &decoupled.reduced.b)]);
+    let report = DesignReport {
+        statement: proved_of(&certificate, reading)
+            .remark(fixed)
+            .remark(measurement(plant))
+            .remark(asymptotic_rate(speed)),
+        matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
+        poles: poles(&linear.poles),
+        numbers: vec![number("decay rate", speed)],
+        ..certified(&certificate, &[])
+    };
+    Ok(Designed::new(runnable, report, Some(certificate)))
+}
+
+/// What the step has in addition to the observer in continuous time.
+const REMARK: &str = "Between two samples the disturbance is not seen: it adds an error of the order of the period times the disturbance.";
+
+impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        let (h, d) = (rows(self.h()), self.d().map(rows));
+        Some((live::ObserverKind::UnknownInput { observer: Box::new(self.inner().clone()), h, d }, None))
+    }
+
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+        let LinearObserver { a, b, c, d, l } = self.inner();
+        let inner = LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) };
+        recorded(recording, &without_disturbance(self, inner).map_err(refused)?)
+    }
+
+    fn remark_of_step(&self) -> &'static str {
+        REMARK
+    }
+}
+
+impl Running for WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        continuous(self)
+    }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        let (h, d) = (rows(self.h()), self.d().map(rows));
+        Some((live::ObserverKind::UnknownInputCubic { observer: Box::new(self.inner().clone()), h, d }, None))
+    }
+
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+        let CubicObserver { a, b, c, d, l, n, theta } = self.inner();
+        let (a, b, c, d) = (cast(a), cast(b), cast(c), d.as_ref().map(cast));
+        let inner = CubicObserver { a, b, c, d, l: cast(l), n: cast(n), theta: cast(theta) };
+        recorded(recording, &without_disturbance(self, inner).map_err(refused)?)
+    }
+
+    fn remark_of_step(&self) -> &'static str {
+        REMARK
+    }
+}
+
+fn without_disturbance<O, I>(
+    decoupled: &WithoutDisturbance<O>,
+    inner: I,
+) -> Result<UnknownInputObserver<I, Recorded, Dyn, Dyn, Dyn>, ObserverError>
+where
+    I: Observer<Recorded>,
+{
+    UnknownInputObserver::new(inner, cast(decoupled.h()), decoupled.d().map(cast))
+}
+
+fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    let e = of_study(context)?;
+    is_linear(context)?;
+    let keys = |rate: f64| vec![("e", Value::rows(e)), ("decay_rate", Value::Number(rate))];
+    Ok(rates(context.information.linear_rate).filter(|rate| *rate > 0.0).map(keys).collect())
+}

@@ -1,0 +1,150 @@
+//! A kind of another crate: one declaration and one call make it a kind like the others. In a process of its own, since
+//! a registered kind is there for all studies of a process.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use luenberger_export::Scalar;
+use luenberger_export::extension::RecordedObserver;
+use luenberger_expression::{Recorded, Recording};
+use luenberger_observers::{Observer, ObserverDimensions};
+use luenberger_plants::StateSpace;
+use luenberger_sim::{AnyObserver, Continuous};
+use luenberger_study::advise::{AdviseOptions, advise};
+use luenberger_study::deployment::{Refusal, exported, sampled};
+use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::kinds::{
+    Declaration, Information, Kind, ObserverKind, Plan, PlantClass, Rule, Running, StepOf, Time, Tuning, Value, named,
+    register,
+};
+use luenberger_study::results::DesignReport;
+use luenberger_study::schema::{Range, Type, required, schema};
+use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
+use nalgebra::{DMatrix, DVector, RealField, convert};
+
+static TRANSPOSED: Declaration = Declaration {
+    name: "transposed-output",
+    about: "Copy of a linear plant with the gain L = k C'.",
+    source: "made for a test",
+    plant: PlantClass::Linear(Time::OF_STATE),
+    keys: &[required("k", Type::Number(Range::Positive), "The gain k.")],
+    read: |given, _reader| Some(TransposedOutput { k: given.number_or("k", f64::NAN)? }.into()),
+    takes_long: false,
+    tuning: Tuning::Rules(&[Rule {
+        name: "transposed-output",
+        turn: 0,
+        tuning: "twice the decay rate",
+        source: "made for a test",
+        character: "its gain has the direction of the output",
+        information: &[Information::Settling],
+        keys: |context| Ok(vec![vec![("k", Value::Number(2.0 * context.rate()))]]),
+    }]),
+};
+
+#[derive(Debug, PartialEq)]
+struct TransposedOutput {
+    k: f64,
+}
+
+impl Kind for TransposedOutput {
+    fn declaration(&self) -> &'static Declaration {
+        &TRANSPOSED
+    }
+
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let StateSpace { a, b, c, .. } = plan.linear()?;
+        let observer = Injected { a, b, l: c.transpose() * self.k, c };
+        Ok(Designed::new(observer.into(), DesignReport::default(), None))
+    }
+}
+
+/// `xhat' = A xhat + B u + L (y - C xhat)`.
+#[derive(Debug, Clone)]
+struct Injected<T> {
+    a: DMatrix<T>,
+    b: DMatrix<T>,
+    c: DMatrix<T>,
+    l: DMatrix<T>,
+}
+
+impl<T: RealField + Copy> Observer<T> for Injected<T> {
+    type State = DVector<T>;
+    type Input = DVector<T>;
+    type Output = DVector<T>;
+    type Estimate = DVector<T>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let n = self.a.nrows();
+        ObserverDimensions { state: n, inputs: self.b.ncols(), outputs: self.c.nrows(), estimate: n }
+    }
+
+    fn derivative(&self, _t: T, xhat: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
+        &self.a * xhat + &self.b * u + &self.l * (y - &self.c * xhat)
+    }
+
+    fn estimate(&self, _t: T, xhat: &DVector<T>, _u: &DVector<T>, _y: &DVector<T>) -> DVector<T> {
+        xhat.clone()
+    }
+
+    fn initial(&self, _t: T, xhat: &DVector<T>, _u: &DVector<T>, _y: &DVector<T>) -> DVector<T> {
+        xhat.clone()
+    }
+}
+
+impl Running for Injected<f64> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        Arc::new(Continuous::new(self))
+    }
+
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+        let [a, b, c, l] = [&self.a, &self.b, &self.c, &self.l].map(|m| m.map(convert::<f64, Recorded>));
+        RecordedObserver::new(recording, &Injected { a, b, c, l }).map_err(|error| (error.to_string(), Vec::new()))
+    }
+}
+
+/// The double integrator of the template, with this observer in place of its own.
+fn study(observer: &str) -> Study {
+    let text = template::text("double-integrator").unwrap();
+    let plant = &text[..text.find("[[observer]]").unwrap()];
+    Study::from_text("study.toml", &format!("{plant}{observer}"), Format::Toml, ".".as_ref()).unwrap()
+}
+
+#[test]
+fn a_kind_of_another_crate_is_a_kind_like_the_others() {
+    assert!(register(&TRANSPOSED));
+    assert!(!register(&TRANSPOSED), "a second kind of the same name");
+    assert_eq!(named("transposed-output").map(|kind| kind.source), Some("made for a test"));
+    assert!(schema().contains("\"transposed-output\""));
+
+    let study = study("[[observer]]\nkind = \"transposed-output\"\nk = 3\ninitial = [1, 0]\n");
+    let observer = &study.observers[0];
+    assert_eq!(observer.kind.of::<TransposedOutput>(), Some(&TransposedOutput { k: 3.0 }));
+    assert_eq!(observer.kind, ObserverKind::from(TransposedOutput { k: 3.0 }));
+    assert_ne!(observer.kind, ObserverKind::from(TransposedOutput { k: 4.0 }));
+
+    // x1' = x2, x2' = u, y = x1: xhat1' = xhat2 + 3 (y - xhat1).
+    let designed = design(&study, observer, &AtomicBool::new(false)).unwrap();
+    assert_eq!(designed.runnable.motion(0.0, &[1.0, 0.5], &[2.0], &[0.0]), Some(vec![-2.5, 2.0]));
+    let results = execute(&study, Step::Run, &RunOptions::default()).unwrap();
+    assert!(results.failures().is_empty() && results.observers[0].kind == "transposed-output");
+
+    // Its exported step is that of its body.
+    let step = sampled(&study, observer, Some(0.1), None).unwrap();
+    let export = exported(&study, observer, step.design, Scalar::Binary64, None).unwrap();
+    assert!(export.operations() > 0);
+
+    let options = AdviseOptions { budget: 20.0, ..AdviseOptions::default() };
+    let advice = advise(&study, &options).unwrap().0;
+    let text = format!("{advice:?}");
+    assert!(text.contains("transposed-output"), "{text}");
+}
+
+#[test]
+fn a_mistake_in_a_key_of_it_is_reported_like_any_other() {
+    register(&TRANSPOSED);
+    let text = template::text("double-integrator").unwrap();
+    let plant = &text[..text.find("[[observer]]").unwrap()];
+    let wrong = format!("{plant}[[observer]]\nkind = \"transposed-output\"\nkk = -3\n");
+    let error = Study::from_text("study.toml", &wrong, Format::Toml, ".".as_ref()).unwrap_err().to_string();
+    assert!(error.contains("`kk` is not a key of [[observer]] of the kind transposed-output"), "{error}");
+}
