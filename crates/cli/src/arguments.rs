@@ -9,6 +9,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use luenberger_export::FixedPointFormat;
 use luenberger_lmi::Solver;
 use luenberger_study::advise::Criteria;
+use luenberger_study::deployment::Precision;
 use luenberger_study::execute::Shard;
 use serde_json::json;
 use std::path::PathBuf;
@@ -437,7 +438,7 @@ pub(crate) struct ExportInput {
     #[arg(long, value_name = "FORMAT", default_value = "f64")]
     pub(crate) format: Precision,
     /// Fixed-point format of the gains [default: that of --format]
-    #[arg(long, value_name = "FORMAT", value_parser = fixed_point)]
+    #[arg(long, value_name = "FORMAT", value_parser = Precision::fixed_point)]
     pub(crate) gains: Option<FixedPointFormat>,
     /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
     #[arg(long, value_name = "PERIOD", value_parser = period, allow_negative_numbers = true)]
@@ -486,38 +487,6 @@ pub(crate) enum FmiVersion {
     /// FMI 3.0
     #[value(name = "3")]
     Three,
-}
-
-#[derive(Clone, Copy)]
-pub(crate) enum Precision {
-    /// IEEE 754 binary32
-    F32,
-    /// IEEE 754 binary64
-    F64,
-    /// Fixed point
-    Fixed(FixedPointFormat),
-}
-
-impl std::str::FromStr for Precision {
-    type Err = String;
-
-    fn from_str(word: &str) -> Result<Self, String> {
-        match word {
-            "f32" => Ok(Self::F32),
-            "f64" => Ok(Self::F64),
-            _ if word.starts_with(['q', 'Q']) => fixed_point(word).map(Self::Fixed),
-            _ => Err("f32, f64 or a fixed-point format such as q16.16 is expected".to_owned()),
-        }
-    }
-}
-
-/// `q16.16`.
-fn fixed_point(word: &str) -> Result<FixedPointFormat, String> {
-    let bits = word.strip_prefix(['q', 'Q']).and_then(|bits| bits.split_once('.'));
-    let number = |digits: &str| digits.parse::<u32>().ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_digit()));
-    let found = bits.and_then(|(integer, fraction)| Some((number(integer)?, number(fraction)?)));
-    let (integer, fraction) = found.ok_or("a fixed-point format such as q16.16 is expected")?;
-    FixedPointFormat::new(integer, fraction).map_err(|error| error.to_string())
 }
 
 #[derive(Args)]

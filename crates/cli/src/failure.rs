@@ -6,6 +6,7 @@ use crate::output::{self, is_coloured};
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::sdpa::ReadError;
 use luenberger_proof::certificate::Rejection;
+use luenberger_study::deployment::ExportRefusal;
 use luenberger_study::error::is_storage;
 use luenberger_study::import::ImportError;
 use luenberger_study::{Diagnostics, StudyError, SweepError};
@@ -51,18 +52,9 @@ pub(crate) enum Failure {
     /// A study that was interrupted or ran into its time limit, and what it has finished.
     #[error("{error}")]
     Stopped { error: StudyError, finished: Box<Answer> },
-    /// An observer without an exported form.
-    #[error("{observer} cannot be exported: {why}{}", lines(advice))]
-    NotExported { observer: String, why: String, advice: Vec<String> },
-    /// Numbers or names that the target does not take.
-    #[error("{observer} cannot be exported: {error}")]
-    Export { observer: String, error: Box<luenberger_export::ExportError> },
-    /// An observer that the study does not have.
-    #[error("the study has no observer {name:?}; it has {known}")]
-    UnknownObserver { name: String, known: String },
-    /// Several observers, and none is chosen.
-    #[error("the study has several observers: choose one with --observer NAME, of {known}")]
-    SeveralObservers { known: String },
+    /// An observer that is not exported.
+    #[error(transparent)]
+    Export(ExportRefusal),
     /// The output file exists already.
     #[error("{path} exists: choose another name, or overwrite it with --force")]
     Exists { path: String },
@@ -74,9 +66,13 @@ pub(crate) enum Failure {
     Unwritable(#[from] serde_json::Error),
 }
 
-/// One line for each alternative and hint.
-fn lines(advice: &[String]) -> String {
-    advice.iter().fold(String::new(), |lines, text| lines + "\n  " + text)
+impl From<ExportRefusal> for Failure {
+    fn from(refusal: ExportRefusal) -> Self {
+        match refusal {
+            ExportRefusal::Study(error) => error.into(),
+            refusal => Self::Export(refusal),
+        }
+    }
 }
 
 impl Failure {
@@ -115,9 +111,13 @@ impl Failure {
                 _ => "output",
             },
             Self::Matrix { error, .. } if is_wrong(error) => "data",
-            Self::Matrix { .. } | Self::NotExported { .. } => "no-solution",
-            Self::Export { .. } => "data",
-            Self::Usage(_) | Self::UnknownObserver { .. } | Self::SeveralObservers { .. } => "usage",
+            Self::Matrix { .. } => "no-solution",
+            Self::Export(refusal) => match refusal {
+                ExportRefusal::Design { .. } | ExportRefusal::Unproved { .. } => "no-solution",
+                ExportRefusal::Numbers { .. } => "data",
+                _ => "usage",
+            },
+            Self::Usage(_) => "usage",
             Self::Unwritable(_) => "output",
         }
     }

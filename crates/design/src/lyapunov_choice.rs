@@ -26,7 +26,14 @@ use crate::powers::Powers;
 /// How often the coordinates are taken from the diagonal of the last P.
 const ROUNDS: usize = 3;
 
-/// The first P that `certify` proves: `first`, or one of the list in the head. `first` if none is.
+/// Whether binary64 can solve equations with P, as the gain of a cubic term needs it: exact arithmetic may prove a P
+/// whose smallest eigenvalue is in the rounding of its entries.
+fn is_regular(p: &DMatrix<f64>) -> bool {
+    p.clone().cholesky().is_some()
+}
+
+/// The first P that `certify` proves and that is [regular](is_regular): `first`, or one of the list in the head. `first`
+/// if none is.
 pub(crate) fn proved_or_first(
     time: TimeDomain,
     f: &DMatrix<f64>,
@@ -34,11 +41,11 @@ pub(crate) fn proved_or_first(
     mut certify: impl FnMut(&DMatrix<f64>) -> Result<Certificate, DesignError>,
 ) -> Result<(DMatrix<f64>, Certificate), DesignError> {
     let plain = first.and_then(|p| certify(&p).map(|certificate| (p, certificate)));
-    if plain.as_ref().is_ok_and(|(_, certificate)| certificate.is_proved()) {
+    if plain.as_ref().is_ok_and(|(p, certificate)| certificate.is_proved() && is_regular(p)) {
         return plain;
     }
     let found = others(time, f, |p| match certify(p) {
-        Ok(certificate) if certificate.is_proved() => Some(certificate),
+        Ok(certificate) if certificate.is_proved() && is_regular(p) => Some(certificate),
         _ => None,
     });
     found.map_or(plain, Ok)

@@ -1,149 +1,97 @@
 //! An observer as source code for the target.
 
-use luenberger_export::fmu::{Version, compilers};
-use luenberger_export::{Export, ExportError, File, Scalar, golden};
-use luenberger_proof::statement::Format;
-use luenberger_study::Study;
-use luenberger_study::deployment::{SampledDesign, evidence, exported, record, sampled};
-use luenberger_study::results::FailureReport;
-use luenberger_study::study::ObserverSpec;
+use std::fmt::Display;
+
+use luenberger_export::fmu::Version;
+use luenberger_study::deployment::{Difference, ExportOptions, ExportRefusal, ExportedObserver, Precision};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
+use crate::array::list;
 use crate::error::{self, dictionary};
+use crate::run::in_python;
 
-/// What is to be exported.
+/// The options of an export in words and numbers, as Python has them.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct Request {
-    pub(crate) to: String,
-    pub(crate) period: Option<f64>,
-    pub(crate) substeps: Option<usize>,
-    pub(crate) is_single: bool,
-    pub(crate) unproved: bool,
+    #[pyo3(default = "c".to_owned())]
+    to: String,
+    #[pyo3(default)]
+    fmi: Option<u8>,
+    #[pyo3(default)]
+    feedback: bool,
+    format: String,
+    #[pyo3(default)]
+    gains: Option<String>,
+    period: Option<f64>,
+    substeps: Option<usize>,
+    #[pyo3(default)]
+    test_steps: Option<usize>,
+    #[pyo3(default)]
+    unproved: bool,
 }
 
-/// Why there is no export.
-pub(crate) enum Refusal {
-    Misfit(Box<FailureReport>),
-    Export(Box<ExportError>),
-    Unproved(Vec<String>),
-    Target(String),
-}
-
-impl From<FailureReport> for Refusal {
-    fn from(why: FailureReport) -> Self {
-        Self::Misfit(Box::new(why))
+impl Request {
+    pub(crate) fn options(&self, py: Python<'_>) -> PyResult<ExportOptions<'static>> {
+        let invalid = |what: &str, found: &dyn Display, why: &str| {
+            error::plain(py, "InvalidArgument", format!("{what} is {found}: {why}"))
+        };
+        let default = ExportOptions::default();
+        let fmi = match self.fmi {
+            None => None,
+            Some(2) => Some(Version::Two),
+            Some(3) => Some(Version::Three),
+            Some(other) => return Err(invalid("fmi", &other, "2 or 3 is expected")),
+        };
+        let format = |word: &String| word.parse().map_err(|why: String| invalid("format", word, &why));
+        let gains = |word: &String| Precision::fixed_point(word).map_err(|why| invalid("gains", word, &why));
+        Ok(ExportOptions {
+            to: self.to.parse().map_err(|why: String| invalid("to", &self.to, &why))?,
+            fmi,
+            feedback: self.feedback,
+            format: format(&self.format)?,
+            gains: self.gains.as_ref().map(gains).transpose()?,
+            period: self.period,
+            substeps: self.substeps,
+            test_steps: self.test_steps.unwrap_or(default.test_steps),
+            unproved: self.unproved,
+            ..default
+        })
     }
 }
 
-impl From<ExportError> for Refusal {
-    fn from(why: ExportError) -> Self {
-        Self::Export(Box::new(why))
-    }
-}
-
-impl Refusal {
-    pub(crate) fn raised(self, py: Python<'_>) -> PyErr {
-        match self {
-            Self::Misfit(why) if why.cause.is_some() => error::design(py, &why),
-            Self::Misfit(why) => error::plain(py, "ExportRefused", why.hypothesis),
-            Self::Export(why) => error::plain(py, "ExportRefused", why),
-            Self::Unproved(sentences) => error::plain(
-                py,
-                "ExportRefused",
-                format!("{} unproved=True exports it all the same, and the header says so", sentences.join(" ")),
-            ),
-            Self::Target(to) => {
-                error::plain(py, "InvalidArgument", format!("to is {to:?}; it must be 'c', 'rust' or 'fmu'"))
-            }
+/// The exception of a refusal.
+pub(crate) fn refused(py: Python<'_>, why: &ExportRefusal) -> PyErr {
+    let message = in_python(&why.to_string());
+    match why {
+        ExportRefusal::Design { why, .. } if why.cause.is_some() => error::design(py, why),
+        ExportRefusal::Options(_) => error::plain(py, "InvalidArgument", message),
+        ExportRefusal::Design { why, .. } => {
+            let alternatives: Vec<String> = why.advice().iter().map(|advice| in_python(advice)).collect();
+            let alternatives = PyTuple::new(py, alternatives);
+            let numbers = alternatives.and_then(|alternatives| Ok(dictionary!(py; alternatives)));
+            numbers.map_or_else(|error| error, |numbers| error::raise(py, "ExportRefused", message, &numbers))
         }
+        _ => error::plain(py, "ExportRefused", message),
     }
 }
 
-/// The files of an export.
-pub(crate) struct Exported {
-    files: Vec<(String, Vec<u8>)>,
-    statement: Vec<String>,
-    proved: bool,
-    period: f64,
-    operations: usize,
-    bytes: usize,
-}
-
-impl Exported {
-    pub(crate) fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let files = PyDict::new(py);
-        for (name, content) in &self.files {
-            files.set_item(name, PyBytes::new(py, content))?;
+/// What is exported, for `luenberger.Export`.
+pub(crate) fn files<'py>(py: Python<'py>, exported: &ExportedObserver) -> PyResult<Bound<'py, PyDict>> {
+    let files = PyDict::new(py);
+    for (name, content) in &exported.files {
+        files.set_item(name, PyBytes::new(py, content))?;
+    }
+    let difference = match &exported.difference {
+        Some(Difference { largest, late, own }) => {
+            let (second_half, own_error_in_second_half) = (list(py, late), list(py, own));
+            Some(dictionary!(py; largest = list(py, largest), second_half, own_error_in_second_half))
         }
-        let (statement, proved) = (&self.statement, self.proved);
-        Ok(dictionary!(py; files, statement, proved, period = self.period, operations = self.operations,
-            bytes = self.bytes))
-    }
-}
-
-/// The export of a sampled design in double or single precision.
-pub(crate) fn prepared(
-    study: &Study,
-    observer: &ObserverSpec,
-    design: SampledDesign,
-    is_single: bool,
-    initial: Option<&[f64]>,
-) -> Result<Export, Refusal> {
-    let scalar = if is_single { Scalar::Binary32 } else { Scalar::Binary64 };
-    Ok(exported(study, observer, design, scalar, initial)?)
-}
-
-pub(crate) fn export(study: &Study, request: &Request) -> Result<Exported, Refusal> {
-    if !["c", "rust", "fmu"].contains(&request.to.as_str()) {
-        return Err(Refusal::Target(request.to.clone()));
-    }
-    let observer = &study.observers[0];
-    let sampled = sampled(study, observer, request.period, request.substeps)?;
-    let format = if request.is_single { Format::Binary32 } else { Format::Binary64 };
-    sampled.design.stored_in(observer, format)?;
-    let export = prepared(study, observer, sampled.design.clone(), request.is_single, None)?;
-    let evidence = evidence(study, observer, &sampled.design, format.into());
-    if !(evidence.is_proved() || request.unproved) {
-        return Err(Refusal::Unproved(evidence.sentences));
-    }
-    let record = record(study, observer, &sampled).unwrap_or_default();
-    let exported = golden::replay(&export, &record.samples)?;
-    let mut statement = evidence.sentences;
-    statement.extend(record.difference(&exported).map(|all| all.words(study, observer, export.scalar().name())));
-    let mut export = export.samples(record.samples).statement(&statement);
-    export = export.source("the study", &luenberger_export::sha256(study.source.text().as_bytes()));
-    let mut certificates = Vec::new();
-    if let Some(file) = &evidence.file {
-        let bytes = file.to_json().into_bytes();
-        export = export.source("certificate.json", &luenberger_export::sha256(&bytes));
-        certificates.push(("certificate.json".to_owned(), bytes));
-    }
-    let texts = |files: Vec<File>| files.into_iter().map(|file| (file.name, file.text.into_bytes()));
-    let mut files: Vec<_> = match request.to.as_str() {
-        "c" => texts(export.c()?).collect(),
-        "rust" => texts(export.rust()?).collect(),
-        _ => fmu(&export, &certificates)?,
+        None => None,
     };
-    files.extend(certificates);
-    let (operations, bytes) = (export.operations(), export.bytes());
-    Ok(Exported { files, statement, proved: evidence.file.is_some(), period: sampled.period, operations, bytes })
-}
-
-/// The archive, with a binary for each platform that a compiler of this machine builds for, and its test.
-fn fmu(export: &Export, certificates: &[(String, Vec<u8>)]) -> Result<Vec<(String, Vec<u8>)>, Refusal> {
-    let mut fmu = export.fmu(Version::Two)?;
-    for (name, bytes) in certificates {
-        fmu.add(&format!("documentation/{name}"), bytes.clone());
-    }
-    for compiler in &compilers() {
-        let scratch = std::env::temp_dir().join(format!("luenberger-{}-{}", std::process::id(), compiler.platform));
-        // Without a binary the archive has its sources.
-        if std::fs::create_dir_all(&scratch).is_ok() {
-            _ = fmu.compile(compiler, &scratch);
-        }
-        _ = std::fs::remove_dir_all(&scratch);
-    }
-    let mut files = vec![(fmu.file_name(), fmu.archive()?)];
-    files.extend(export.fmu_test()?.into_iter().map(|file| (file.name, file.text.into_bytes())));
-    Ok(files)
+    let ExportedObserver { binaries, notes, statement, proved, period, .. } = exported;
+    let ExportedObserver { operations, operations_within_bounds, bytes, substeps, digest, .. } = exported;
+    Ok(dictionary!(py; files, binaries, notes, statement, proved, period, operations, operations_within_bounds, bytes,
+        substeps, difference, digest))
 }

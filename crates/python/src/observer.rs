@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use luenberger_export::golden;
-use luenberger_study::deployment::sampled;
+use luenberger_study::deployment::{ExportOptions, ExportRefusal, export, program};
 use luenberger_study::design::{Designed, NoDesign, design_until};
 use luenberger_study::kinds::SampledCubic;
 use luenberger_study::{Study, replay_designed, simulate_designed};
@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 use crate::array::{Matrix, Vector, array, list, matrix, vector};
 use crate::certificate::Certificate;
 use crate::error::{self, dictionary};
-use crate::export::{self, Request};
+use crate::export::{Request, files, refused};
 use crate::run::{read, study_error, trajectory};
 use crate::work::interruptible;
 
@@ -82,7 +82,7 @@ impl Design {
         let size = self.designed.runnable.dimensions();
         Ok(dictionary!(py; kind = observer.kind.name(), name = observer.name.as_str(), states = &plant.states,
             inputs = &plant.inputs, outputs = &plant.outputs, order = size.state,
-            period = self.designed.runnable.period(), initial = list(py, &observer.initial)))
+            period = observer.kind.period().or(self.designed.runnable.period()), initial = list(py, &observer.initial)))
     }
 
     /// Its certificate; none for observers whose evidence is measured, or that have none.
@@ -150,49 +150,42 @@ impl Design {
     }
 
     /// The observer stepped at every sample, from an estimate.
-    #[pyo3(signature = (xhat, period, substeps, is_single, /))]
-    fn stepper(
-        &self,
-        py: Python<'_>,
-        xhat: Option<Vector<'_>>,
-        period: Option<f64>,
-        substeps: Option<usize>,
-        is_single: bool,
-    ) -> PyResult<Stepper> {
-        let study = Arc::clone(&self.study);
+    #[pyo3(signature = (xhat, request, /))]
+    fn stepper(&self, py: Python<'_>, xhat: Option<Vector<'_>>, request: Request) -> PyResult<Stepper> {
+        let (study, designed, options) = (Arc::clone(&self.study), Arc::clone(&self.designed), request.options(py)?);
         let xhat = xhat.map(|xhat| vector(&xhat).as_slice().to_vec());
         let built = interruptible(py, None, move |_| {
-            let observer = &study.observers[0];
-            let found = sampled(&study, observer, period, substeps).map_err(export::Refusal::from)?;
-            let export = export::prepared(&study, observer, found.design, is_single, xhat.as_deref())?;
-            Ok((golden::Stepper::new(&export)?, found.period, export.observer().dimensions()))
+            let options = ExportOptions { designed: Some(&designed), ..options };
+            let export = program(&study, None, &options, xhat.as_deref())?;
+            let stepper = golden::Stepper::new(&export).map_err(|error| ExportRefusal::Numbers {
+                observer: study.observers[0].name.clone(),
+                error: Box::new(error),
+            })?;
+            Ok((stepper, export.observer().period(), export.observer().dimensions()))
         })?;
-        let (stepper, period, size) = built.map_err(|why: export::Refusal| why.raised(py))?;
+        let (stepper, period, size) = built.map_err(|why| refused(py, &why))?;
         Ok(Stepper { inner: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
     }
 
     /// The files of an export: names and bytes, what is proved, and its cost. With a study of the same plant and
     /// observer the bounds of its simulation are those of the proof.
-    #[pyo3(signature = (study, folder, to, period, substeps, is_single, unproved, /))]
-    #[expect(clippy::too_many_arguments, reason = "the options of an export")]
+    #[pyo3(signature = (study, folder, request, /))]
     fn export<'py>(
         &self,
         py: Python<'py>,
         study: Option<&str>,
         folder: PathBuf,
-        to: &str,
-        period: Option<f64>,
-        substeps: Option<usize>,
-        is_single: bool,
-        unproved: bool,
+        request: Request,
     ) -> PyResult<Bound<'py, PyDict>> {
         let study = match study {
             Some(text) => Arc::new(read(py, text, &folder)?),
             None => Arc::clone(&self.study),
         };
-        let request = Request { to: to.to_owned(), period, substeps, is_single, unproved };
-        let exported = interruptible(py, None, move |_| export::export(&study, &request))?;
-        exported.map_err(|why| why.raised(py))?.dictionary(py)
+        let (designed, options) = (Arc::clone(&self.designed), request.options(py)?);
+        let exported = interruptible(py, None, move |_| {
+            export(&study, None, &ExportOptions { designed: Some(&designed), ..options })
+        })?;
+        files(py, &exported.map_err(|why| refused(py, &why))?)
     }
 }
 

@@ -77,7 +77,7 @@ pub(crate) fn study_error(py: Python<'_>, why: &StudyError) -> PyErr {
 }
 
 /// A message of the command with the names that its options have in Python.
-fn in_python(message: &str) -> String {
+pub(crate) fn in_python(message: &str) -> String {
     let names = [
         (" with -o", ""),
         ("--restart", "restart=True"),
@@ -85,6 +85,17 @@ fn in_python(message: &str) -> String {
         ("--block-size ", "block_size="),
         ("--limit memory=", "memory_limit, in bytes, of "),
         ("--limit time=", "time_limit, in seconds, of "),
+        ("--unproved", "unproved=True"),
+        ("--format f64", "format=\"f64\""),
+        ("--format f32", "format=\"f32\""),
+        ("--format q16.16", "format=\"q16.16\""),
+        ("--to c", "to=\"c\""),
+        ("--to fmu", "to=\"fmu\""),
+        ("--period", "dt"),
+        ("--substeps", "substeps"),
+        ("--feedback", "feedback"),
+        ("--gains", "gains"),
+        ("--fmi", "fmi"),
     ];
     names.iter().fold(message.to_owned(), |text, (option, name)| text.replace(option, name))
 }

@@ -335,6 +335,58 @@ def test_exports(tmp_path):
         observer.export(format="f16", dt=0.01)
 
 
+def test_exports_have_the_options_of_the_command(tmp_path):
+    observer = lg.place_observer(SYS, [-4, -5], name="fast")
+    fixed = observer.export(dt=0.01, format="q12.20", gains="q4.28", run={"x0": [1, -1], "duration": 5})
+    assert fixed.proved and any("Q12.20" in sentence for sentence in fixed.statement)
+    assert all(late < largest for late, largest in zip(fixed.difference["second_half"], fixed.difference["largest"]))
+    assert b"int32_t" in fixed.files["fast.h"] and fixed.substeps is None and len(fixed.digest) == 64
+    # u = r - K xhat as one block, and the loop has a certificate of its own; in `run` u is r.
+    loop = observer.export(tmp_path / "loop", dt=0.01, feedback=[4.0, 3.0], run={"x0": [1, 0], "duration": 2, "u": "1"})
+    assert loop.proved and {"certificate.json", "certificate-feedback.json"} <= set(loop.files)
+    assert lg.verify(tmp_path / "loop" / "certificate-feedback.json").facts
+    with pytest.raises(lg.ExportRefused, match="its feedback has no stability certificate"):
+        observer.export(dt=0.01, feedback=[[-40.0, 0.0]])
+    with pytest.raises(lg.DimensionMismatch):
+        observer.export(dt=0.01, feedback=[[4.0, 3.0, 2.0]])
+    for version in (2, 3):
+        unit = observer.export(to="fmu", fmi=version, dt=0.01, test_steps=8)
+        # Without a C compiler the archive has its sources alone, and the notes say so.
+        assert unit.binaries or unit.notes
+        assert f"FMI {version}.0" in unit.files["README.md"].decode()
+    for options, says in [
+        ({"fmi": 3}, "fmi is for to="),
+        ({"fmi": 4, "to": "fmu"}, "2 or 3"),
+        ({"gains": "q4.28"}, "gains is for fixed point"),
+        ({"format": "q0.16"}, "a format has 2 to 32 bits"),
+        ({"format": "q16.16", "to": "rust"}, 'fixed point is for to="c"'),
+        ({"format": "q16.16", "feedback": [[4.0, 3.0]]}, "feedback is for floating point"),
+    ]:
+        with pytest.raises(lg.InvalidArgument, match=says):
+            observer.export(dt=0.01, **options)
+    with pytest.raises(lg.ExportRefused, match="spectral radius") as refused:
+        observer.export(dt=0.01, format="q12.2")
+    assert any('format="f64"' in alternative for alternative in refused.value.alternatives)
+
+
+def test_observers_at_varying_periods():
+    observer = lg.sampled_cubic_observer(SYS, [-4, -5], gamma=1.0, dt=0.1, jitter=[0.05, 0.15], misses=1)
+    exported = observer.export()
+    assert exported.proved and exported.period == 0.1 and "dt" in exported.files["luenberger.h"].decode()
+    # Two samples of one time each, and one of twice the nominal period at once: the input is held.
+    first = observer.step(0.0, 1.0, dt=0.05)
+    observer.reset()
+    np.testing.assert_array_equal(observer.step(np.zeros((1, 2)), np.ones((1, 2)), dt=[0.05, 0.15])[:, 0], first)
+    observer.reset()
+    nominal = observer.step(0.0, 1.0)
+    observer.reset()
+    np.testing.assert_array_equal(observer.step(0.0, 1.0, dt=0.1), nominal)
+    assert not np.array_equal(first, nominal)
+    assert observer.simulate([1, 0], 10, u="sin(t)").xhat.shape == (2, 501)
+    with pytest.raises(lg.NotApplicable, match="varying periods"):
+        observer.to_control()
+
+
 def test_observers_are_used_from_several_threads():
     from concurrent.futures import ThreadPoolExecutor
 

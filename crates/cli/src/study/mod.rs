@@ -5,8 +5,6 @@ mod advise;
 mod columns;
 mod cost;
 mod export;
-mod export_fmu;
-mod export_numbers;
 mod file;
 mod interrupt;
 mod new;

@@ -1,8 +1,9 @@
 //! What is refused is refuted, and what is refuted is false: designs in unsuitable units.
 
 use luenberger_design::{
-    DesignError, DiscreteDesign, DisturbanceBounds, GainOptions, GeneralizedPlant, LinearDesign, LyapunovWeight,
-    NormFilterDesign, NormTarget, ReducedOrderDesign, SystemNorm, TimeDomain, UnseenModes, least_width_gain,
+    CubicDesign, CubicGain, DesignError, DiscreteDesign, DisturbanceBounds, GainOptions, GeneralizedPlant,
+    LinearDesign, LyapunovWeight, NormFilterDesign, NormTarget, ReducedOrderDesign, SystemNorm, TimeDomain,
+    UnseenModes, least_width_gain,
 };
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, dmatrix};
@@ -26,6 +27,17 @@ fn a_gain_in_unsuitable_units_is_proved() {
     let weighted = design.lyapunov_weight(LyapunovWeight::Identity(1.0)).unwrap();
     assert!((weighted.q.clone() - DMatrix::identity(2, 2)).norm() == 0.0 && !weighted.certificate.is_proved());
     assert!(ReducedOrderDesign::with_poles(&of, &[-1.0]).unwrap().certificate.is_proved());
+}
+
+/// Exact arithmetic proves the P of `Q = I` here, whose correlations are 1 to rounding: no cubic gain could be computed
+/// with it. Found among random units: x3 is in units of 2^-38.
+#[test]
+fn a_matrix_that_binary64_cannot_invert_is_not_chosen() {
+    let a = dmatrix![0.0, 1.0, 0.0; 0.0, -0.5, 5.4569682106375694e-12; 0.0, -2.06158430208e11, -2.0];
+    let linear = LinearDesign::with_poles(&plant(a, dmatrix![1.0, 0.0, 0.0]), &[-2.0, -2.75, -3.5]).unwrap();
+    assert!(linear.certificate.is_proved());
+    let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
+    assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
 }
 
 /// With the plain units `Q = I` is kept.

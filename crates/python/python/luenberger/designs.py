@@ -458,6 +458,8 @@ def sampled_cubic_observer(
     G: npt.ArrayLike | None = None,
     decay_rate: float | None = None,
     theta: npt.ArrayLike | None = None,
+    jitter: Sequence[float] | None = None,
+    misses: int | None = None,
     rho: float | None = None,
     Q: npt.ArrayLike | None = None,
     xhat0: npt.ArrayLike | None = None,
@@ -476,6 +478,11 @@ def sampled_cubic_observer(
         The strength w of the cubic term, `N = -w P^-1 C'(C P^-1 C')^-1`.
     dt : float, optional
         The sampling period; that of a plant in discrete time is its own.
+    jitter : pair of float, optional
+        The shortest and the longest real period: the proof covers all between, and `step` takes the time since the last
+        sample.
+    misses : int, optional
+        How many samples may be missed in a row; covered by the proof.
     theta, rho, Q, xhat0, name : optional
         As for `cubic_observer`.
 
@@ -502,6 +509,8 @@ def sampled_cubic_observer(
         **_cubic(plant, theta),
         "gamma": number("gamma", gamma, positive=True),
         "period": step,
+        "jitter": None if jitter is None else vector("jitter", jitter, 2).tolist(),
+        "misses": misses,
     }
     return Observer(plant, spec, xhat0=xhat0, name=name)
 

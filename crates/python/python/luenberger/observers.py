@@ -16,7 +16,7 @@ import numpy.typing as npt
 from . import _html, _luenberger
 from ._arrays import Array, ComplexArray, finite, matrix, number, real, vector
 from .certificates import Certificate
-from .errors import DimensionMismatch, ExportRefused, InvalidArgument
+from .errors import DimensionMismatch, ExportRefused, InvalidArgument, NotApplicable
 from .plants import Plant, as_json
 from .systems import StateSpace
 from .trajectories import Trajectory, trajectory
@@ -37,11 +37,24 @@ class Export:
     statement : list of str
         What is proved of the stored numbers, and what is not covered.
     proved : bool
-        Whether there is a certificate file.
+        Whether stability is proved; with feedback, that of the loop too.
     period : float
-        The sampling period of the step.
+        The sampling period of the step; the nominal one of an observer at varying periods.
     operations, bytes : int
-        Floating-point operations of a step; bytes of constants and state.
+        Operations of a step, floating-point ones or in fixed point products of integers; bytes of constants and state.
+    operations_within_bounds : int or None
+        The most operations of a step without active bounds, of a moving-horizon estimator with bounds.
+    substeps : int or None
+        Runge-Kutta steps per period, where there are any.
+    difference : dict or None
+        With `run`: how far the exported estimates are from those of this observer along it, for each state: `largest`,
+        `second_half`, and `own_error_in_second_half` of this observer itself.
+    binaries : list of str
+        The binaries in the archive of an FMU.
+    notes : list of str
+        Why the archive of an FMU lacks binaries.
+    digest : str
+        SHA-256 of the exported numbers.
 
     Examples
     --------
@@ -59,6 +72,12 @@ class Export:
     period: float
     operations: int
     bytes: int
+    operations_within_bounds: int | None
+    substeps: int | None
+    difference: dict[str, Array] | None
+    binaries: list[str]
+    notes: list[str]
+    digest: str
 
 
 class Observer:
@@ -102,6 +121,7 @@ class Observer:
         self.name: str = summary["name"]
         self.kind: str = summary["kind"]
         self.dt: float | None = summary["period"]
+        self._is_at_varying_periods = "jitter" in self._spec or "misses" in self._spec
         self._order: int = summary["order"]
         self._initial: Array = summary["initial"]
         self._report: dict[str, Any] = json.loads(self._design.report())
@@ -407,9 +427,11 @@ class Observer:
         """
         start = None if xhat is None else vector("xhat", xhat, self.plant.nstates)
         period = self._period(dt)
-        self._stepper = self._design.stepper(start, period, substeps, _is_single(format))
+        if format not in ("f32", "f64"):
+            raise InvalidArgument(f"format is {format!r}", hint="'f32' or 'f64'")
+        self._stepper = self._design.stepper(start, {"format": format, "period": period, "substeps": substeps})
 
-    def step(self, u: npt.ArrayLike | None, y: npt.ArrayLike, dt: float | None = None) -> Array:
+    def step(self, u: npt.ArrayLike | None, y: npt.ArrayLike, dt: npt.ArrayLike | None = None) -> Array:
         """One step, the one that exported code computes.
 
         Parameters
@@ -419,12 +441,13 @@ class Observer:
         y : array_like, (p,) or (p, T)
             The output of this sample.
         dt : float, optional
-            The sampling period of an observer in continuous time, needed at its first step.
+            The sampling period of an observer in continuous time, needed at its first step. Of an observer at varying
+            periods the time since the last sample, one or (T,) (default: the nominal period); u was held over it.
 
         Returns
         -------
         ndarray, (n,) or (n, T)
-            The estimate for the next sample.
+            The estimate for the next sample; at varying periods that at this one.
 
         Examples
         --------
@@ -433,11 +456,12 @@ class Observer:
         >>> observer.step(u=0.0, y=1.0, dt=0.1).round(4)
         array([0.5747, 0.7132])
         """
+        is_varying = self._is_at_varying_periods
         if self._stepper is None:
-            self.reset(dt=dt)
+            self.reset(dt=None if is_varying or dt is None else number("dt", dt, positive=True))
         stepper = self._stepper
         assert stepper is not None
-        if dt is not None and dt != stepper.period:
+        if dt is not None and dt != stepper.period and not is_varying:
             raise InvalidArgument(
                 f"dt is {dt}, and the observer is stepped with {stepper.period}",
                 hint="the same, or reset(dt=..) before",
@@ -452,6 +476,10 @@ class Observer:
         else:
             inputs = real("u", u)
             inputs = _signal("u", inputs if inputs.ndim == 2 else inputs.reshape(-1, 1), m, columns)
+        if is_varying:
+            times = real("dt", stepper.period if dt is None else dt)
+            times = vector("dt", np.broadcast_to(times, columns) if times.size == 1 else times, columns)
+            inputs = np.vstack([inputs, times])
         estimates: Array = stepper.steps(inputs, outputs)
         return estimates if several else estimates[:, 0]
 
@@ -468,7 +496,7 @@ class Observer:
         Returns
         -------
         control.StateSpace or control.NonlinearIOSystem
-            A StateSpace of a linear observer. The inputs have the names of the plant's inputs and outputs, the
+            A StateSpace of a linear observer; an observer at varying periods has none (`NotApplicable`). The inputs have the names of the plant's inputs and outputs, the
             outputs are named `x_hat`, so that `control.interconnect` joins them.
 
         Examples
@@ -480,6 +508,8 @@ class Observer:
         """
         import control
 
+        if self._is_at_varying_periods:
+            raise NotApplicable(f"{self.name} has samples at varying periods, and a block has one period")
         plant = self.plant
         hats = [f"{name}_hat" for name in plant.states]
         names: dict[str, Any] = {"inputs": [*plant.inputs, *plant.outputs], "outputs": hats, "name": self.name}
@@ -513,7 +543,11 @@ class Observer:
         *,
         dt: float | None = None,
         format: str = "f64",
+        gains: str | None = None,
+        fmi: int | None = None,
+        feedback: npt.ArrayLike | None = None,
         substeps: int | None = None,
+        test_steps: int = 64,
         run: Mapping[str, Any] | None = None,
         unproved: bool = False,
         force: bool = False,
@@ -528,10 +562,20 @@ class Observer:
             C99, a `no_std` crate, or a Functional Mock-up Unit.
         dt : float, optional
             The sampling period, for an observer in continuous time.
-        format : {'f64', 'f32'}, optional
-            Numbers of the target.
+        format : str, optional
+            Numbers of the target: 'f64', 'f32', or fixed point such as 'q16.16' (2 to 32 bits, the sign among those
+            before the point), of a linear observer in C.
+        gains : str, optional
+            Fixed-point format of the gains (default: that of `format`).
+        fmi : {2, 3}, optional
+            Version of the standard of an FMU (default 2).
+        feedback : array_like, (m, n), optional
+            The gain K of `u = r - K xhat`: the step takes r and y, and returns u as well. The input of `run` is then r.
         substeps : int, optional
-            Runge-Kutta steps per period, of a nonlinear plant.
+            Runge-Kutta steps per period, of a nonlinear plant (default: a quarter of the fastest time constant of the
+            error each; those of an extended Kalman filter in its design).
+        test_steps : int, optional
+            Steps of the golden test.
         run : dict, optional
             Arguments of `simulate`. The bounds of states, inputs and noise in that run are those of the proof, which
             then covers rounding on the target: the ball to which the error shrinks. The exported step is compared with
@@ -549,6 +593,8 @@ class Observer:
         ------
         ExportRefused
             With the reason.
+        InvalidArgument
+            Options that do not go together.
 
         Examples
         --------
@@ -556,14 +602,31 @@ class Observer:
         >>> observer = luenberger.place_observer(([[0, 1], [0, 0]], [[0], [1]], [[1, 0]]), [-2, -5])
         >>> sorted(observer.export(dt=0.01).files)[:2]
         ['CMakeLists.txt', 'README.md']
+        >>> observer.export(dt=0.01, format="q12.20", gains="q4.28").proved
+        True
         """
         period = self._period(dt)
         root = None if folder is None else Path(folder)
         if root is not None and root.is_dir() and any(root.iterdir()) and not force:
             raise ExportRefused(f"{root} has files", alternatives=("another folder, or force=True",))
         with tempfile.TemporaryDirectory() as scratch:
-            study = None if run is None else as_json(self._simulation(scratch, **run))
-            found = self._design.export(study, scratch, to, period, substeps, _is_single(format), unproved)
+            study = self._study() if run is None else self._simulation(scratch, **run)
+            if feedback is not None:
+                k = matrix("feedback", feedback, self.plant.ninputs, self.plant.nstates, vector="row")
+                study.setdefault("input", {})["feedback"] = {"k": k.tolist(), "observer": self.name}
+            request = {
+                "to": to,
+                "fmi": fmi,
+                "feedback": feedback is not None,
+                "format": format,
+                "gains": gains,
+                "period": period,
+                "substeps": substeps,
+                "test_steps": test_steps,
+                "unproved": unproved,
+            }
+            given = None if run is None and feedback is None else as_json(study)
+            found = self._design.export(given, scratch, request)
         if root is not None:
             for name, content in found["files"].items():
                 path = root / name
@@ -587,12 +650,6 @@ class Observer:
 def _short(name: str) -> str:
     """Of `P (stationary error covariance)` the P."""
     return name.split(" (")[0]
-
-
-def _is_single(format: str) -> bool:
-    if format not in ("f32", "f64"):
-        raise InvalidArgument(f"format is {format!r}", hint="'f32' or 'f64'")
-    return format == "f32"
 
 
 def _entries(value: Any) -> Array:

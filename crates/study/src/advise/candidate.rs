@@ -3,7 +3,6 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use luenberger_export::Scalar;
 use luenberger_proof::wording::counted;
 use serde::Serialize;
 
@@ -11,7 +10,7 @@ use super::block::{Block, study_with};
 use super::information::{Information, InformationKind};
 use super::ranking::{Criterion, Ranked, UNPROVED_FACTOR};
 use super::tuning::Context;
-use crate::deployment;
+use crate::deployment::{self, ExportOptions};
 use crate::design::{Designed, NoDesign, attempt};
 use crate::execute::Scored;
 use crate::kinds::Rule;
@@ -150,10 +149,11 @@ fn cost(
         return Err(LATE.to_owned());
     }
     let period = spec.kind.period().is_none().then_some(period);
-    let sampled = deployment::sampled_of((study, spec, Some(designed)), period, None, end)
-        .map_err(|why| if is_over() { LATE.to_owned() } else { why.hypothesis })?;
-    let export = deployment::exported(study, spec, sampled.design, Scalar::Binary64, None);
-    export.map(|export| export.operations()).map_err(|error| error.to_string())
+    let options = ExportOptions { period, designed: Some(designed), ..ExportOptions::default() };
+    let prepared = deployment::prepared((study, spec), &options, None, end);
+    prepared
+        .map(|prepared| prepared.export.operations())
+        .map_err(|why| if is_over() { LATE.to_owned() } else { why.reason() })
 }
 
 /// The scores of an observer: medians over the runs, in which a run that ended early is infinite.

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `linear` | what is proved of an observer of a linear plant on its target |
 //! | `nonlinear` | observers of nonlinear plants with a step for each sample, and what is proved of them |
+//! | `export` | an observer as a folder of files |
 //! | `exported` | the program that an export prints, under the names of the study |
 //! | `kkl` | the numerical KKL observer |
 //! | `interval` | the interval observer |
@@ -12,6 +13,7 @@
 //! | `recorded` | observers as programs |
 //! | `record` | the run of the study at the samples: what the exported step is compared with |
 
+mod export;
 mod exported;
 mod expressions;
 pub(crate) mod feedback;
@@ -23,6 +25,8 @@ mod nonlinear;
 mod record;
 pub(crate) mod recorded;
 
+pub(crate) use export::prepared;
+pub use export::{ExportOptions, ExportRefusal, ExportedObserver, Language, Precision, export, program};
 pub use exported::exported;
 pub use interval::IntervalDeployment;
 pub use nonlinear::NonlinearStep;

@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use luenberger_proof::wording::at_most;
 use luenberger_sim::Trajectory;
+use serde::Serialize;
 
 use super::Sampled;
 use crate::design::{Designed, attempt};
@@ -84,13 +85,15 @@ fn at_samples(end: f64, name: &str, run_at: &dyn Fn(&[f64]) -> Option<Trajectory
 }
 
 /// How far the exported step is from the observer of the study along its run, for each state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
     /// The largest difference of the estimates.
     pub largest: Vec<f64>,
     /// The same in the second half of the run.
+    #[serde(rename = "second_half")]
     pub late: Vec<f64>,
     /// The largest error of the study's observer in the second half.
+    #[serde(rename = "own_error_in_second_half")]
     pub own: Vec<f64>,
 }
 

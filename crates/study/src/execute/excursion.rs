@@ -109,7 +109,7 @@ impl<'a> Watch<'a> {
         let Some((name, value, bounds)) = found.or_else(|| beyond(t, time).then(|| ("t".to_owned(), t, time))) else {
             return false;
         };
-        let what = self.requested.kind.valid_in_region();
+        let what = self.requested.kind.outside_region();
         self.first.get_or_insert(Excursion { what, extent: Extent::Rows(0, 0), t, name, value, bounds });
         true
     }

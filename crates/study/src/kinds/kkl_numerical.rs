@@ -237,8 +237,8 @@ impl Kind for KklSpec {
         Some(luenberger_design::Region::new(&self.domain).inputs(&self.inputs))
     }
 
-    fn valid_in_region(&self) -> &'static str {
-        "Fit"
+    fn outside_region(&self) -> &'static str {
+        "Fit not valid outside the design region"
     }
 
     fn faster(&self, factor: f64) -> Option<ObserverKind> {

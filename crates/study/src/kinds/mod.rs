@@ -273,9 +273,9 @@ pub trait Kind: Specification {
         false
     }
 
-    /// What does not hold outside of that region.
-    fn valid_in_region(&self) -> &'static str {
-        "Guarantee"
+    /// What is said of a run outside of that region.
+    fn outside_region(&self) -> &'static str {
+        "Guarantee not valid outside the design region"
     }
 
     /// Bounds of |x(0) - xhat(0)|, of an observer that states bounds of its error.

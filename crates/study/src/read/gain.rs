@@ -101,7 +101,9 @@ pub(crate) fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader)
     let mut sound = true;
     for (pole, entry) in poles.iter().zip(list) {
         let times = |wanted: Complex<f64>| poles.iter().filter(|pole| **pole == wanted).count();
-        if reader.dt.is_some() && pole.norm() >= 1.0 {
+        if !reader.fits_time {
+            // Neither half plane nor circle is the right place.
+        } else if reader.dt.is_some() && pole.norm() >= 1.0 {
             let message = format!("the pole {} is not inside the unit circle", shown(*pole));
             reader.wrong(entry.span.clone(), message, "expected a modulus below 1: the plant is in discrete time");
             sound = false;

@@ -253,12 +253,14 @@ pub struct Reader {
     files: Vec<FileDigest>,
     /// The period of a plant in discrete time.
     pub(crate) dt: Option<f64>,
+    /// Whether the kind of observer that is read is for the time of the plant; if not, its design says so.
+    fits_time: bool,
 }
 
 impl Reader {
     fn new(folder: &Path, copies: BTreeMap<String, PathBuf>) -> Self {
         let (mistakes, absences) = (Vec::new(), Vec::new());
-        Self { mistakes, absences, folder: folder.to_owned(), copies, files: Vec::new(), dt: None }
+        Self { mistakes, absences, folder: folder.to_owned(), copies, files: Vec::new(), dt: None, fits_time: true }
     }
 
     /// A reader of a part of the same study.

@@ -96,6 +96,7 @@ pub(super) fn observer(
         Some(initial) => reader.numbers(initial, "initial", size.states, "state"),
         None => Some(start.to_vec()),
     };
+    reader.fits_time = reader.dt.is_none() || kind.plant.time().discrete;
     let kind = (kind.read)(&Given { node, plant, name: &name, root }, reader);
     let limits = limits(node, size, reader);
     let bounds = disturbance::bounds(node, size, root, reader);

@@ -14,7 +14,7 @@ fn run(text: &str, folder: &Path, output: Option<PathBuf>) -> Results {
     execute(&study_in(folder, text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-const MAP: &str = r#"[plant]
+pub(crate) const MAP: &str = r#"[plant]
 f = ["x1 + 0.1*x2", "x2 - 0.981*sin(x1) + 0.1*u1"]
 h = ["sin(x1)"]
 dt = 0.1

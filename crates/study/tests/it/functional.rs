@@ -1,7 +1,9 @@
 //! Functional observers in studies.
 
+use std::sync::atomic::AtomicBool;
+
 use luenberger_study::deployment::sampled;
-use luenberger_study::design::NoDesign;
+use luenberger_study::design::{NoDesign, design};
 use luenberger_study::execute::Step;
 use luenberger_study::{RunOptions, execute};
 
@@ -118,5 +120,7 @@ fn bad_values_are_reported() {
     let sweep = "[sweep]\nparameter = \"noise\"\nvalues = [1]\n";
     wrong(format!("{PLANT}{OBSERVER}{sweep}"), "[sweep] compares estimates of the state");
     let discrete = "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 0.1\n";
-    wrong(format!("{discrete}{}", OBSERVER.replace("[[0, 1, 1]]", "[[1]]")), "plants in continuous time");
+    let of_samples = read(&format!("{discrete}{}", OBSERVER.replace("[[0, 1, 1]]", "[[1]]"))).unwrap();
+    let refused = design(&of_samples, &of_samples.observers[0], &AtomicBool::new(false)).unwrap_err();
+    assert!(format!("{refused:?}").contains("is for plants in continuous time, and this one has dt = 0.1"));
 }

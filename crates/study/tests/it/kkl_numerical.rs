@@ -68,7 +68,7 @@ fn error_of_run(results: &Results, (from, to): (f64, f64)) -> f64 {
 }
 
 /// Duffing's oscillator with a held force u: x'' = -x - x^3/2 + u, on orbits around its equilibrium for u.
-const FORCED: &str = r#"
+pub(crate) const FORCED: &str = r#"
 [plant]
 f = ["x2", "-x1 - 0.5*x1^3 + u1"]
 h = ["x1"]
@@ -120,7 +120,7 @@ fn the_error_between_the_nodes_falls_with_their_number() {
 }
 
 /// Two oscillators with cubic springs, coupled; only the first position is measured.
-const COUPLED: &str = r#"
+pub(crate) const COUPLED: &str = r#"
 [plant]
 f = ["x2", "-1.5*x1 - 0.2*x1^3 + 0.5*x3", "x4", "-2.5*x3 - 0.2*x3^3 + 0.5*x1"]
 h = ["x1"]

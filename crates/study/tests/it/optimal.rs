@@ -88,8 +88,10 @@ fn mistakes_are_named() {
     mistake(&format!("{sound}\nprocess_noise = [[1, 2], [3, 4]]"), "`process_noise` is 2 x 2");
     mistake(&format!("{sound}\npoles = [-1]"), "poles");
     let discrete = SCALAR.replace("c = [[1]]", "c = [[1]]\ndt = 0.1");
-    let found = read(&format!("{discrete}{sound}\n")).unwrap_err().to_string();
-    assert!(found.contains("this kind is for plants in continuous time"), "{found}");
+    let study = read(&format!("{discrete}{sound}\n")).unwrap();
+    let refused = design(&study, &study.observers[0], &AtomicBool::new(false)).unwrap_err();
+    let said = format!("{refused:?}");
+    assert!(said.contains("the kind optimal-cubic is for plants in continuous time"), "{said}");
     let nonlinear = "[plant]\nf = [\"-x1^3\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"optimal-cubic\"\n";
     let study = read(&format!("{nonlinear}{sound}\n")).unwrap();
     let refused = design(&study, &study.observers[0], &AtomicBool::new(false)).unwrap_err();

@@ -1,27 +1,31 @@
 //! Exported C has the bits of the observer that runs, whatever is measured: numbers far beyond the plant, below the
 //! normal ones, and none at all.
 
+use std::collections::BTreeSet;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::AtomicBool;
 
-use luenberger_export::{Export, Scalar, golden};
+use luenberger_export::extension::SampledExtension;
+use luenberger_export::{Export, ExportableObserver, File, FixedPointFormat, FixedPointFormats, Scalar, golden};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{
     CubicObserver, HighGainObserver, ImmersionInvarianceObserver, InterSampleObserver, KklObserver, LinearObserver,
-    MeanValueObserver, Observer, ObserverDimensions, SampledIntervalObserver, SampledJumps, SampledObserver,
-    SlidingModeObserver,
+    MeanValueObserver, Observer, ObserverDimensions, SampledCubicObserver, SampledIntervalObserver, SampledJumps,
+    SampledObserver, SlidingModeObserver,
 };
-use luenberger_study::Study;
-use luenberger_study::deployment::{self, Sampled};
-use luenberger_study::design::Designed;
-use luenberger_study::kinds::{PebObserver, PrintedMean, ReducedOrderObserver, WithoutDisturbance};
+use luenberger_study::deployment::{ExportOptions, Precision, program};
+use luenberger_study::design::{Designed, design};
+use luenberger_study::kinds::{PebObserver, PrintedMean, ReducedOrderObserver, WithoutDisturbance, registry};
 use luenberger_study::maps::{HighGainMaps, ImmersionMaps, KklMaps};
 use luenberger_study::model::Model;
+use luenberger_study::study::ObserverSpec;
+use luenberger_study::{Study, TEMPLATES};
 use nalgebra::{DVector, Dyn};
 
-use crate::studies::{designed, extension, read};
-use crate::{composed, maps, reduced_order, resets};
+use crate::studies::read;
+use crate::{composed, filters, kkl_numerical, maps, reduced_order, resets, varying_periods};
 
 /// What a sensor may report for one sample.
 const HOSTILE: [f64; 8] = [1e13, -1e13, 1e30, -1e30, 5e-324, 1e-310, f64::NAN, f64::INFINITY];
@@ -29,33 +33,40 @@ const HOSTILE: [f64; 8] = [1e13, -1e13, 1e30, -1e30, 5e-324, 1e-310, f64::NAN, f
 type Samples = Vec<(Vec<f64>, Vec<f64>)>;
 
 /// Smooth inputs and outputs, of which one sample of an output and one of an input is `hostile`.
-fn samples((inputs, outputs): (usize, usize), hostile: f64, at: usize) -> Samples {
+fn samples(export: &Export, hostile: f64, at: usize) -> Samples {
     let smooth = |k: usize, j: usize| 0.4 + 0.3 * (0.37 * k as f64 + 1.3 * j as f64).sin();
+    let (observer, outputs) = (export.observer(), export.observer().dimensions().outputs);
     (0..14)
         .map(|k| {
-            let mut u: Vec<f64> = (0..inputs).map(|j| smooth(k, j + 3)).collect();
+            let mut u: Vec<f64> = (0..observer.plant_inputs()).map(|j| smooth(k, j + 3)).collect();
             let mut y: Vec<f64> = (0..outputs).map(|j| smooth(k, j)).collect();
             if k == 3 {
                 y[at % outputs] = hostile;
             }
-            if k == 8 && inputs > 0 {
+            if k == 8 && !u.is_empty() {
+                let inputs = u.len();
                 u[at % inputs] = hostile;
             }
+            u.extend(observer.takes_time().then(|| observer.period() * smooth(k, 5)));
             (u, y)
         })
         .collect()
 }
 
-/// The C of an export, compiled, with a program that takes samples and returns estimates as binary numbers.
-fn compiled(export: &Export, folder: &Path) -> std::path::PathBuf {
+/// The exported files in C, compiled with a program that takes samples and returns estimates as binary numbers of this
+/// type. `times` is 1 for a step that takes the time since the last sample behind the inputs, otherwise 0.
+fn compiled(
+    files: Vec<File>,
+    name: &str,
+    number: &str,
+    (inputs, outputs, times): (usize, usize, usize),
+    folder: &Path,
+) -> PathBuf {
     _ = std::fs::remove_dir_all(folder);
     std::fs::create_dir_all(folder).unwrap();
-    for file in export.c().unwrap() {
+    for file in files {
         std::fs::write(folder.join(file.name), file.text).unwrap();
     }
-    let name = export.identifier();
-    let (upper, size) = (name.to_uppercase(), export.observer().dimensions());
-    let number = if export.scalar() == Scalar::Binary32 { "float" } else { "double" };
     let main = format!(
         "#include <stdio.h>
 #include \"{name}.h\"
@@ -66,14 +77,16 @@ int main(void)
     {name}_state state;
     {name}_reset(&state);
     while (fread(in, sizeof in, 1, stdin) == 1) {{
-        {name}_step(&state, in, in + {m}, xhat);
+        {name}_step(&state, in, in + {known}, {time}xhat);
         fwrite(xhat, sizeof xhat, 1, stdout);
     }}
     return 0;
 }}
 ",
-        all = size.inputs + size.outputs,
-        m = size.inputs,
+        upper = name.to_uppercase(),
+        all = inputs + times + outputs,
+        known = inputs + times,
+        time = if times > 0 { format!("in[{inputs}], ") } else { String::new() },
     );
     std::fs::write(folder.join("main.c"), main).unwrap();
     let built = Command::new("cc")
@@ -86,22 +99,22 @@ int main(void)
     folder.join("run")
 }
 
+/// What the compiled program answers.
+fn answered(program: &Path, bytes: &[u8]) -> Vec<u8> {
+    let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(bytes).unwrap();
+    child.wait_with_output().unwrap().stdout
+}
+
 /// The estimates of the compiled program.
 fn driven(program: &Path, export: &Export, samples: &Samples) -> Vec<Vec<f64>> {
-    let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let numbers = samples.iter().flat_map(|(u, y)| u.iter().chain(y));
-    let is_single = export.scalar() == Scalar::Binary32;
-    let bytes: Vec<u8> = if is_single {
-        numbers.flat_map(|x| (*x as f32).to_le_bytes()).collect()
+    let numbers: Vec<f64> = if export.scalar() == Scalar::Binary32 {
+        let answer = answered(program, &numbers.flat_map(|x| (*x as f32).to_le_bytes()).collect::<Vec<u8>>());
+        answer.chunks_exact(4).map(|x| f32::from_le_bytes(x.try_into().unwrap()).into()).collect()
     } else {
-        numbers.flat_map(|x| x.to_le_bytes()).collect()
-    };
-    child.stdin.take().unwrap().write_all(&bytes).unwrap();
-    let output = child.wait_with_output().unwrap().stdout;
-    let numbers: Vec<f64> = if is_single {
-        output.chunks_exact(4).map(|x| f32::from_le_bytes(x.try_into().unwrap()).into()).collect()
-    } else {
-        output.chunks_exact(8).map(|x| f64::from_le_bytes(x.try_into().unwrap())).collect()
+        let answer = answered(program, &numbers.flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+        answer.chunks_exact(8).map(|x| f64::from_le_bytes(x.try_into().unwrap())).collect()
     };
     numbers.chunks_exact(export.observer().dimensions().estimate).map(<[f64]>::to_vec).collect()
 }
@@ -126,7 +139,7 @@ where
 /// The sampled form of an observer in continuous time, as the export has it.
 fn sampled_form<O>(
     observer: &O,
-    sampled: &Sampled,
+    form: &SampledExtension<f64>,
     plant: ExpressionPlant,
     initial: &[f64],
     samples: &Samples,
@@ -134,7 +147,6 @@ fn sampled_form<O>(
 where
     O: Observer<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,
 {
-    let form = extension(sampled);
     let same: InterSampleObserver<_, _, f64, Dyn, Dyn, Dyn, Dyn, Dyn> =
         InterSampleObserver::new(plant, observer, form.period(), form.substeps()).unwrap();
     stepped(&same, initial, samples)
@@ -172,33 +184,41 @@ impl SampledObserver<f64> for WithBounds<'_> {
     }
 }
 
-/// The estimates of the observer of the study, sampled.
-fn running(study: &Study, designed: &Designed, sampled: &Sampled, samples: &Samples) -> Vec<Vec<f64>> {
-    let (observer, plant) = (&study.observers[0], study.plant.model.expressions().unwrap());
-    let initial = &observer.initial;
-    macro_rules! form {
-        ($observer:expr) => {
-            sampled_form($observer, sampled, plant, initial, samples)
-        };
-    }
-    let runnable = &designed.runnable;
-    macro_rules! forms {
-        ($($of:ty),*) => {
-            $(if let Some(observer) = runnable.of::<$of>() {
-                return form!(observer);
-            })*
-        };
-    }
-    if let Some(observer) = runnable.of::<PebObserver>() {
-        let Some(reset) = observer.reset() else { return form!(observer) };
-        let every = (reset.period / extension(sampled).period()).round() as usize;
-        return form!(&SampledJumps::<_, Dyn>::new(observer.clone(), every));
-    }
+/// The estimates of the observer that runs: of those that are recorded, that of the study in its sampled form; of
+/// others the observer of the export itself.
+fn running(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: &Designed,
+    export: &Export,
+    samples: &Samples,
+) -> Vec<Vec<f64>> {
+    let (initial, plant, runnable) = (&observer.initial, study.plant.model.expressions().ok(), &designed.runnable);
     if let Some(observer) = runnable.of::<SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn>>() {
         return stepped(observer, initial, samples);
     }
     if let Some(observer) = runnable.of::<SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>>() {
         return stepped(&WithBounds(observer), initial, samples);
+    }
+    let form = if let ExportableObserver::Extension(form) = export.observer() { Some(form) } else { None };
+    let Some((form, plant)) = form.zip(plant) else {
+        return match runnable.of::<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>() {
+            Some(observer) => stepped(observer, initial, samples),
+            None => golden::replay(export, samples).unwrap(),
+        };
+    };
+    if let Some(observer) = runnable.of::<PebObserver>() {
+        let Some(reset) = observer.reset() else { return sampled_form(observer, form, plant, initial, samples) };
+        let every = (reset.period / form.period()).round() as usize;
+        let observer = SampledJumps::<_, Dyn>::new(observer.clone(), every);
+        return sampled_form(&observer, form, plant, initial, samples);
+    }
+    macro_rules! forms {
+        ($($of:ty),*) => {
+            $(if let Some(observer) = runnable.of::<$of>() {
+                return sampled_form(observer, form, plant, initial, samples);
+            })*
+        };
     }
     forms!(
         KklObserver<KklMaps>,
@@ -209,43 +229,57 @@ fn running(study: &Study, designed: &Designed, sampled: &Sampled, samples: &Samp
         WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>>,
         MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn>
     );
-    panic!("{runnable:?}")
+    panic!("{runnable:?} is recorded")
 }
 
-/// The exported C of the first observer of a study has the bits of the observer that runs in binary64, and in binary32
-/// those of its program.
-#[track_caller]
-fn has_the_bits(name: &str, text: &str, period: f64) {
-    let study = read(text).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let observer = &study.observers[0];
-    let designed = designed(&study).unwrap_or_else(|why| panic!("{name}: {why:?}"));
-    let own = observer.kind.period().or(study.plant.dt);
-    let sampled = deployment::sampled(&study, observer, own.or(Some(period)), None)
-        .unwrap_or_else(|why| panic!("{name}: {why:?}"));
-    for scalar in [Scalar::Binary64, Scalar::Binary32] {
-        let export = deployment::exported(&study, observer, sampled.design.clone(), scalar, None).unwrap();
+/// Bits that agree; all that is not a number counts as one.
+fn agree(found: &[f64], expected: &[f64]) -> bool {
+    let same = |(x, y): (&f64, &f64)| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan());
+    found.len() == expected.len() && found.iter().zip(expected).all(same)
+}
+
+/// Where the exported C of an observer has other bits than the observer that runs in binary64, and in binary32 than its
+/// program.
+fn differences(name: &str, study: &Study, observer: &ObserverSpec, period: f64) -> Vec<String> {
+    let found = design(study, observer, &AtomicBool::new(false));
+    let designed = found.unwrap_or_else(|why| panic!("{name}: {why:?}"));
+    let period = Some(observer.kind.period().or(study.plant.dt).unwrap_or(period));
+    let mut differences = Vec::new();
+    for format in [Precision::Binary64, Precision::Binary32] {
+        let options = ExportOptions { format, period, designed: Some(&designed), ..ExportOptions::default() };
+        let export = program(study, Some(&observer.name), &options, None).unwrap_or_else(|why| panic!("{name}: {why}"));
+        let (scalar, size) = (export.scalar(), export.observer().dimensions());
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recorded-{name}-{}", scalar.name()));
-        let program = compiled(&export, &folder);
-        let size = export.observer().dimensions();
+        let number = if scalar == Scalar::Binary32 { "float" } else { "double" };
+        let inputs = export.observer().plant_inputs();
+        let size = (inputs, size.outputs, size.inputs - inputs);
+        let program = compiled(export.c().unwrap(), export.identifier(), number, size, &folder);
         let mut finite = 0;
         for (at, hostile) in HOSTILE.into_iter().chain([0.5]).enumerate() {
-            let samples = samples((size.inputs, size.outputs), hostile, at);
+            let samples = samples(&export, hostile, at);
             let found = driven(&program, &export, &samples);
             let expected = match scalar {
-                Scalar::Binary64 => running(&study, &designed, &sampled, &samples),
+                Scalar::Binary64 => running(study, observer, &designed, &export, &samples),
                 Scalar::Binary32 => golden::replay(&export, &samples).unwrap(),
             };
             assert_eq!(found.len(), samples.len(), "{name}");
-            for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
-                assert_eq!(found.len(), expected.len(), "{name}");
-                let same = |(x, y): (&f64, &f64)| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan());
-                let agree = found.iter().zip(expected).all(same);
-                assert!(agree, "{name}, {hostile:e}, sample {k}: C {found:?}, observer {expected:?}");
-                finite += found.iter().filter(|x| x.is_finite()).count();
-            }
+            finite += found.iter().flatten().filter(|x| x.is_finite()).count();
+            let differs = found.iter().zip(&expected).position(|(found, expected)| !agree(found, expected));
+            differences.extend(differs.map(|k| {
+                let (found, expected) = (&found[k], &expected[k]);
+                format!("{name}, {}, {hostile:e}, sample {k}: C {found:?}, observer {expected:?}", scalar.name())
+            }));
         }
         assert!(finite > 0, "{name}: nothing is finite");
     }
+    differences
+}
+
+/// The exported C of the first observer of a study has the bits of the observer that runs.
+#[track_caller]
+fn has_the_bits(name: &str, text: &str, period: f64) {
+    let study = read(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert_eq!(differences(name, &study, &study.observers[0], period), Vec::<String>::new());
 }
 
 /// Four parameters, by both extensions of DREM.
@@ -357,4 +391,95 @@ fn observers_that_contain_the_plant_have_the_bits_of_their_export() {
     }
     has_the_bits("rows", ROWS, 1e-2);
     has_the_bits("reduced-order", reduced_order::OGATA, 2e-3);
+}
+
+/// Kinds and forms that no template has.
+fn others() -> Vec<(&'static str, String)> {
+    let pendulum = |observer: &str| {
+        format!("[plant]\nf = [\"x2\", \"-9.81*sin(x1) - 0.3*x2 + u1\"]\nh = [\"x1\"]\n[[observer]]\n{observer}\n")
+    };
+    let noise = "w = [1e-4, 1e-2]\nv = 0.04\nperiod = 0.05";
+    let motor = |observer: &str| {
+        format!(
+            "[plant]\na = [[0.9, 0.05], [-0.1, 0.7]]\nb = [[0.01], [0.2]]\nc = [[1, 0]]\nd = [[0.1]]\ndt = 0.05\n[[observer]]\n{observer}\n"
+        )
+    };
+    vec![
+        ("ukf", pendulum(&format!("kind = \"ukf\"\n{noise}"))),
+        ("ukf-negative-weight", pendulum(&format!("kind = \"ukf\"\nalpha = 0.1\n{noise}"))),
+        ("ukf-of-a-map", filters::MAP.to_owned()),
+        ("ekf-gate", pendulum(&format!("kind = \"extended-kalman\"\ngate = 0.99\n{noise}"))),
+        ("mhe", pendulum(&format!("kind = \"mhe\"\nwindow = 4\n{noise}"))),
+        ("mhe-bounds", pendulum(&format!("kind = \"mhe\"\nwindow = 3\nstate_bounds = [[-1, 1], [-inf, 2]]\n{noise}"))),
+        ("chain", pendulum("kind = \"high-gain\"\nr = 0.1")),
+        ("discrete", motor("kind = \"luenberger\"\npoles = [0.5, 0.6]")),
+        ("filter-form", motor("kind = \"kalman\"\nw = [1e-4, 1e-2]\nv = 0.04\nform = \"filter\"")),
+        ("varying", varying_periods::STUDY.to_owned()),
+        ("held", kkl_numerical::FORCED.replace("points = 17", "points = 9")),
+        ("embedded", kkl_numerical::FORCED.replace("points = 17", "points = 9\nform = \"embedded\"")),
+        ("four-states", kkl_numerical::COUPLED.replace("points = 6", "points = 5\nform = \"embedded\"")),
+    ]
+}
+
+/// All that `luenberger new --list` names, but for functions of the state, which have no export.
+#[test]
+fn every_kind_has_the_bits_of_its_export() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("templates");
+    let in_text = |text: &str| -> Vec<String> {
+        let kinds = text.lines().filter_map(|line| line.strip_prefix("kind = \"")?.split('"').next());
+        kinds.map(str::to_owned).collect()
+    };
+    let mut seen = BTreeSet::from(["functional".to_owned()]);
+    let mut found = Vec::new();
+    for template in TEMPLATES {
+        let study = Study::from_path(&folder.join(format!("{}.toml", template.name))).unwrap();
+        let simulation = study.simulation.as_ref();
+        let period = match template.name {
+            "cuk-observers" | "cuk-table-1" => 1e-5,
+            _ => simulation.map_or(0.01, |simulation| simulation.hold.unwrap_or(simulation.duration / 500.0)),
+        };
+        for observer in &study.observers {
+            let name = format!("{}-{}", template.name, observer.name.replace(|c: char| !c.is_alphanumeric(), "-"));
+            found.extend(differences(&name, &study, observer, period));
+        }
+        seen.extend(in_text(template.text));
+    }
+    for (name, text) in others() {
+        let study = read(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        found.extend(differences(name, &study, &study.observers[0], 0.02));
+        seen.extend(in_text(&text));
+    }
+    assert_eq!(found, Vec::<String>::new());
+    let missing: Vec<_> = registry().iter().map(|kind| kind.name).filter(|kind| !seen.contains(*kind)).collect();
+    assert_eq!(missing, Vec::<&str>::new());
+}
+
+/// Integers at the ends of their range, in formats of 32, 24 and 9 bits.
+#[test]
+fn fixed_point_observers_have_the_bits_of_their_export() {
+    let text = "[plant]\na = [[0.9, 0.05], [-0.1, 0.7]]\nb = [[0.01], [0.2]]\nc = [[1, 0]]\nd = [[0.1]]\ndt = 0.05\n[[observer]]\nkind = \"luenberger\"\npoles = [0.5, 0.6]\n";
+    let study = read(text).unwrap();
+    let export = program(&study, None, &ExportOptions::default(), None).unwrap();
+    for (signals, gains) in [((16, 16), (4, 28)), ((8, 16), (2, 14)), ((5, 4), (2, 7))] {
+        let format = |(integer, fraction)| FixedPointFormat::new(integer, fraction).unwrap();
+        let formats = FixedPointFormats { signals: format(signals), gains: format(gains) };
+        let fixed = export.fixed_point(formats).unwrap();
+        let (smallest, largest) = (formats.signals.smallest(), formats.signals.largest());
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recorded-fixed-{}", signals.0));
+        let program = compiled(fixed.c(), export.identifier(), "int32_t", (1, 1, 0), &folder);
+        let (observer, mut state) = (fixed.observer(), fixed.observer().start(fixed.initial().clone()));
+        let ends = [0, 1, -1, smallest, largest, smallest + 1, largest - 1, largest / 3, i32::MIN, i32::MAX];
+        let samples: Vec<[i32; 2]> = ends.iter().flat_map(|u| ends.iter().map(|y| [*u, *y])).collect();
+        let bytes: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+        let answer = answered(&program, &bytes);
+        let found: Vec<i32> = answer.chunks_exact(4).map(|x| i32::from_le_bytes(x.try_into().unwrap())).collect();
+        let expected: Vec<i32> = samples
+            .iter()
+            .flat_map(|[u, y]| {
+                observer.step(&mut state, &DVector::from_element(1, *u), &DVector::from_element(1, *y));
+                state.xhat.as_slice().to_vec()
+            })
+            .collect();
+        assert_eq!(found, expected);
+    }
 }

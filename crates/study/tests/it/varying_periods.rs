@@ -8,7 +8,7 @@ use luenberger_study::{Results, RunOptions, Step, execute};
 
 use crate::studies::{executed, mistake, scratch, study, study_in};
 
-const STUDY: &str = include_str!("../studies/varying_periods.toml");
+pub(crate) const STUDY: &str = include_str!("../studies/varying_periods.toml");
 
 /// Within the periods of the design: no warning, also not of the input, which need not be held. The scores are in
 /// continuous time, from the error at the start.

@@ -1,56 +1,56 @@
 //! An observer as an FMU: the archive with the binaries that can be built here, and a test for fmpy.
 
-use crate::arguments::FmiVersion;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use luenberger_export::fmu::{Version, compilers};
 use luenberger_export::{Export, ExportError, File};
-use std::io::Write;
 
-/// The files of the export: `NAME.fmu`, a test and a README; and the paths of the binaries in the archive.
+/// `NAME.fmu`, and beside it a test and a README.
 pub(super) struct FmuFiles {
-    pub(super) files: Vec<(String, Vec<u8>)>,
+    pub(super) archive: (String, Vec<u8>),
+    pub(super) texts: Vec<File>,
+    /// The paths of the binaries in the archive.
     pub(super) binaries: Vec<String>,
+    /// Why the archive lacks binaries.
+    pub(super) notes: Vec<String>,
 }
+
+/// Exports of this process, each of which compiles in a folder of its own.
+static COUNT: AtomicUsize = AtomicUsize::new(0);
 
 pub(super) fn files(
     export: &Export,
-    version: FmiVersion,
+    version: Version,
     certificates: &[(String, Vec<u8>)],
 ) -> Result<FmuFiles, ExportError> {
-    let version = match version {
-        FmiVersion::Two => Version::Two,
-        FmiVersion::Three => Version::Three,
-    };
     let mut fmu = export.fmu(version)?;
     for (name, bytes) in certificates {
         fmu.add(&format!("documentation/{name}"), bytes.clone());
     }
-    let mut binaries = Vec::new();
+    let (mut binaries, mut notes) = (Vec::new(), Vec::new());
     let compilers = compilers();
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
     for compiler in &compilers {
-        let scratch = std::env::temp_dir().join(format!("luenberger-{}-{}", std::process::id(), compiler.platform));
+        let name = format!("luenberger-{}-{count}-{}", std::process::id(), compiler.platform);
+        let scratch = std::env::temp_dir().join(name);
         let built = std::fs::create_dir_all(&scratch)
             .map_err(|error| ExportError::Archive { why: error.to_string() })
             .and_then(|()| fmu.compile(compiler, &scratch));
         _ = std::fs::remove_dir_all(&scratch);
         match built {
             Ok(path) => binaries.push(path),
-            Err(error) => note(&format!("no binary for {}: {error}", compiler.platform)),
+            Err(error) => notes.push(format!("no binary for {}: {error}", compiler.platform)),
         }
     }
     let name = fmu.file_name();
     if compilers.is_empty() {
-        note(&format!(
+        notes.push(format!(
             "no C compiler (cc, gcc, clang or $CC): {name} has no binary, and tools that do not compile sources refuse it"
         ));
     }
-    let mut files = vec![(name, fmu.archive()?)];
-    let texts = export.fmu_test()?.into_iter().chain([readme(export, version)]);
-    files.extend(texts.map(|file| (file.name, file.text.into_bytes())));
-    Ok(FmuFiles { files, binaries })
-}
-
-fn note(text: &str) {
-    _ = writeln!(std::io::stderr(), "note: {text}");
+    let mut texts = export.fmu_test()?;
+    texts.push(readme(export, version));
+    Ok(FmuFiles { archive: (name, fmu.archive()?), texts, binaries, notes })
 }
 
 fn readme(export: &Export, version: Version) -> File {

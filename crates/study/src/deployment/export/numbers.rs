@@ -1,9 +1,9 @@
 //! The numbers of an export: floating or fixed point.
 
-use crate::arguments::{ExportInput, Language, Precision};
-use crate::failure::Failure;
 use luenberger_export::{Export, ExportError, File, FixedPointFormats, Scalar, golden};
 use luenberger_proof::statement::{Format, Formats};
+
+use super::{ExportOptions, ExportRefusal, Language, Precision};
 
 /// The numbers on the target.
 #[derive(Clone, Copy)]
@@ -13,24 +13,27 @@ pub(super) enum Numbers {
 }
 
 impl Numbers {
-    /// What `--format`, `--gains` and `--to` ask for.
-    pub(super) fn of(input: &ExportInput) -> Result<Self, Failure> {
-        match (input.format, input.gains) {
-            (Precision::Fixed(_), _) if input.feedback => Err(Failure::Usage(
+    /// What `format`, `gains` and `to` ask for.
+    pub(super) fn of(options: &ExportOptions<'_>) -> Result<Self, ExportRefusal> {
+        if options.fmi.is_some() && options.to != Language::Fmu {
+            return Err(ExportRefusal::Options("--fmi is for --to fmu"));
+        }
+        match (options.format, options.gains) {
+            (Precision::Fixed(_), _) if options.feedback => Err(ExportRefusal::Options(
                 "--feedback is for floating point: in fixed point no certificate counts the rounding of u; export the observer alone, and form u = r - K xhat from its integers",
             )),
-            (Precision::Fixed(_), _) if matches!(input.to, Language::Fmu) => Err(Failure::Usage(
+            (Precision::Fixed(_), _) if options.to == Language::Fmu => Err(ExportRefusal::Options(
                 "fixed point is for --to c: an FMU exchanges floating-point numbers; --to fmu --format f32 has the same observer in f32",
             )),
-            (Precision::Fixed(_), _) if !matches!(input.to, Language::C) => Err(Failure::Usage(
+            (Precision::Fixed(_), _) if options.to != Language::C => Err(ExportRefusal::Options(
                 "fixed point is for --to c; in Rust, FixedPointObserver of luenberger-observers computes the same integers",
             )),
             (Precision::Fixed(signals), gains) => {
                 Ok(Self::Fixed(FixedPointFormats { gains: gains.unwrap_or(signals), signals }))
             }
-            (_, Some(_)) => Err(Failure::Usage("--gains is for fixed point, as with --format q16.16")),
-            (Precision::F32, None) => Ok(Self::Floating(Scalar::Binary32)),
-            (Precision::F64, None) => Ok(Self::Floating(Scalar::Binary64)),
+            (_, Some(_)) => Err(ExportRefusal::Options("--gains is for fixed point, as with --format q16.16")),
+            (Precision::Binary32, None) => Ok(Self::Floating(Scalar::Binary32)),
+            (Precision::Binary64, None) => Ok(Self::Floating(Scalar::Binary64)),
         }
     }
 
