@@ -19,7 +19,7 @@ use luenberger_study::kinds::{
 };
 use luenberger_study::results::DesignReport;
 use luenberger_study::schema::{Range, Type, required, schema};
-use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
+use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
 use nalgebra::{DMatrix, DVector, RealField, convert};
 
 static TRANSPOSED: Declaration = Declaration {
@@ -102,11 +102,19 @@ impl Running for Injected<f64> {
     }
 }
 
-/// The double integrator of the template, with this observer in place of its own.
-fn study(observer: &str) -> Study {
-    let text = template::text("double-integrator").unwrap();
-    let plant = &text[..text.find("[[observer]]").unwrap()];
-    Study::from_text("study.toml", &format!("{plant}{observer}"), Format::Toml, ".".as_ref()).unwrap()
+const PLANT: &str = "[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+[simulation]
+duration = 4
+x0 = [1, 0.5]
+noise = { amplitude = [0.01], period = 0.1 }
+";
+
+/// The double integrator with this observer.
+fn read(observer: &str) -> Result<Study, StudyError> {
+    Study::from_text("study.toml", &format!("{PLANT}{observer}"), Format::Toml, ".".as_ref())
 }
 
 #[test]
@@ -116,7 +124,7 @@ fn a_kind_of_another_crate_is_a_kind_like_the_others() {
     assert_eq!(named("transposed-output").map(|kind| kind.source), Some("made for a test"));
     assert!(schema().contains("\"transposed-output\""));
 
-    let study = study("[[observer]]\nkind = \"transposed-output\"\nk = 3\ninitial = [1, 0]\n");
+    let study = read("[[observer]]\nkind = \"transposed-output\"\nk = 3\ninitial = [1, 0]\n").unwrap();
     let observer = &study.observers[0];
     assert_eq!(observer.kind.of::<TransposedOutput>(), Some(&TransposedOutput { k: 3.0 }));
     assert_eq!(observer.kind, ObserverKind::from(TransposedOutput { k: 3.0 }));
@@ -137,14 +145,9 @@ fn a_kind_of_another_crate_is_a_kind_like_the_others() {
     let advice = advise(&study, &options).unwrap().0;
     let text = format!("{advice:?}");
     assert!(text.contains("transposed-output"), "{text}");
-}
 
-#[test]
-fn a_mistake_in_a_key_of_it_is_reported_like_any_other() {
-    register(&TRANSPOSED);
-    let text = template::text("double-integrator").unwrap();
-    let plant = &text[..text.find("[[observer]]").unwrap()];
-    let wrong = format!("{plant}[[observer]]\nkind = \"transposed-output\"\nkk = -3\n");
-    let error = Study::from_text("study.toml", &wrong, Format::Toml, ".".as_ref()).unwrap_err().to_string();
+    // A mistake in its keys is reported like any other.
+    let wrong = "[[observer]]\nkind = \"transposed-output\"\nkk = -3\n";
+    let error = read(wrong).unwrap_err().to_string();
     assert!(error.contains("`kk` is not a key of [[observer]] of the kind transposed-output"), "{error}");
 }
