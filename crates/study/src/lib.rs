@@ -6,13 +6,16 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`study`], [`read`], [`schema`], [`diagnostic`] | content of a study; parser; keys and types; error messages |
+//! | [`study`], [`diagnostic`] | content of a study, with the specifications of its observers; error messages |
+//! | `keys`, `reader` | keys and types; what the kinds read theirs with |
+//! | [`schema`], [`read`] | all keys of a study; the parser |
 //! | [`model`], [`structure`] | the plant of a study: matrices, expressions (`luenberger-expression`), or from the library; what depends on what |
 //! | [`signal`] | inputs and references: expressions of time, tables, state feedback |
 //! | [`table`] | CSV: measured logs, tables of inputs |
-//! | [`kinds`] | the kinds of observers, a module each: keys, design, step on a target, tuning rule |
 //! | `designed` | an observer as designed: ready to run, with its evidence |
-//! | [`design`] | what the designs share; why an observer is not applicable, and alternatives that were tried |
+//! | `synthesis`, `steps`, `tuning` | what the kinds share: designs and hypotheses; steps for samples; tuning rules |
+//! | [`kinds`] | the kinds of observers, a module each: keys, design, step on a target, tuning rule |
+//! | [`design`] | the design of an observer, or why it is not applicable, with alternatives that were tried |
 //! | `trajectory`, `operation` | the plant with its observers in a simulation; bounds of its magnitudes |
 //! | [`maps`] | phi, Lambda, B and the other maps of observers as expressions |
 //! | [`deployment`] | observers of a study as they run on a target |
@@ -25,7 +28,6 @@
 #![deny(missing_docs)]
 
 pub mod advise;
-pub mod closed_loop;
 pub mod deployment;
 pub mod design;
 mod designed;
@@ -34,22 +36,28 @@ mod digest;
 pub mod error;
 pub mod execute;
 pub mod import;
+mod keys;
 pub mod kinds;
 mod limits;
 pub mod maps;
 pub mod model;
 mod operation;
 pub mod read;
+mod reader;
 pub mod results;
 pub mod schema;
 pub mod signal;
 pub mod statistics;
+mod steps;
 pub mod structure;
 pub mod study;
+mod synthesis;
 pub mod table;
 pub mod template;
 mod trajectory;
+mod tuning;
 
+pub use deployment::closed_loop;
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;
 pub use execute::{
@@ -67,8 +75,8 @@ pub use template::{TEMPLATES, Template};
 #[doc(hidden)]
 pub mod internals {
     pub use crate::advise::ranking::{Ranked, rank};
-    pub use crate::advise::tuning::{chain_settling, compositions};
     pub use crate::execute::sweep::percentiles::Percentiles;
+    pub use crate::tuning::{chain_settling, compositions};
 }
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

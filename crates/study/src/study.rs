@@ -1,5 +1,6 @@
 //! A study as typed data.
 
+mod kind;
 mod observers;
 
 use std::path::{Path, PathBuf};
@@ -16,6 +17,8 @@ use crate::model::PlantModel;
 use crate::signal::Input;
 use crate::table::Suspicion;
 
+pub(crate) use kind::{NUMBER, unknowns};
+pub use kind::{ObserverKind, PlantClass, Setting, Specification, Time};
 pub use observers::{ActingBounds, GainLimits, GainSpec, LinearSpec, ObserverSpec, RateSpec};
 
 /// A study without mistakes: a plant, its observers and the experiments with them.

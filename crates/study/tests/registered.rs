@@ -14,11 +14,11 @@ use luenberger_study::advise::{AdviseOptions, advise};
 use luenberger_study::deployment::{Refusal, exported, sampled};
 use luenberger_study::design::{Designed, NoDesign, design};
 use luenberger_study::kinds::{
-    Declaration, Information, Kind, ObserverKind, Plan, PlantClass, Rule, Running, StepOf, Time, Tuning, Value, named,
-    register,
+    Declaration, Information, Kind, Plan, Rule, Running, StepOf, Tuning, Value, named, of, register,
 };
 use luenberger_study::results::DesignReport;
 use luenberger_study::schema::{Range, Type, required, schema};
+use luenberger_study::study::{ObserverKind, PlantClass, Specification, Time};
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
 use nalgebra::{DMatrix, DVector, RealField, convert};
 
@@ -28,6 +28,7 @@ static TRANSPOSED: Declaration = Declaration {
     source: "made for a test",
     plant: PlantClass::Linear(Time::OF_STATE),
     keys: &[required("k", Type::Number(Range::Positive), "The gain k.")],
+    kind: of::<TransposedOutput>,
     read: |given, _reader| Some(TransposedOutput { k: given.number_or("k", f64::NAN)? }.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -46,11 +47,17 @@ struct TransposedOutput {
     k: f64,
 }
 
-impl Kind for TransposedOutput {
-    fn declaration(&self) -> &'static Declaration {
-        &TRANSPOSED
+impl Specification for TransposedOutput {
+    fn name(&self) -> &'static str {
+        TRANSPOSED.name
     }
 
+    fn plant(&self) -> PlantClass {
+        TRANSPOSED.plant
+    }
+}
+
+impl Kind for TransposedOutput {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
         let StateSpace { a, b, c, .. } = plan.linear()?;
         let observer = Injected { a, b, l: c.transpose() * self.k, c };

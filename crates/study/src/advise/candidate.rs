@@ -7,15 +7,15 @@ use luenberger_proof::wording::counted;
 use serde::Serialize;
 
 use super::block::{Block, study_with};
-use super::information::{Information, InformationKind};
 use super::ranking::{Criterion, Ranked, UNPROVED_FACTOR};
-use super::tuning::Context;
 use crate::deployment::{self, ExportOptions};
 use crate::design::{Designed, NoDesign, attempt};
 use crate::execute::Scored;
 use crate::kinds::Rule;
 use crate::statistics;
 use crate::study::{ObserverSpec, Study};
+use crate::tuning::Context;
+use crate::tuning::{Information, InformationKind};
 
 /// An observer that has a design.
 pub(super) struct Candidate {

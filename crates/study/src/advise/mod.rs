@@ -15,14 +15,12 @@
 pub(crate) mod block;
 mod candidate;
 mod figure;
-pub(crate) mod information;
 pub(crate) mod ranking;
 mod report;
-pub(crate) mod tuning;
 mod words;
 
+pub use crate::tuning::{InformationKind, PriorInformation};
 pub use candidate::Medians;
-pub use information::{InformationKind, PriorInformation};
 pub use ranking::{Criteria, Criterion, UNPROVED_FACTOR};
 pub use report::{Advice, NotApplicable, RankedObserver};
 
@@ -38,15 +36,15 @@ use rayon::prelude::*;
 
 use self::block::{Block, text_with};
 use self::candidate::{Candidate, Outcome};
-use self::information::Information;
 use self::ranking::{Ranked, rank};
 use crate::error::StudyError;
 use crate::execute::{self, Limits, Trial, within};
-use crate::kinds::{Declaration, Rule, Tuning, registry};
+use crate::kinds::{self, Declaration, Rule, Tuning, registry};
 use crate::read::Format;
 use crate::statistics::pareto_front;
 use crate::study::{AdviseSpec, ObserverSpec, Simulation, Study};
 use crate::trajectory;
+use crate::tuning::Information;
 use crate::{RunOptions, design, write_folder};
 
 /// Default time budget in seconds.
@@ -161,7 +159,7 @@ fn compare(
     }
     let fed = fed(study, run)?;
     let fed = fed.as_ref().map(|(requested, designed)| (*requested, designed));
-    let period = information::period(study, simulation, spec).0;
+    let period = crate::tuning::period(study, simulation, spec).0;
     let longest = study.observers.iter().filter_map(|observer| observer.kind.period()).fold(period, f64::max);
     let score_period = Some(simulation.score_period.unwrap_or(longest));
     // Any scale will do for the run of the plant alone.
@@ -278,7 +276,7 @@ impl Task<'_> {
     fn takes_long(&self) -> bool {
         match self {
             Self::Rule(kind, _) => kind.takes_long,
-            Self::Own(spec) => spec.kind.declaration().takes_long,
+            Self::Own(spec) => kinds::takes_long(&spec.kind),
         }
     }
 }

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::candidate::Medians;
-use super::information::{InformationKind, PriorInformation};
 use super::ranking::Criteria;
 use crate::results::{DesignVerdict, PlantSummary, ScoringReport, Statement};
+use crate::tuning::{InformationKind, PriorInformation};
 
 /// Which observer to use for a study, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]

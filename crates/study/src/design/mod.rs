@@ -1,53 +1,19 @@
 //! Design of each `[[observer]]`, or the reason why it has none.
 
-pub(crate) mod alternative;
-pub(crate) mod discrete;
-pub(crate) mod error_bound;
-pub(crate) mod explain;
-pub(crate) mod feedback;
-pub(crate) mod kkl_maps;
-pub(crate) mod linear;
-pub(crate) mod noise_gain;
-pub(crate) mod operating_point;
-
-pub use crate::designed::Designed;
-pub use crate::kinds::Runnable;
-pub use alternative::Advice;
-pub(crate) use alternative::{gain_for_region, other_gains, other_kinds};
-pub use kkl_maps::candidate;
-pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
-pub(crate) use noise_gain::SPEED_RATIO;
+mod alternative;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use luenberger_design::{Certificate, Fact};
-use luenberger_proof::Verdict;
-use luenberger_proof::certificate::Reading;
-use luenberger_proof::wording::at_least;
-use luenberger_proof::wording::significant;
-use nalgebra::{Complex, DMatrix};
+pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 
-use crate::kinds::Plan;
-use crate::results::{
-    DesignReport, DesignVerdict, FactReport, FailureReport, NamedMatrix, NamedNumber, Rounding, Statement,
-};
+pub use crate::designed::{Designed, Runnable};
+use crate::kinds;
 use crate::study::{ObserverSpec, Study};
-
-/// Why an observer has no design.
-#[derive(Debug, Clone, PartialEq)]
-pub enum NoDesign {
-    /// The observer is not applicable to the plant: violated hypothesis, alternatives and hints.
-    Misfit(FailureReport),
-    /// Interrupted by the user.
-    Interrupted,
-}
-
-impl From<FailureReport> for NoDesign {
-    fn from(failure: FailureReport) -> Self {
-        Self::Misfit(failure)
-    }
-}
+use crate::synthesis::Plan;
+pub use crate::synthesis::kkl_maps::candidate;
+pub(crate) use crate::synthesis::noise_gain::SPEED_RATIO;
+pub use crate::synthesis::{Advice, NoDesign};
 
 /// The design of one observer of a study; of one that is refused, the alternatives that have a design. A design of
 /// kind `kkl-numerical` takes minutes; it checks `cancel` continuously and stops once it is true.
@@ -82,101 +48,9 @@ pub(crate) fn attempt(
     cancel: &AtomicBool,
     end: Option<Instant>,
 ) -> Result<Designed, NoDesign> {
-    let designed = study.plant.names().with(|| Plan { study, requested, cancel, end }.design());
+    let designed = study.plant.names().with(|| kinds::design(&Plan { study, requested, cancel, end }));
     match designed {
         Err(_) if end.is_some_and(|end| Instant::now() >= end) => Err(NoDesign::Interrupted),
         designed => designed,
-    }
-}
-
-pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
-    let rows = m.row_iter().map(|row| row.iter().copied().collect()).collect();
-    NamedMatrix { name: name.to_owned(), rows }
-}
-
-/// A computed number.
-pub(crate) fn number(name: &str, value: f64) -> NamedNumber {
-    NamedNumber { name: name.to_owned(), value: value.is_finite().then_some(value), rounding: Rounding::Nearest }
-}
-
-/// A number that is proved to be at least this.
-pub(crate) fn lower_bound(name: &str, value: f64) -> NamedNumber {
-    NamedNumber { rounding: Rounding::Down, ..number(name, value) }
-}
-
-/// A number that is proved to be at most this.
-pub(crate) fn upper_bound(name: &str, value: f64) -> NamedNumber {
-    NamedNumber { rounding: Rounding::Up, ..number(name, value) }
-}
-
-pub(crate) fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
-    let mut poles: Vec<[f64; 2]> = poles.iter().map(|pole| [pole.re, pole.im]).collect();
-    poles.sort_by(|x, y| x[0].total_cmp(&y[0]).then(x[1].total_cmp(&y[1])));
-    poles
-}
-
-/// The facts of a certificate, each with its verdict in words: those that are not verified first, then by margin, the
-/// smallest first, and at the end those without a margin.
-pub(crate) fn facts(certificate: &Certificate, vertices: &[String]) -> Vec<FactReport> {
-    let mut facts: Vec<FactReport> = certificate.facts().map(|each| fact(each, vertices)).collect();
-    let order = |fact: &FactReport| match (fact.verdict.is_proved(), fact.margin) {
-        (true, Some(margin)) if margin > 0.0 => margin,
-        (true, _) => f64::INFINITY,
-        _ => f64::NEG_INFINITY,
-    };
-    facts.sort_by(|x, y| order(x).total_cmp(&order(y)));
-    facts
-}
-
-fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
-    let words = match &fact.verdict {
-        Verdict::Proved { margin } if *margin > 0.0 => {
-            format!("verified; margin >= {}", at_least(*margin, 4))
-        }
-        Verdict::Proved { .. } => "verified; no margin".to_owned(),
-        Verdict::Refuted { witness } => format!("false for these numbers: {witness}"),
-        Verdict::Undecided { why, best } if best.is_nan() => format!("undecided: {why}"),
-        Verdict::Undecided { why, best } => {
-            format!("undecided: {why} (margin in floating point: {})", significant(*best, 4))
-        }
-    };
-    FactReport {
-        statement: fact.inequality_naming(vertices),
-        verdict: DesignVerdict::of_fact(&fact.verdict),
-        margin: fact.verdict.margin(),
-        words,
-    }
-}
-
-/// What a certificate proves of the plant that it is read as; that nothing is proved, where that is so.
-pub(crate) fn proved_of(certificate: &Certificate, reading: &Reading<'_>) -> Statement {
-    Statement::of_proved(certificate.sentences(reading))
-}
-
-/// The rate at which errors decay in the end, by the poles in floating point.
-pub(crate) fn asymptotic_rate(rate: f64) -> String {
-    format!("Computed: asymptotic rate exp(-{} t).", significant(rate, 5))
-}
-
-/// The same from sample to sample.
-pub(crate) fn asymptotic_factor(radius: f64) -> String {
-    format!("Computed: asymptotic factor {} at each sample.", significant(radius, 5))
-}
-
-/// The part of a report that is the certificate's; the rest is empty.
-pub(crate) fn certified(certificate: &Certificate, vertices: &[String]) -> DesignReport {
-    DesignReport {
-        facts: facts(certificate, vertices),
-        verdict: DesignVerdict::of(certificate),
-        ..DesignReport::default()
-    }
-}
-
-/// That of a design without a certificate, for this reason.
-pub(crate) fn uncertified(why: &str) -> DesignReport {
-    DesignReport {
-        verdict: DesignVerdict::NONE,
-        evidence: Some(format!("no certificate: {why}")),
-        ..DesignReport::default()
     }
 }

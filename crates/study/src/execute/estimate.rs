@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::{Step, sweep};
 use crate::limits::{Excess, Limits};
 use crate::signal::Input;
-use crate::study::{ObserverSpec, Simulation, Study};
+use crate::study::{NUMBER, ObserverSpec, Simulation, Study};
 use crate::trajectory::{self, Variation};
 
 /// Estimated cost of an execution.
@@ -56,16 +56,6 @@ impl MemoryEstimate {
     }
 }
 
-/// Seconds for one value of T by simulation: a trajectory over the memory of the filter with tolerance 1e-11.
-pub(crate) const ONE_T: f64 = 2e-3;
-
-/// Number of values of T that a design needs besides its table: validation points, and pairs tested for
-/// indistinguishability.
-pub(crate) const BESIDES: f64 = 2000.0;
-
-/// Bytes of a number in memory.
-pub(crate) const NUMBER: f64 = 8.0;
-
 /// Bytes of a number as text, with all digits.
 const DIGITS: f64 = 22.0;
 
@@ -97,22 +87,6 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
     let running = each * runs as f64 + if step == Step::Sweep { 0.0 } else { written * own as f64 };
     let mostly = if running > designs + again { "simulations" } else { "designs" };
     Estimate { runs, seconds: designs + again + running, mostly: mostly.to_owned(), memory }
-}
-
-/// Seconds of a design by a matrix inequality: the factorisations of the Schur complement.
-pub(crate) fn seconds_of_inequality(study: &Study) -> f64 {
-    1e-9 * unknowns(study).powi(3)
-}
-
-/// Bytes of it.
-pub(crate) fn memory_of_inequality(study: &Study) -> f64 {
-    4.0 * NUMBER * unknowns(study).powi(2)
-}
-
-/// Number of unknowns of a matrix inequality: P and P L.
-pub(crate) fn unknowns(study: &Study) -> f64 {
-    let (n, p) = (study.plant.states.len() as f64, study.plant.outputs.len() as f64);
-    n * (n + 1.0) / 2.0 + n * p
 }
 
 /// Estimated memory of a step.

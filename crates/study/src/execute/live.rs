@@ -7,10 +7,10 @@ use luenberger_live::{
 };
 use luenberger_proof::certificate::{ProvedTheorem, Theorem};
 use luenberger_sim::{Integrator, SampleInterpolation};
-use nalgebra::DMatrix;
 
 use super::scores;
 use super::scores::Scoring;
+use crate::designed::rows;
 use crate::model::{Builtin, Model};
 use crate::signal::{Input, Program};
 use crate::study::{self, OtherPlant, SensorSpec, Simulation, Study};
@@ -192,10 +192,6 @@ fn plant(study: &Study, model: &Model, parameters: Option<&Parameters>) -> Optio
         }
         Model::Builtin(_) => None,
     }
-}
-
-pub(crate) fn rows(m: &DMatrix<f64>) -> Rows {
-    m.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
 fn observer(study: &Study, member: &Member<'_>) -> Option<StoredObserver> {

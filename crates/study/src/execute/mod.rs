@@ -33,14 +33,16 @@ use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Theorem;
 
-use crate::design::{Designed, NoDesign, design_until, matrix};
+use crate::design::{Designed, NoDesign, design_until};
 use crate::error::StudyError;
+use crate::kinds;
 use crate::model::Model;
 use crate::read::file_name;
 use crate::results::{
     FailureReport, NamedMatrix, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
 };
 use crate::study::{ObserverSpec, Study};
+use crate::synthesis::matrix;
 use crate::trajectory::{self, Member, Variation};
 use folder::Folder;
 use rows::Run;
@@ -406,7 +408,7 @@ fn designs(
         Ok(Some(Outcome { designed, open }))
     };
     // Long designs are started last, so that an interruption keeps the others.
-    let takes_long = |requested: &ObserverSpec| requested.kind.declaration().takes_long;
+    let takes_long = |requested: &ObserverSpec| kinds::takes_long(&requested.kind);
     let mut outcomes: Vec<Option<Outcome>> = study.observers.iter().map(|_| None).collect();
     for long in [false, true] {
         let parts = study.observers.par_iter().enumerate().filter(|(_, requested)| takes_long(requested) == long);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use luenberger_design::{
-    CubicDesign, CubicGain, ErrorBound, LinearDesign, OperatingPoint, SampledCubicDesign, UncertainBound,
+    CubicDesign, CubicGain, DesignError, ErrorBound, LinearDesign, OperatingPoint, SampledCubicDesign, UncertainBound,
 };
 use luenberger_live as live;
 use luenberger_observers::CubicObserver;
@@ -11,27 +11,29 @@ use luenberger_plants::StateSpace;
 use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA};
-use super::running::{At, Runnable, Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan, Sampling};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{
-    CUBIC_SHARE, Context, continuous as in_continuous_time, poles as tuned_poles, short, unit_strength,
-};
-use crate::deployment::{NonlinearStep, Refusal, SampledDesign};
-use crate::design::error_bound::{acting, bounded};
-use crate::design::explain::Misfit;
-use crate::design::linear::{self, measurement};
-use crate::design::noise_gain::NoiseGain;
-use crate::design::operating_point::{at, page_point};
-use crate::design::{Designed, NoDesign, certified, feedback, matrix, number, poles, proved_of};
-use crate::read::gain::{alternatives, general, theta};
-use crate::read::tree::Node;
-use crate::read::{Given, Reader, gain};
+use super::{Kind, of};
+use crate::designed::{At, Runnable, Running, StepOf, continuous};
+use crate::designed::{NonlinearStep, Refusal};
+use crate::keys::{Range, Type, optional};
+use crate::reader::gain::{alternatives, general, theta};
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader, gain};
 use crate::results::{DesignReport, FailureReport};
-use crate::schema::{Range, Type, optional};
+use crate::steps::SampledDesign;
+use crate::study::ObserverKind;
 use crate::study::{ActingBounds, LinearSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::error_bound::{acting, bounded};
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::linear::{self, measurement};
+use crate::synthesis::noise_gain::NoiseGain;
+use crate::synthesis::operating_point::{at, page_point};
+use crate::synthesis::{Designed, NoDesign, certified, feedback, matrix, number, poles, proved_of};
+use crate::synthesis::{Plan, Sampling};
+use crate::tuning::{CUBIC_SHARE, Context, continuous as in_continuous_time, listed, placed, short, unit_strength};
+use crate::tuning::{Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -59,6 +61,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
         ERROR_BOUNDS,
     ],
+    kind: of::<Cubic>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -102,26 +105,13 @@ pub struct Cubic {
     pub correction: CubicGain,
 }
 
-impl Kind for Cubic {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for Cubic {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        let plant = plan.linear()?;
-        plan.at_point(designed(plan, &plant, self))
-    }
-
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        let plant = of.plan.study.plant.model.linear()?;
-        Some(of.named(|| {
-            let linear = linear::of(&plant, &self.linear, &of.plan.options());
-            let sampled = linear.and_then(|linear| {
-                let cubic = CubicDesign::new(&linear, &self.theta, &self.correction)?;
-                SampledCubicDesign::from_cubic(&linear, &cubic, of.period)
-            });
-            sampled.map(|design| SampledDesign::Cubic(Box::new(design))).map_err(|error| error.to_string())
-        }))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn gain(&self) -> Option<&LinearSpec> {
@@ -138,12 +128,31 @@ impl Kind for Cubic {
     }
 }
 
+impl Kind for Cubic {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.at_point(designed(plan, &plant, self))
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        let plant = of.plan.study.plant.model.linear()?;
+        Some(of.named(|| {
+            let linear = linear::of(&plant, &self.linear, &of.plan.options());
+            let sampled = linear.and_then(|linear| {
+                let cubic = CubicDesign::new(&linear, &self.theta, &self.correction)?;
+                SampledCubicDesign::from_cubic(&linear, &cubic, of.period)
+            });
+            sampled.map(|design| SampledDesign::Cubic(Box::new(design))).map_err(|error| error.to_string())
+        }))
+    }
+}
+
 impl Running for CubicObserver<f64, Dyn, Dyn, Dyn> {
     fn any(&self) -> Arc<dyn AnyObserver + '_> {
         continuous(self)
     }
 
-    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, Misfit>> {
+    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
         Some(at(self.clone(), point).map(Runnable::from))
     }
 
@@ -161,7 +170,7 @@ impl Running for At<CubicObserver<f64, Dyn, Dyn, Dyn>> {
         Some((live::ObserverKind::Cubic(Box::new(self.inner().clone())), Some(page_point(self))))
     }
 
-    fn step(&self, _of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         Err(at_point_refusal())
     }
 }
@@ -225,8 +234,9 @@ pub(crate) fn report(
 
 fn tuned(context: &Context<'_>) -> Result<Keys, String> {
     in_continuous_time(context)?;
-    let mut keys = tuned_poles(context, 0)?;
-    let (theta, unit) = unit_strength(context, &keys, false)?;
+    let poles = placed(context, 0)?;
+    let mut keys = vec![("poles", listed(&poles))];
+    let (theta, unit) = unit_strength(context, &poles, false)?;
     keys.push(("theta", Value::numbers(theta)));
     keys.push(("gamma", Value::Number(short(CUBIC_SHARE / unit))));
     Ok(keys)

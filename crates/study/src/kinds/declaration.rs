@@ -1,8 +1,8 @@
 //! What a kind declares of itself.
 
-use crate::kinds::ObserverKind;
-use crate::read::{Given, Reader};
-use crate::schema::Key;
+use crate::keys::Key;
+use crate::reader::{Given, Reader};
+use crate::study::{ObserverKind, PlantClass};
 
 /// A kind of observer.
 pub struct Declaration {
@@ -16,6 +16,8 @@ pub struct Declaration {
     pub plant: PlantClass,
     /// The keys of its `[[observer]]`.
     pub keys: &'static [Key],
+    /// Its specification as a [`Kind`](super::Kind), by [`of`](super::of).
+    pub kind: fn(&dyn std::any::Any) -> Option<&dyn super::Kind>,
     /// Its specification from these keys; none after a mistake, which the reader has.
     pub read: fn(&Given<'_>, &mut Reader) -> Option<ObserverKind>,
     /// Whether a design takes minutes.
@@ -27,58 +29,6 @@ pub struct Declaration {
 impl std::fmt::Debug for Declaration {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Declaration").field("name", &self.name).finish_non_exhaustive()
-    }
-}
-
-/// Whether a kind takes plants that are linear only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlantClass {
-    /// Linear plants.
-    Linear(Time),
-    /// Linear plants, and the linearisation of others at the operating point of the study.
-    AtPoint(Time),
-    /// Nonlinear plants, linear ones among them.
-    Nonlinear(Time),
-}
-
-/// The time of the plants that a kind takes, and whether their outputs may depend on the inputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Time {
-    /// Whether a plant may be in discrete time.
-    pub discrete: bool,
-    /// Whether an output may depend on an input.
-    pub feedthrough: bool,
-}
-
-impl Time {
-    /// Continuous or discrete time, any outputs.
-    pub const ANY: Self = Self { discrete: true, feedthrough: true };
-    /// Continuous time, any outputs.
-    pub const CONTINUOUS: Self = Self { discrete: false, feedthrough: true };
-    /// Continuous time, outputs of the state alone.
-    pub const OF_STATE: Self = Self { discrete: false, feedthrough: false };
-}
-
-impl std::fmt::Display for PlantClass {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let which = match self {
-            Self::Linear(_) => "linear",
-            Self::AtPoint(_) => "linear, others at an operating point",
-            Self::Nonlinear(_) => "any",
-        };
-        let Time { discrete, feedthrough } = self.time();
-        let time = if discrete { "continuous or discrete time" } else { "continuous time" };
-        let outputs = if feedthrough { "" } else { ", outputs of the state alone" };
-        write!(f, "{which}; {time}{outputs}")
-    }
-}
-
-impl PlantClass {
-    /// Time and outputs.
-    pub fn time(self) -> Time {
-        match self {
-            Self::Linear(time) | Self::AtPoint(time) | Self::Nonlinear(time) => time,
-        }
     }
 }
 
@@ -120,6 +70,4 @@ impl std::fmt::Debug for Rule {
     }
 }
 
-pub use crate::advise::block::{Keys, Value};
-pub use crate::advise::information::InformationKind as Information;
-pub use crate::advise::tuning::Context;
+pub use crate::tuning::{Context, InformationKind as Information, Keys, Value};

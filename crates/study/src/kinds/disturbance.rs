@@ -14,19 +14,20 @@ use luenberger_proof::wording::counted;
 use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
-use super::declaration::Declaration;
-use super::running::{Runnable, Running, continuous};
-use super::{Kind, ObserverKind, Plan, Sampling};
+use super::Kind;
 use super::{extended_state, proportional_integral};
-use crate::deployment::{self, SampledDesign};
-use crate::design::error_bound::{acting, bounded};
-use crate::design::explain::Misfit;
-use crate::design::linear::{self, measurement};
-use crate::design::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
-use crate::read::tree::Node;
-use crate::read::{Given, Noted, Reader, gain};
+use crate::designed::{Runnable, Running, continuous};
+use crate::reader::tree::Node;
+use crate::reader::{Given, Noted, Reader, gain};
 use crate::results::{DesignReport, FailureReport};
-use crate::study::{ActingBounds, LinearSpec, Study};
+use crate::steps::{self, SampledDesign};
+use crate::study::ObserverKind;
+use crate::study::{ActingBounds, LinearSpec, PlantClass, Specification, Study};
+use crate::synthesis::error_bound::{acting, bounded};
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::linear::{self, measurement};
+use crate::synthesis::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::synthesis::{Plan, Sampling};
 
 /// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`.
 pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
@@ -114,32 +115,13 @@ pub struct DisturbanceSpec {
     pub cubic: Option<(DMatrix<f64>, f64)>,
 }
 
-impl Kind for DisturbanceSpec {
-    fn declaration(&self) -> &'static Declaration {
-        if self.chain.is_some() { &extended_state::DECLARATION } else { &proportional_integral::DECLARATION }
+impl Specification for DisturbanceSpec {
+    fn name(&self) -> &'static str {
+        if self.chain.is_some() { extended_state::DECLARATION.name } else { proportional_integral::DECLARATION.name }
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        let plant = plan.linear()?;
-        plan.explained(self.designed(plan, &plant))
-    }
-
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        let plant = of.plan.study.plant.model.linear()?;
-        let design = || {
-            let both = with_disturbance_chain(&plant, &self.e, self.chain.unwrap_or(1))?;
-            let linear = linear::of(&both, &self.linear, &of.plan.options())?;
-            match &self.cubic {
-                Some((theta, gamma)) => {
-                    let cubic = CubicDesign::new(&linear, theta, &CubicGain::Gamma(*gamma))?;
-                    let design = SampledCubicDesign::from_cubic(&linear, &cubic, of.period)?;
-                    Ok(SampledDesign::Cubic(Box::new(design)))
-                }
-                None => deployment::sampled_linear(&linear, &self.linear, of.period)
-                    .map(|design| SampledDesign::Linear(Box::new(design))),
-            }
-        };
-        Some(of.named(|| design().map_err(|error: luenberger_design::DesignError| error.to_string())))
+    fn plant(&self) -> PlantClass {
+        proportional_integral::DECLARATION.plant
     }
 
     fn gain(&self) -> Option<&LinearSpec> {
@@ -175,6 +157,31 @@ impl Kind for DisturbanceSpec {
             chain => format!("disturbances whose derivative of order {chain} is 0"),
         };
         is_certified.then(|| format!("The plant of the certificate is that of the study with {rate} among its states."))
+    }
+}
+
+impl Kind for DisturbanceSpec {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.explained(self.designed(plan, &plant))
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        let plant = of.plan.study.plant.model.linear()?;
+        let design = || {
+            let both = with_disturbance_chain(&plant, &self.e, self.chain.unwrap_or(1))?;
+            let linear = linear::of(&both, &self.linear, &of.plan.options())?;
+            match &self.cubic {
+                Some((theta, gamma)) => {
+                    let cubic = CubicDesign::new(&linear, theta, &CubicGain::Gamma(*gamma))?;
+                    let design = SampledCubicDesign::from_cubic(&linear, &cubic, of.period)?;
+                    Ok(SampledDesign::Cubic(Box::new(design)))
+                }
+                None => steps::sampled_linear(&linear, &self.linear, of.period)
+                    .map(|design| SampledDesign::Linear(Box::new(design))),
+            }
+        };
+        Some(of.named(|| design().map_err(|error: luenberger_design::DesignError| error.to_string())))
     }
 }
 

@@ -9,21 +9,25 @@ use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, Sampled
 use luenberger_sim::{AnyObserver, Replay};
 use nalgebra::{DMatrix, Dyn};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
 use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
-use super::running::{Running, StepOf, sampled};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::tuning;
-use crate::deployment::{NonlinearStep, Refusal, filter_step};
-use crate::design::explain::Misfit;
-use crate::design::{Designed, NoDesign, matrix, number, uncertified};
-use crate::execute::filter::Filter;
-use crate::execute::live::rows;
+use super::{Kind, of};
+use crate::designed::Filter;
+use crate::designed::rows;
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, sampled};
 use crate::model::Model;
-use crate::read::{Given, Reader};
+use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, Statement};
+use crate::steps::filter_step;
+use crate::study::ObserverKind;
 use crate::study::Study;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::{Designed, NoDesign, matrix, number, uncertified};
+use crate::tuning;
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -32,6 +36,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Gelb, Applied Optimal Estimation, 1974, section 6.1",
     plant: PlantClass::Nonlinear(Time::ANY),
     keys: &[W, V, P0, PERIOD, SUBSTEPS, GATE, SMOOTH],
+    kind: of::<ExtendedKalman>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -69,19 +74,13 @@ pub struct ExtendedKalman {
     pub smooth: bool,
 }
 
-impl Kind for ExtendedKalman {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for ExtendedKalman {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(self.designed(&plan.study.plant.model, Prediction::ErrorControlled))
-    }
-
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
-        plan.has_period_of_plant(self.period, dt)?;
-        let same = Self { period: dt, ..self.clone() };
-        plan.explained(same.designed(&plan.study.plant.model, Prediction::Discrete))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn period(&self) -> Option<f64> {
@@ -103,6 +102,18 @@ impl Kind for ExtendedKalman {
     fn seconds_of_steps(&self, duration: f64) -> f64 {
         let n = self.w.nrows() as f64;
         duration / self.period * STAGES * n * n * n * 4e-9
+    }
+}
+
+impl Kind for ExtendedKalman {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(self.designed(&plan.study.plant.model, Prediction::ErrorControlled))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        plan.has_period_of_plant(self.period, dt)?;
+        let same = Self { period: dt, ..self.clone() };
+        plan.explained(same.designed(&plan.study.plant.model, Prediction::Discrete))
     }
 }
 
@@ -154,7 +165,7 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some((live::ObserverKind::Kalman { w, v, p0, period, discrete, gate }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         let noises = self.noise_model();
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };
@@ -169,6 +180,6 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         let with = |filter: &ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
             filter.clone().with_prediction(prediction)
         };
-        filter_step(of, (self.prediction(), &noises.w), (made, with, made_of))
+        filter_step(of, (self.prediction(), &noises.w), (made, with, made_of)).map(Some)
     }
 }

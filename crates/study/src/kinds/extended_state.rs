@@ -1,13 +1,15 @@
 //! The extended-state observer: the state and a disturbance with some of its derivatives.
 
-use super::ObserverKind;
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
-use super::disturbance;
+use super::declaration::{Declaration, Information, Rule, Tuning};
+use super::disturbance::{self, DisturbanceSpec};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, UNKNOWN};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{Context, chain_settling, disturbance as unknown, linear as is_linear, short};
-use crate::read::{Given, Reader};
-use crate::schema::{Range, Type, optional};
+use super::of;
+use crate::keys::{Range, Type, optional};
+use crate::reader::{Given, Reader};
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Time};
+use crate::tuning::{Context, chain_settling, disturbance as unknown, linear as is_linear, short};
+use crate::tuning::{Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -43,6 +45,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         NOISE,
         ERROR_BOUNDS,
     ],
+    kind: of::<DisturbanceSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {

@@ -3,8 +3,8 @@
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
-use crate::read::tree::Node;
-use crate::read::{Given, Reader};
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader};
 
 /// The keys that the filters have in common.
 pub(super) struct Filter {

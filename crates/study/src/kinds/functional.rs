@@ -10,16 +10,20 @@ use luenberger_proof::wording::{counted, significant};
 use luenberger_sim::{AnyObserver, Scenario};
 use nalgebra::{Complex, DMatrix, DVector, Dyn};
 
-use super::declaration::{Declaration, PlantClass, Time, Tuning};
-use super::running::{Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan};
-use crate::deployment::{NonlinearStep, Refusal};
-use crate::design::explain::Misfit;
-use crate::design::{Designed, NoDesign, matrix, number, poles, uncertified};
-use crate::read::{Given, Reader, check, gain};
+use super::declaration::{Declaration, Tuning};
+use super::{Kind, of};
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, continuous};
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+
+use crate::keys::{Type, required};
+use crate::reader::{Given, Reader, check, gain};
 use crate::results::{DesignReport, Statement};
-use crate::schema::{Type, required};
 use crate::study::{GainSpec, SamplingSpec};
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::{Designed, NoDesign, matrix, number, poles, uncertified};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -35,6 +39,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "Eigenvalues of F: as many numbers as `k` has rows, complex ones as [re, im] with their conjugates.",
         ),
     ],
+    kind: of::<Functional>,
     read,
     takes_long: false,
     tuning: Tuning::Never("it estimates functions of the state, and the others are compared by the state"),
@@ -75,14 +80,17 @@ pub struct Functional {
     pub poles: Vec<Complex<f64>>,
 }
 
-impl Kind for Functional {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for Functional {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        let plant = plan.linear()?;
-        plan.explained(functional(&plant, &self.k, &self.poles))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
+    }
+
+    fn poles(&self) -> Option<&[Complex<f64>]> {
+        Some(&self.poles)
     }
 
     fn functions(&self) -> Option<(&DMatrix<f64>, Vec<String>)> {
@@ -91,6 +99,13 @@ impl Kind for Functional {
 
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self { poles: self.poles.iter().map(|pole| pole * factor).collect(), ..self.clone() }.into())
+    }
+}
+
+impl Kind for Functional {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.explained(functional(&plant, &self.k, &self.poles))
     }
 }
 
@@ -117,7 +132,7 @@ impl Running for RunningFunctional {
         scenario.functional_observer(name, &self.observer, first.as_slice(), &self.k)
     }
 
-    fn step(&self, _of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         Err((
             "a functional observer has no export: it estimates z = K x alone, and has no prediction of the output between two samples"
                 .to_owned(),

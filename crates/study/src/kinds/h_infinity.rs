@@ -2,11 +2,13 @@
 
 use luenberger_design::SystemNorm;
 
-use super::ObserverKind;
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{BOUND_OF_NORM, COUNTED, ENTERING, MAX_GAIN, MEASURED_NOISE, THIS_GAIN};
-use super::norm_filter;
-use crate::read::{Given, Reader};
+use super::norm_filter::{self, NormFilterSpec};
+use super::of;
+use crate::reader::{Given, Reader};
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Time};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -15,6 +17,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Nagpal and Khargonekar 1991; as an inequality Boyd et al. 1994",
     plant: PlantClass::AtPoint(Time::ANY),
     keys: &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN],
+    kind: of::<NormFilterSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {

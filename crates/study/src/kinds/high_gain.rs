@@ -12,24 +12,28 @@ use luenberger_proof::wording::{counted, shortest};
 use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, convert};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
-use super::running::{Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{Context, chain_settling, compositions, short};
-use crate::deployment::recorded::{recorded, refused};
-use crate::deployment::{NonlinearStep, Refusal};
-use crate::design::explain::{self, Misfit, no_chains};
-use crate::design::{Advice, Designed, NoDesign, matrix, number, other_kinds, uncertified};
+use super::declaration::{Declaration, Information, Rule, Tuning};
+use super::{Kind, of};
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, continuous};
+use crate::steps::recorded::{recorded, refused};
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::tuning::{Context, chain_settling, compositions, short};
+use crate::tuning::{Keys, Value};
+
+use crate::keys::{Range, Type, optional, required};
 use crate::maps::high_gain::place;
 use crate::maps::{HighGainMaps, MapNames};
 use crate::model::{Model, PlantModel};
-use crate::read::maps::list;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader, check};
+use crate::reader::maps::list;
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader, check};
 use crate::results::{DesignReport, FailureReport, Statement};
-use crate::schema::{Range, Type, optional, required};
 use crate::study::{ObserverSpec, Study};
+use crate::synthesis::explain::{self, Misfit, no_chains};
+use crate::synthesis::{Advice, Designed, NoDesign, matrix, number, other_kinds, uncertified};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -70,6 +74,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "With `drift`: xi at the start, expressions of the states at the first estimate and the outputs (default: the first estimate).",
         ),
     ],
+    kind: of::<HighGain>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -202,21 +207,27 @@ pub struct HighGain {
     pub maps: Option<HighGainMaps>,
 }
 
-impl Kind for HighGain {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for HighGain {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { r: self.r / factor, ..self.clone() }.into())
+    }
+}
+
+impl Kind for HighGain {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
         let Self { r, chains: lengths, alpha, maps } = self;
         plan.explained(match maps {
             Some(maps) => high_gain_maps(plan.study, plan.requested, maps, alpha, *r),
             None => high_gain(chains(plan.study, plan.requested, lengths)?, alpha, *r),
         })
-    }
-
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self { r: self.r / factor, ..self.clone() }.into())
     }
 }
 
@@ -315,13 +326,13 @@ impl Running for HighGainObserver<Chains, f64, Dyn> {
         continuous(self)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         let (map, gain) = (self.map(), self.gain());
         let mut l = DMatrix::zeros(gain.len(), of.study.plant.outputs.len());
         for i in 0..gain.len() {
             l[(i, map.place(i).output)] = map.factors()[i] * gain[i];
         }
-        of.with_gain(&l, of.observer.initial.clone(), "")
+        of.with_gain(&l, of.observer.initial.clone(), "").map(Some)
     }
 }
 
@@ -422,7 +433,7 @@ fn high_gain_maps(
             let z = Observer::initial(&observer, 0.0, &x, &u, &y);
             let jacobian = written.jacobian(0.0, &z, &u, &y);
             let finite = jacobian.iter().all(|entry| entry.is_finite());
-            finite.then(|| crate::design::poles(jacobian.complex_eigenvalues().as_slice()))
+            finite.then(|| crate::synthesis::poles(jacobian.complex_eigenvalues().as_slice()))
         })
         .unwrap_or_default();
     let report = DesignReport {

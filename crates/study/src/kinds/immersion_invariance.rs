@@ -13,27 +13,30 @@
 
 use std::sync::Arc;
 
-use super::declaration::{Declaration, PlantClass, Time, Tuning};
+use super::declaration::{Declaration, Tuning};
 use super::keys::BOUNDED;
-use super::running::{Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan};
-use crate::deployment::Refusal;
-use crate::deployment::recorded::recorded;
-use crate::design::explain::Misfit;
-use crate::design::kkl_maps::{candidate, is_left_inverse, measured_left_inverse};
-use crate::design::{Designed, facts, matrix, number};
-use crate::design::{NoDesign, explain, other_kinds};
+use super::{Kind, of};
+use crate::designed::Refusal;
+use crate::designed::{Running, StepOf, continuous};
+use crate::keys::{Type, optional, required};
 use crate::maps::MapNames;
 use crate::maps::{ImmersionMaps, ImmersionSpec, KklMaps, left_inverse_defect};
 use crate::model::Model;
-use crate::read::maps::{bounded, list_of_zeros, list_without_time};
-use crate::read::tree::Node;
-use crate::read::{Given, Reader};
+use crate::reader::maps::{bounded, list_of_zeros, list_without_time};
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader};
 use crate::results::FailureReport;
 use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
-use crate::schema::{Type, optional, required};
+use crate::steps::recorded::recorded;
+use crate::study::ObserverKind;
 use crate::study::ObserverSpec;
 use crate::study::Study;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::kkl_maps::{candidate, is_left_inverse, measured_left_inverse};
+use crate::synthesis::{Designed, facts, matrix, number};
+use crate::synthesis::{NoDesign, explain, other_kinds};
 use luenberger_design::enclosure::{EnclosureError, JacobianEnclosure, enclose, output_bounds};
 use luenberger_design::kkl::{Attractivity, KklReport, KklSettings, attractivity};
 use luenberger_design::{Certificate, IntervalDual, KklError, Names, Region};
@@ -77,6 +80,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         ),
         optional("rho", Type::Expressions, "rho(y, chi, u): how beta moves beside phi(xhat) (default 0)."),
     ],
+    kind: of::<ImmersionSpec>,
     read,
     takes_long: false,
     tuning: Tuning::OfStudy(
@@ -145,18 +149,24 @@ fn is_shifted_identity(beta: &ExpressionPlant, order: usize) -> bool {
     rows.len() == order && rows.iter().enumerate().all(|(i, row)| (0..order).all(|j| is_one(i, j, row)))
 }
 
-impl Kind for ImmersionSpec {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for ImmersionSpec {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        output_without_time(plan.study, plan.requested)?;
-        plan.explained(immersion(plan.study, self))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn region_of_design(&self) -> Option<Region> {
         Some(self.region.clone())
+    }
+}
+
+impl Kind for ImmersionSpec {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        output_without_time(plan.study, plan.requested)?;
+        plan.explained(immersion(plan.study, self))
     }
 }
 

@@ -2,44 +2,38 @@
 
 use std::sync::Arc;
 
-use luenberger_design::{
-    DisturbanceBounds, ErrorCoordinates, GainOptions, IntervalDesign, IntervalRequirements, SampledIntervalDesign,
-    TimeDomain, least_width_gain,
-};
-use luenberger_export::step::RecordedStep;
-use luenberger_expression::{Recorded, record};
+use luenberger_design::{DisturbanceBounds, ErrorCoordinates, GainOptions, IntervalDesign};
 use luenberger_live as live;
-use luenberger_observers::{
-    ComparisonSystem, IntervalObserver, LinearObserver, ObserverDimensions, SampledIntervalGains,
-    SampledIntervalObserver, SampledObserver,
-};
+use luenberger_observers::{ComparisonSystem, IntervalObserver, LinearObserver, SampledIntervalObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::statement::Format;
 use luenberger_sim::AnyObserver;
-use nalgebra::{DMatrix, DVector, Dyn, convert};
+use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
-use super::running::{Running, continuous, sampled};
-use super::{Kind, ObserverKind, Plan, Sampling};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{Context, poles as tuned_poles};
-use crate::deployment::recorded::cast;
-use crate::deployment::{self, IntervalDeployment, SampledDesign};
-use crate::design::error_bound::acting;
-use crate::design::explain::{self, Misfit};
-use crate::design::linear::{self, measurement, of};
-use crate::design::{
+use super::{Kind, of as kind};
+use crate::designed::rows;
+use crate::designed::{Running, continuous, sampled};
+use crate::keys::{Range, Type, optional, required};
+use crate::operation;
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader, check, gain};
+use crate::results::{DesignReport, FailureReport, NamedNumber};
+use crate::steps::{self, IntervalDeployment, SampledDesign, SampledPlant, WITH_FEEDTHROUGH, bounds, sampled_design};
+use crate::study::ObserverKind;
+use crate::study::{ActingBounds, LinearSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::error_bound::acting;
+use crate::synthesis::explain::{self, Misfit};
+use crate::synthesis::linear::{self, measurement, of};
+use crate::synthesis::{
     Advice, Designed, NoDesign, certified, discrete, lower_bound, matrix, poles, proved_of, upper_bound,
 };
-use crate::execute::live::rows;
-use crate::operation;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader, check, gain};
-use crate::results::{DesignReport, FailureReport, NamedNumber};
-use crate::schema::{Range, Type, optional, required};
-use crate::study::{ActingBounds, LinearSpec, Study};
+use crate::synthesis::{Plan, Sampling};
+use crate::tuning::{Context, poles as tuned_poles};
+use crate::tuning::{Keys, Value};
 
 /// An observer of upper and lower bounds.
 type Enclosing = IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
@@ -80,6 +74,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         ),
         ERROR_BOUNDS,
     ],
+    kind: kind::<IntervalSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -139,11 +134,33 @@ pub struct IntervalSpec {
     pub first: Vec<f64>,
 }
 
-impl Kind for IntervalSpec {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for IntervalSpec {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
+    }
+
+    fn gain(&self) -> Option<&LinearSpec> {
+        self.gain.as_ref()
+    }
+
+    fn poses_inequality(&self) -> bool {
+        self.gain.as_ref().is_none_or(LinearSpec::poses_inequality)
+    }
+
+    fn first_bounds(&self) -> Option<&[f64]> {
+        Some(&self.first)
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { gain: self.gain.as_ref().map(|gain| gain.faster(factor)), ..self.clone() }.into())
+    }
+}
+
+impl Kind for IntervalSpec {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
         let plant = plan.linear()?;
         let bounds = plan.requested.bounds.as_ref();
@@ -183,44 +200,21 @@ impl Kind for IntervalSpec {
                 (Some(gain), Some(dt)) => Some(discrete::gain_in_words(plan, &plant, gain, dt)?.observer.l().clone()),
                 (Some(gain), None) => {
                     let found = linear::of(&plant, gain, &plan.options())
-                        .and_then(|linear| deployment::sampled_linear(&linear, gain, of.period))
+                        .and_then(|linear| steps::sampled_linear(&linear, gain, of.period))
                         .map_err(|error| error.to_string())?;
                     Some(found.l().clone())
                 }
             };
-            let deployed = IntervalDeployment::new(plan.study, plan.requested, self, (&plant, gain), of.period)?;
+            let deployed = IntervalDeployment::new(
+                plan.study,
+                plan.requested,
+                (self.coordinates, &self.first),
+                (&plant, gain),
+                of.period,
+            )?;
             Ok(SampledDesign::Interval(Box::new(deployed)))
         }))
     }
-
-    fn gain(&self) -> Option<&LinearSpec> {
-        self.gain.as_ref()
-    }
-
-    fn poses_inequality(&self) -> bool {
-        self.gain.as_ref().is_none_or(LinearSpec::poses_inequality)
-    }
-
-    fn first_bounds(&self) -> Option<&[f64]> {
-        Some(&self.first)
-    }
-
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self { gain: self.gain.as_ref().map(|gain| gain.faster(factor)), ..self.clone() }.into())
-    }
-}
-
-/// Why there is no step for outputs with D.
-pub(crate) const WITH_FEEDTHROUGH: &str = "the kind interval has no step for outputs with feedthrough D";
-
-/// The bounds of a specification; the reader asks for them.
-fn bounds(given: Option<&ActingBounds>, plant: &StateSpace) -> ActingBounds {
-    given.cloned().unwrap_or_else(|| ActingBounds {
-        noise: vec![0.0; plant.c.nrows()],
-        disturbance: Vec::new(),
-        e: DMatrix::zeros(plant.a.nrows(), 0),
-        uncertain: None,
-    })
 }
 
 fn numbers(names: &[String], widths: &[f64]) -> Vec<NamedNumber> {
@@ -273,61 +267,13 @@ fn continuous_design(
     Ok(Designed::new(runnable.into(), report, Some(design.certificate.clone())))
 }
 
-/// What the sampled observer is designed for: a plant in discrete time, or one in continuous time whose input is held.
-pub(crate) struct SampledPlant<'a> {
-    /// The plant as it is given.
-    pub(crate) plant: &'a StateSpace,
-    /// The gain for samples; none for the one of the least width.
-    pub(crate) gain: Option<DMatrix<f64>>,
-    pub(crate) period: f64,
-    /// Whether the plant is in continuous time.
-    pub(crate) held: bool,
-    /// Bounds of |x| and |u| in operation.
-    pub(crate) operation: (Vec<f64>, Vec<f64>),
-    pub(crate) format: Format,
-}
-
-pub(crate) fn sampled_design(
-    sampling: &SampledPlant<'_>,
-    spec: &IntervalSpec,
-    given: Option<&ActingBounds>,
-) -> Result<SampledIntervalDesign, luenberger_design::DesignError> {
-    let SampledPlant { plant, gain, period, held, operation, format } = sampling;
-    let bounds = bounds(given, plant);
-    let kept = IntervalRequirements {
-        initial_error: spec.first.clone(),
-        estimates: operation.0.clone(),
-        inputs: operation.1.clone(),
-        format: *format,
-    };
-    let gain = if let Some(gain) = gain {
-        gain.clone()
-    } else {
-        // Of the plant between samples, its disturbance held as well.
-        let (a, e) = if *held {
-            let sampled = luenberger_linalg::zero_order_hold(&plant.a, &bounds.e, *period)?;
-            (sampled.ad, sampled.bd)
-        } else {
-            (plant.a.clone(), bounds.e.clone())
-        };
-        let acting = DisturbanceBounds::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
-        least_width_gain(&a, &plant.c, &acting, TimeDomain::Discrete)?
-    };
-    let acting = DisturbanceBounds::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise);
-    if *held {
-        SampledIntervalDesign::sampled(plant, *period, &gain, &acting, spec.coordinates, &kept)
-    } else {
-        SampledIntervalDesign::of_discrete(plant, *period, &gain, &acting, spec.coordinates, &kept)
-    }
-}
-
 fn discrete_design(
     (plant, reading): (&StateSpace, &Reading<'_>),
     sampling: &SampledPlant<'_>,
     spec: &IntervalSpec,
     given: Option<&ActingBounds>,
 ) -> Result<Designed, Misfit> {
-    let design = sampled_design(sampling, spec, given)?;
+    let design = sampled_design(sampling, (spec.coordinates, &spec.first), given)?;
     let gains = design.observer.gains();
     let flow = &gains.f - &gains.l * &gains.c;
     let report = DesignReport {
@@ -378,48 +324,6 @@ impl Running for SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn> {
     fn half_widths_of(&self, state: &[f64]) -> Option<DVector<f64>> {
         Some(self.half_widths(state))
     }
-}
-
-/// The step of a sampled interval observer, whose state is the estimate, the half-widths of its bounds and rho.
-///
-/// # Errors
-/// None is expected of an observer that was made.
-pub(crate) fn program(
-    observer: &SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>,
-) -> Result<RecordedStep<f64>, String> {
-    record(|recording| {
-        let SampledIntervalGains { f, g, c, l, blocks, constant, of_estimate, of_input, h, outward, start, period } =
-            observer.gains();
-        let same = SampledIntervalObserver::<Recorded, Dyn, Dyn, Dyn, Dyn, Dyn>::new(SampledIntervalGains {
-            f: cast(f),
-            g: cast(g),
-            c: cast(c),
-            l: cast(l),
-            blocks: cast(blocks),
-            constant: constant.map(convert),
-            of_estimate: cast(of_estimate),
-            of_input: cast(of_input),
-            h: cast(h),
-            outward: convert(*outward),
-            start: start.map(convert),
-            period: convert(*period),
-        })
-        .map_err(|error| error.to_string())?;
-        let n = f.nrows();
-        let size = same.dimensions();
-        let size = ObserverDimensions { state: size.state + n, estimate: size.state + n, ..size };
-        let step = |t, z: &[Recorded], u: &[Recorded], y: &[Recorded]| {
-            let (xhat, rho) = (z.iter().take(n), z.iter().skip(2 * n));
-            let mut state = DVector::from_vec(xhat.chain(rho).copied().collect());
-            same.step(t, &mut state, &DVector::from_column_slice(u), &DVector::from_column_slice(y));
-            let widths = same.half_widths(state.as_slice());
-            let (xhat, rho) = (state.iter().take(n), state.iter().skip(n));
-            xhat.chain(widths.iter()).chain(rho).copied().collect()
-        };
-        let output =
-            |_, z: &[Recorded]| (cast(c) * DVector::from_iterator(n, z.iter().take(n).copied())).as_slice().to_vec();
-        RecordedStep::new(recording, size, *period, step, output).map_err(|error| error.to_string())
-    })
 }
 
 fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {

@@ -8,18 +8,21 @@ use luenberger_observers::StationaryKalmanFilter;
 use luenberger_sim::AnyObserver;
 use nalgebra::Dyn;
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{Q, RHO, V, W};
-use super::running::{Running, sampled};
-use super::{Kind, ObserverKind, Plan, Sampling};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{Context, covariance, intensity, linear as is_linear, noisy, process_noise};
-use crate::deployment::{self, SampledDesign};
-use crate::design::{Designed, NoDesign, discrete, linear};
-use crate::read::{Given, Reader, gain};
+use super::{Kind, of};
+use crate::designed::{Running, sampled};
+use crate::keys::{Type, optional};
+use crate::reader::{Given, Reader, gain};
 use crate::results::FailureReport;
-use crate::schema::{Type, optional};
+use crate::steps::{self, SampledDesign};
+use crate::study::ObserverKind;
 use crate::study::{LinearSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::{Designed, NoDesign, discrete, linear};
+use crate::synthesis::{Plan, Sampling};
+use crate::tuning::{Context, covariance, intensity, linear as is_linear, noisy, process_noise};
+use crate::tuning::{Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -41,6 +44,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "Estimate at a sample, of plants in discrete time and in exported code (default predictor).",
         ),
     ],
+    kind: of::<Kalman>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -62,29 +66,13 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kalman(pub LinearSpec);
 
-impl Kind for Kalman {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for Kalman {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        linear::design(plan, &self.0)
-    }
-
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
-        discrete::design(plan, &self.0, dt)
-    }
-
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        deployment::of_gain(of, &self.0)
-    }
-
-    fn sampled_at_point(
-        &self,
-        of: &Sampling<'_>,
-        point: &OperatingPoint,
-    ) -> Option<Result<SampledDesign, FailureReport>> {
-        Some(deployment::of_gain_at_point(of, &self.0, point))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn whole_gain(&self) -> Option<&LinearSpec> {
@@ -97,6 +85,28 @@ impl Kind for Kalman {
 
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self(self.0.faster(factor)).into())
+    }
+}
+
+impl Kind for Kalman {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        linear::design(plan, &self.0)
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        discrete::design(plan, &self.0, dt)
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        steps::of_gain(of, &self.0)
+    }
+
+    fn sampled_at_point(
+        &self,
+        of: &Sampling<'_>,
+        point: &OperatingPoint,
+    ) -> Option<Result<SampledDesign, FailureReport>> {
+        Some(steps::of_gain_at_point(of, &self.0, point))
     }
 }
 

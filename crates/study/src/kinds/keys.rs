@@ -1,6 +1,6 @@
 //! Keys and tables that kinds of observers share.
 
-use crate::schema::{Key, Range, Table, Type, Variant, Variants, optional, required};
+use crate::keys::{Key, Range, Table, Type, Variant, Variants, optional, required};
 
 pub(crate) const POLES: Key = optional(
     "poles",

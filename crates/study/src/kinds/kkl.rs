@@ -11,22 +11,25 @@ use luenberger_proof::certificate::Reading;
 use luenberger_sim::AnyObserver;
 use nalgebra::DMatrix;
 
-use super::declaration::{Declaration, PlantClass, Time, Tuning};
+use super::declaration::{Declaration, Tuning};
 use super::keys::{B, BOUNDED, LAMBDA, LEFT_INVERSE, PHI};
-use super::running::{Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan};
-use crate::deployment::Refusal;
-use crate::deployment::recorded::recorded;
-use crate::design::explain::Misfit;
-use crate::design::kkl_maps::{
-    all_facts, bound_numbers, is_exact, is_left_inverse, measured_left_inverse, numbers, undecided_injectivity,
-};
-use crate::design::{Designed, NoDesign, matrix, proved_of};
+use super::{Kind, of};
+use crate::designed::Refusal;
+use crate::designed::{Running, StepOf, continuous};
 use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
 use crate::model::Model;
-use crate::read::maps::{bounded, kkl_maps};
-use crate::read::{Given, Reader};
+use crate::reader::maps::{bounded, kkl_maps};
+use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
+use crate::steps::recorded::recorded;
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::kkl_maps::{
+    all_facts, bound_numbers, is_exact, is_left_inverse, measured_left_inverse, numbers, undecided_injectivity,
+};
+use crate::synthesis::{Designed, NoDesign, matrix, proved_of};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -35,6 +38,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Yi, Ortega and Zhang 2018, eq. (6), Proposition 1",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
     keys: &[PHI, LAMBDA, B, LEFT_INVERSE, BOUNDED],
+    kind: of::<KklMapsSpec>,
     read,
     takes_long: false,
     tuning: Tuning::OfStudy(
@@ -48,17 +52,23 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
     Some(KklMapsSpec { maps: maps?, region: region? }.into())
 }
 
-impl Kind for KklMapsSpec {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for KklMapsSpec {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(kkl(&plan.study.plant.model, self, &plan.reading()))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn region_of_design(&self) -> Option<Region> {
         Some(self.region.clone())
+    }
+}
+
+impl Kind for KklMapsSpec {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(kkl(&plan.study.plant.model, self, &plan.reading()))
     }
 }
 

@@ -3,15 +3,18 @@
 
 use luenberger_design::Region;
 
-use super::declaration::{Declaration, PlantClass, Time, Tuning};
+use super::declaration::{Declaration, Tuning};
 use super::keys::{
     ALPHA, B, BOUNDED, ESTIMATOR, KNOWN, LAMBDA, LEAKAGE, LEFT_INVERSE, MISSING, PHI, REGRESSOR, RESET, SIGNAL,
     THETA_MIN, THETA_REGION, THETA_START, WINDOW,
 };
-use super::{Kind, ObserverKind, Plan, peb};
-use crate::design::{Designed, NoDesign};
+use super::{Kind, of, peb};
 use crate::maps::PebSpec;
-use crate::read::{Given, Reader, maps};
+use crate::reader::{Given, Reader, maps};
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::{Designed, NoDesign};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -38,6 +41,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         RESET,
         WINDOW,
     ],
+    kind: of::<KklPeb>,
     read,
     takes_long: false,
     tuning: Tuning::OfStudy(
@@ -53,16 +57,22 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct KklPeb(pub PebSpec);
 
-impl Kind for KklPeb {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for KklPeb {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(peb::designed(plan.study, plan.requested, &self.0))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn region_of_design(&self) -> Option<Region> {
         Some(self.0.region.clone())
+    }
+}
+
+impl Kind for KklPeb {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(peb::designed(plan.study, plan.requested, &self.0))
     }
 }

@@ -6,20 +6,23 @@ use luenberger_proof::certificate::{ProvedSentence, Reading, Represented};
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION, SECTOR};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::tuning::{nonlinear, over_region};
-use crate::design::explain::Misfit;
-use crate::design::noise_gain::NoiseGain;
-use crate::design::{Advice, Designed, NoDesign, certified, gain_for_region, lower_bound, matrix, number};
-use crate::read::gain::this_gain;
-use crate::read::region::region;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader, check};
+use super::{Kind, of};
+use crate::keys::{Range, Type, optional};
+use crate::reader::gain::this_gain;
+use crate::reader::region::region;
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader, check};
 use crate::results::{DesignReport, Statement};
-use crate::schema::{Range, Type, optional};
+use crate::study::ObserverKind;
 use crate::study::Study;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::noise_gain::NoiseGain;
+use crate::synthesis::{Designed, NoDesign, certified, lower_bound, matrix, number};
+use crate::tuning::{nonlinear, over_region};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -40,6 +43,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         MAX_GAIN,
         NOISE,
     ],
+    kind: of::<Lipschitz>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -100,22 +104,21 @@ pub struct Lipschitz {
     pub gain: Option<DMatrix<f64>>,
 }
 
-impl Kind for Lipschitz {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for Lipschitz {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        let Self { split, region, rate, gain } = self;
-        plan.explained(lipschitz(plan.study, split.as_ref(), region, *rate, gain.as_ref(), &plan.options()))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
+    }
+
+    fn has_given_gain(&self) -> bool {
+        true
     }
 
     fn decay_rate(&self) -> Option<f64> {
         Some(self.rate)
-    }
-
-    fn other_gains(&self, _study: &Study) -> Advice {
-        gain_for_region()
     }
 
     fn poses_inequality(&self) -> bool {
@@ -132,6 +135,13 @@ impl Kind for Lipschitz {
 
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self { rate: self.rate * factor, ..self.clone() }.into())
+    }
+}
+
+impl Kind for Lipschitz {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let Self { split, region, rate, gain } = self;
+        plan.explained(lipschitz(plan.study, split.as_ref(), region, *rate, gain.as_ref(), &plan.options()))
     }
 }
 

@@ -13,24 +13,28 @@ use luenberger_proof::wording::significant;
 use luenberger_sim::AnyObserver;
 use nalgebra::Dyn;
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
 use super::lipschitz::by_sectors;
-use super::running::{Running, StepOf, continuous, sampled};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::tuning::{nonlinear, over_region};
-use crate::deployment::{NonlinearStep, Refusal};
-use crate::design::explain::Misfit;
-use crate::design::noise_gain::NoiseGain;
-use crate::design::{Advice, Designed, NoDesign, certified, gain_for_region, lower_bound, matrix, number, upper_bound};
-use crate::execute::live::rows;
+use super::{Kind, of};
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, continuous, sampled};
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::tuning::{nonlinear, over_region};
+
+use crate::designed::rows;
+use crate::keys::{Range, Type, optional};
 use crate::model::Model;
-use crate::read::gain::{alternatives, this_gain};
-use crate::read::region::region;
-use crate::read::{Given, Reader};
+use crate::reader::gain::{alternatives, this_gain};
+use crate::reader::region::region;
+use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, Statement};
-use crate::schema::{Range, Type, optional};
 use crate::study::{RateSpec, Study};
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::noise_gain::NoiseGain;
+use crate::synthesis::{Designed, NoDesign, certified, lower_bound, matrix, number, upper_bound};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -50,6 +54,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         MAX_GAIN,
         NOISE,
     ],
+    kind: of::<Lpv>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -84,17 +89,17 @@ pub struct Lpv {
     pub rate: RateSpec,
 }
 
-impl Kind for Lpv {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for Lpv {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(lpv(plan.study, &self.region, &self.rate, &plan.options()))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
-        plan.explained(discrete_lpv(plan.study, &self.region, &self.rate, dt, &plan.options()))
+    fn has_given_gain(&self) -> bool {
+        true
     }
 
     fn decay_rate(&self) -> Option<f64> {
@@ -102,10 +107,6 @@ impl Kind for Lpv {
             RateSpec::Rate(rate) => Some(rate),
             RateSpec::Fastest(_) | RateSpec::Gain(..) => None,
         }
-    }
-
-    fn other_gains(&self, _study: &Study) -> Advice {
-        gain_for_region()
     }
 
     fn poses_inequality(&self) -> bool {
@@ -130,6 +131,16 @@ impl Kind for Lpv {
     }
 }
 
+impl Kind for Lpv {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(lpv(plan.study, &self.region, &self.rate, &plan.options()))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        plan.explained(discrete_lpv(plan.study, &self.region, &self.rate, dt, &plan.options()))
+    }
+}
+
 impl Running for NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn> {
     fn any(&self) -> Arc<dyn AnyObserver + '_> {
         continuous(self)
@@ -139,8 +150,8 @@ impl Running for NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn> {
         Some((live::ObserverKind::NonlinearLuenberger { l: rows(self.l()) }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
-        of.with_gain(self.l(), of.observer.initial.clone(), "")
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+        of.with_gain(self.l(), of.observer.initial.clone(), "").map(Some)
     }
 }
 
@@ -154,13 +165,13 @@ impl Running for DiscreteNonlinearObserver<Model, f64, Dyn, Dyn, Dyn> {
         Some((live::ObserverKind::DiscreteNonlinear { l: rows(self.l()), period }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         let observer = DiscreteNonlinearObserver::new(of.plant.clone(), self.l().clone(), of.period);
         let observer = observer.map_err(|error| (error.to_string(), Vec::new()))?;
         if of.designed.certificate.is_none() {
             return Err(("the design has no certificate to refer to".to_owned(), Vec::new()));
         }
-        Ok(NonlinearStep::of(of.designed, ExportableObserver::Discrete(observer)))
+        Ok(Some(NonlinearStep::of(of.designed, ExportableObserver::Discrete(observer))))
     }
 }
 

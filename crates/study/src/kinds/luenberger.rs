@@ -2,25 +2,27 @@
 
 use std::sync::Arc;
 
-use luenberger_design::OperatingPoint;
+use luenberger_design::{DesignError, OperatingPoint};
 use luenberger_live as live;
 use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
 use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
-use super::running::{At, Runnable, Running, continuous, sampled};
-use super::{Kind, ObserverKind, Plan, Sampling};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{self, Context, intensity, noisy, rates};
-use crate::deployment::{self, SampledDesign};
-use crate::design::explain::Misfit;
-use crate::design::operating_point::{at, page_point};
-use crate::design::{Designed, NoDesign, discrete, linear};
-use crate::read::{Given, Reader, gain};
+use super::{Kind, of};
+use crate::designed::{At, Runnable, Running, continuous, sampled};
+use crate::reader::{Given, Reader, gain};
 use crate::results::FailureReport;
+use crate::steps::{self, SampledDesign};
+use crate::study::ObserverKind;
 use crate::study::{LinearSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::operating_point::{at, page_point};
+use crate::synthesis::{Designed, NoDesign, discrete, linear};
+use crate::synthesis::{Plan, Sampling};
+use crate::tuning::{self, Context, intensity, noisy, rates};
+use crate::tuning::{Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -29,6 +31,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Luenberger 1964",
     plant: PlantClass::AtPoint(Time::ANY),
     keys: &[POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, ERROR_BOUNDS],
+    kind: of::<Luenberger>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[
@@ -61,29 +64,13 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Luenberger(pub LinearSpec);
 
-impl Kind for Luenberger {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for Luenberger {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        linear::design(plan, &self.0)
-    }
-
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
-        discrete::design(plan, &self.0, dt)
-    }
-
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        deployment::of_gain(of, &self.0)
-    }
-
-    fn sampled_at_point(
-        &self,
-        of: &Sampling<'_>,
-        point: &OperatingPoint,
-    ) -> Option<Result<SampledDesign, FailureReport>> {
-        Some(deployment::of_gain_at_point(of, &self.0, point))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn gain(&self) -> Option<&LinearSpec> {
@@ -99,12 +86,34 @@ impl Kind for Luenberger {
     }
 }
 
+impl Kind for Luenberger {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        linear::design(plan, &self.0)
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        discrete::design(plan, &self.0, dt)
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+        steps::of_gain(of, &self.0)
+    }
+
+    fn sampled_at_point(
+        &self,
+        of: &Sampling<'_>,
+        point: &OperatingPoint,
+    ) -> Option<Result<SampledDesign, FailureReport>> {
+        Some(steps::of_gain_at_point(of, &self.0, point))
+    }
+}
+
 impl Running for LinearObserver<f64, Dyn, Dyn, Dyn> {
     fn any(&self) -> Arc<dyn AnyObserver + '_> {
         continuous(self)
     }
 
-    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, Misfit>> {
+    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
         Some(at(self.clone(), point).map(Runnable::from))
     }
 

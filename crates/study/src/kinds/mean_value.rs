@@ -13,26 +13,30 @@ use luenberger_plants::Dimensions;
 use luenberger_sim::AnyObserver;
 use nalgebra::{DVector, Dyn, convert};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
-use super::running::{Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::tuning::over_region;
-use crate::deployment::recorded::{recorded, refused};
-use crate::deployment::{NonlinearStep, Refusal, extension};
-use crate::design::explain::{self, Misfit, measured_in_place_of};
-use crate::design::noise_gain::NoiseGain;
-use crate::design::{
+use super::{Kind, of};
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, continuous};
+use crate::keys::{Range, Type, optional};
+use crate::model::Model;
+use crate::reader::region::region;
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader};
+use crate::results::{DesignReport, FailureReport, Statement};
+use crate::steps::extension;
+use crate::steps::recorded::{recorded, refused};
+use crate::structure::Structure;
+use crate::study::ObserverKind;
+use crate::study::{ObserverSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::{self, Misfit, measured_in_place_of};
+use crate::synthesis::noise_gain::NoiseGain;
+use crate::synthesis::{
     Designed, NoDesign, certified, lower_bound, matrix, number, other_kinds, uncertified, upper_bound,
 };
-use crate::model::Model;
-use crate::read::region::region;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader};
-use crate::results::{DesignReport, FailureReport, Statement};
-use crate::schema::{Range, Type, optional};
-use crate::structure::Structure;
-use crate::study::{ObserverSpec, Study};
+use crate::tuning::over_region;
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -61,6 +65,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         MAX_GAIN,
         NOISE,
     ],
+    kind: of::<MeanValue>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -125,18 +130,13 @@ pub enum PrintedMean {
     Integral,
 }
 
-impl Kind for MeanValue {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for MeanValue {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        first_states_measured(plan.study, plan.requested)?;
-        let Self { region, rate, eta, internal_error, printed } = self;
-        plan.explained(match printed {
-            Some(mean) => as_printed(&plan.study.plant.model, *mean, *eta, internal_error),
-            None => mean_value(plan.study, region, *rate, *eta, internal_error, &plan.options()),
-        })
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn decay_rate(&self) -> Option<f64> {
@@ -160,16 +160,27 @@ impl Kind for MeanValue {
     }
 }
 
+impl Kind for MeanValue {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        first_states_measured(plan.study, plan.requested)?;
+        let Self { region, rate, eta, internal_error, printed } = self;
+        plan.explained(match printed {
+            Some(mean) => as_printed(&plan.study.plant.model, *mean, *eta, internal_error),
+            None => mean_value(plan.study, region, *rate, *eta, internal_error, &plan.options()),
+        })
+    }
+}
+
 impl Running for MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn> {
     fn any(&self) -> Arc<dyn AnyObserver + '_> {
         continuous(self)
     }
 
     // z = xhat + e has the constant gain L, and the certificate is about z.
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         let l = self.l().ok_or_else(|| ("the observer as printed has no constant gain".to_owned(), Vec::new()))?;
         let first = of.observer.initial.iter().zip(self.internal_error().iter()).map(|(xhat, e)| xhat + e);
-        of.with_gain(l, first.collect(), "The exported estimate is z.")
+        of.with_gain(l, first.collect(), "The exported estimate is z.").map(Some)
     }
 }
 
@@ -188,10 +199,10 @@ impl Running for MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn> {
         recorded(recording, &observer.map_err(refused)?)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         let printed = of.observer.kind.of::<MeanValue>().and_then(|spec| spec.printed);
         if printed == Some(PrintedMean::Integral) {
-            return extension(self, of);
+            return extension(self, of).map(Some);
         }
         Err((
             "the mean-value observer as printed has no export with beta by an iteration: its number of steps depends on the data"

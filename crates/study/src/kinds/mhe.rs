@@ -10,23 +10,27 @@ use luenberger_proof::wording::counted;
 use luenberger_sim::{AnyObserver, Replay};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
 use super::keys::{P0, PERIOD, SUBSTEPS, V, W};
-use super::running::{Running, StepOf, sampled};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{self, Context};
-use crate::deployment::{NonlinearStep, Refusal, filter_step};
-use crate::design::explain::Misfit;
-use crate::design::{Designed, NoDesign, matrix, number, uncertified};
-use crate::execute::filter::Filter;
+use super::{Kind, of};
+use crate::designed::Filter;
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, sampled};
+use crate::keys::{Type, optional};
 use crate::model::Model;
-use crate::read::region::bounds;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader};
+use crate::reader::region::bounds;
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, Statement};
-use crate::schema::{Type, optional};
+use crate::steps::filter_step;
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::{Designed, NoDesign, matrix, number, uncertified};
+use crate::tuning::{self, Context};
+use crate::tuning::{Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -52,6 +56,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
         ),
     ],
+    kind: of::<MovingHorizonSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -120,18 +125,13 @@ impl MovingHorizonSpec {
     }
 }
 
-impl Kind for MovingHorizonSpec {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for MovingHorizonSpec {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
-    }
-
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
-        plan.has_period_of_plant(self.period, dt)?;
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn period(&self) -> Option<f64> {
@@ -156,6 +156,17 @@ impl Kind for MovingHorizonSpec {
 
     fn has_shorter_steps(&self) -> bool {
         true
+    }
+}
+
+impl Kind for MovingHorizonSpec {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        plan.has_period_of_plant(self.period, dt)?;
+        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
     }
 }
 
@@ -203,7 +214,7 @@ impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_
         Some(self)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         let (noises, period) = (self.noise_model(), SampledObserver::<f64>::period(self));
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };
@@ -216,7 +227,7 @@ impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_
         let statement = "there is no theorem for this moving-horizon estimator.";
         let made_of = |estimator| NonlinearStep::uncertified(ExportableObserver::MovingHorizon(estimator), statement);
         let with = |estimator: &MovingHorizon<f64>, prediction| estimator.clone().with_prediction(prediction);
-        filter_step(of, (self.prediction(), &noises.w), (made, with, made_of))
+        filter_step(of, (self.prediction(), &noises.w), (made, with, made_of)).map(Some)
     }
 }
 

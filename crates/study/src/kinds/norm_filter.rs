@@ -9,22 +9,23 @@ use luenberger_plants::StateSpace;
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
-use super::declaration::Declaration;
-use super::running::Runnable;
-use super::{Kind, ObserverKind, Plan, Sampling, h_infinity, h2};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{Context, linear as is_linear, noisy, process_noise, short};
-use crate::deployment::{SampledDesign, around};
-use crate::design::explain::Misfit;
-use crate::design::linear::measurement;
-use crate::design::noise_gain::NoiseGain;
-use crate::design::{
+use super::{Kind, h_infinity, h2};
+use crate::designed::Runnable;
+use crate::reader::gain::{alternatives, this_gain};
+use crate::reader::{Given, Reader};
+use crate::results::{DesignReport, FailureReport};
+use crate::steps::{SampledDesign, around};
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Study};
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::linear::measurement;
+use crate::synthesis::noise_gain::NoiseGain;
+use crate::synthesis::{
     Designed, NoDesign, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of, upper_bound,
 };
-use crate::read::gain::{alternatives, this_gain};
-use crate::read::{Given, Reader};
-use crate::results::{DesignReport, FailureReport};
-use crate::study::Study;
+use crate::synthesis::{Plan, Sampling};
+use crate::tuning::{Context, linear as is_linear, noisy, process_noise, short};
+use crate::tuning::{Keys, Value};
 
 pub(super) fn read(given: &Given<'_>, norm: SystemNorm, reader: &mut Reader) -> Option<ObserverKind> {
     let (node, size) = (given.node, given.size());
@@ -60,14 +61,34 @@ pub struct NormFilterSpec {
     pub goal: luenberger_design::NormTarget,
 }
 
-impl Kind for NormFilterSpec {
-    fn declaration(&self) -> &'static Declaration {
+impl Specification for NormFilterSpec {
+    fn name(&self) -> &'static str {
         match self.norm {
-            SystemNorm::HInfinity => &h_infinity::DECLARATION,
-            SystemNorm::H2 => &h2::DECLARATION,
+            SystemNorm::HInfinity => h_infinity::DECLARATION.name,
+            SystemNorm::H2 => h2::DECLARATION.name,
         }
     }
 
+    fn plant(&self) -> PlantClass {
+        h2::DECLARATION.plant
+    }
+
+    fn poses_inequality(&self) -> bool {
+        true
+    }
+
+    fn remark_of_export(&self, study: &Study, _is_certified: bool) -> Option<String> {
+        let is_designed = study.plant.dt.is_none() && !matches!(self.goal, NormTarget::OfGain(_));
+        is_designed.then(|| {
+            format!(
+                "The gain is that of the {} filter of the sampled plant, disturbances and noise held over the period. The bound of the norm is not in the certificate.",
+                self.norm.name()
+            )
+        })
+    }
+}
+
+impl Kind for NormFilterSpec {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
         let plant = plan.linear()?;
         let designed = designed(plan.study, &plant, self, None, &plan.options());
@@ -89,22 +110,8 @@ impl Kind for NormFilterSpec {
             (Some(plant), Some(dt), _) => in_words(in_discrete_time(&plant, self, dt, &options)),
             (Some(plant), None, _) => in_words(held(&plant, self, of.period, &options)),
             (None, None, Some(point)) => self.around(of, point, &options),
-            (None, ..) => Err(format!("the kind {} needs a linear plant", self.declaration().name)),
+            (None, ..) => Err(format!("the kind {} needs a linear plant", self.name())),
         }))
-    }
-
-    fn poses_inequality(&self) -> bool {
-        true
-    }
-
-    fn remark_of_export(&self, study: &Study, _is_certified: bool) -> Option<String> {
-        let is_designed = study.plant.dt.is_none() && !matches!(self.goal, NormTarget::OfGain(_));
-        is_designed.then(|| {
-            format!(
-                "The gain is that of the {} filter of the sampled plant, disturbances and noise held over the period. The bound of the norm is not in the certificate.",
-                self.norm.name()
-            )
-        })
     }
 }
 

@@ -6,23 +6,23 @@ use luenberger_proof::wording::{counted, significant};
 use nalgebra::DMatrix;
 
 use super::cubic;
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::ERROR_BOUNDS;
-use super::{Kind, ObserverKind, Plan, Sampling};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{
-    Context, continuous as in_continuous_time, linear as is_linear, noisy, process_noise, short,
-};
-use crate::deployment::SampledDesign;
-use crate::design::explain::Misfit;
-use crate::design::linear::linear_report;
-use crate::design::{Designed, NoDesign, matrix, number};
-use crate::execute::estimate;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader, check};
+use super::{Kind, of};
+use crate::keys::{Range, Type, optional, required};
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader, check};
 use crate::results::{FailureReport, Statement};
-use crate::schema::{Range, Type, optional, required};
-use crate::study::Study;
+use crate::steps::SampledDesign;
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::study::{Study, unknowns};
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::linear::linear_report;
+use crate::synthesis::{Designed, NoDesign, matrix, number};
+use crate::synthesis::{Plan, Sampling};
+use crate::tuning::{Context, continuous as in_continuous_time, linear as is_linear, noisy, process_noise, short};
+use crate::tuning::{Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -59,6 +59,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         ),
         ERROR_BOUNDS,
     ],
+    kind: of::<OptimalCubic>,
     read,
     takes_long: true,
     tuning: Tuning::Rules(&[Rule {
@@ -163,11 +164,23 @@ fn simulated(simulation: &Node, outputs: usize) -> Option<Simulated> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct OptimalCubic(pub EstimationProblem);
 
-impl Kind for OptimalCubic {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for OptimalCubic {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
+    }
+
+    // Evaluations of the cost, each of up to 20000 periods of the noise.
+    fn seconds(&self, study: &Study) -> f64 {
+        let n = study.plant.states.len() as f64;
+        1e-3 * n * n * 300.0 * unknowns(study)
+    }
+}
+
+impl Kind for OptimalCubic {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
         let plant = plan.linear()?;
         plan.explained(designed(plan, &plant, &self.0))
@@ -189,12 +202,6 @@ impl Kind for OptimalCubic {
             })
         };
         Some(of.named(|| design().map_err(|error| error.to_string())))
-    }
-
-    // Evaluations of the cost, each of up to 20000 periods of the noise.
-    fn seconds(&self, study: &Study) -> f64 {
-        let n = study.plant.states.len() as f64;
-        1e-3 * n * n * 300.0 * estimate::unknowns(study)
     }
 }
 

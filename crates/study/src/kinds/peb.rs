@@ -7,18 +7,19 @@
 
 use std::sync::Arc;
 
-use super::running::{Running, StepOf, continuous};
-use super::{KklPeb, ObserverKind, Pebo};
-use crate::deployment::Refusal;
-use crate::deployment::recorded::{recorded, refused};
-use crate::design::explain::Misfit;
-use crate::design::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
-use crate::design::{Designed, matrix, number, upper_bound};
+use super::{KklPeb, Pebo};
+use crate::designed::Refusal;
+use crate::designed::{Running, StepOf, continuous};
 use crate::maps::{Estimator, PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
 use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
 use crate::signal::Input;
+use crate::steps::recorded::{recorded, refused};
+use crate::study::ObserverKind;
 use crate::study::{ObserverSpec, Study};
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
+use crate::synthesis::{Designed, matrix, number, upper_bound};
 use crate::trajectory::{self, Member};
 use luenberger_design::kkl::{KklSettings, Residual};
 use luenberger_design::kkl_peb::{Excitation, Excite, excitation};

@@ -1,13 +1,15 @@
 //! The proportional-integral observer: the state and a constant or slowly varying disturbance.
 
-use super::ObserverKind;
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
-use super::disturbance;
+use super::declaration::{Declaration, Information, Rule, Tuning};
+use super::disturbance::{self, DisturbanceSpec};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{Context, disturbance as unknown, poles as tuned_poles};
-use crate::read::{Given, Reader};
-use crate::schema::{Range, Type, optional};
+use super::of;
+use crate::keys::{Range, Type, optional};
+use crate::reader::{Given, Reader};
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Time};
+use crate::tuning::{Context, disturbance as unknown, poles as tuned_poles};
+use crate::tuning::{Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -35,6 +37,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         GAMMA,
         ERROR_BOUNDS,
     ],
+    kind: of::<DisturbanceSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {

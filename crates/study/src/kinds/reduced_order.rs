@@ -13,19 +13,22 @@ use luenberger_proof::wording::counted;
 use luenberger_sim::AnyObserver;
 use nalgebra::{Complex, DMatrix, Dyn};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
-use super::running::{Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::block::Keys;
-use crate::advise::tuning::{Context, linear as is_linear, listed, sampled as in_time};
-use crate::deployment::Refusal;
-use crate::deployment::recorded::{cast, recorded, refused};
-use crate::design::explain::Misfit;
-use crate::design::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
-use crate::read::{Given, Reader, check, gain};
+use super::declaration::{Declaration, Information, Rule, Tuning};
+use super::{Kind, of};
+use crate::designed::Refusal;
+use crate::designed::{Running, StepOf, continuous};
+use crate::keys::{Type, required};
+use crate::reader::{Given, Reader, check, gain};
 use crate::results::DesignReport;
-use crate::schema::{Type, required};
+use crate::steps::recorded::{cast, recorded, refused};
+use crate::study::ObserverKind;
 use crate::study::{GainSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::tuning::Keys;
+use crate::tuning::{Context, linear as is_linear, listed, sampled as in_time};
 
 /// An observer of what the outputs leave open.
 pub type ReducedOrderObserver = KklObserver<LinearKkl<f64, Dyn, Dyn, Dyn, Dyn, LinearInverse<f64, Dyn, Dyn, Dyn>>>;
@@ -41,6 +44,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         Type::Poles,
         "Eigenvalues of F: n - p numbers, complex ones as [re, im] with their conjugates.",
     )],
+    kind: of::<ReducedOrder>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -73,18 +77,28 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReducedOrder(pub Vec<Complex<f64>>);
 
-impl Kind for ReducedOrder {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for ReducedOrder {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        let plant = plan.linear()?;
-        plan.explained(reduced_order(plan.study, &plant, &self.0))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
+    }
+
+    fn poles(&self) -> Option<&[Complex<f64>]> {
+        Some(&self.0)
     }
 
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self(self.0.iter().map(|pole| pole * factor).collect()).into())
+    }
+}
+
+impl Kind for ReducedOrder {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.explained(reduced_order(plan.study, &plant, &self.0))
     }
 }
 

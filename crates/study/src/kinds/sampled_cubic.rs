@@ -12,26 +12,30 @@ use luenberger_sim::{AnyObserver, Replay, SampleTimes, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::cubic::at_point_refusal;
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, PERIOD, POLES, Q, RHO, THETA};
-use super::running::{At, Runnable, Running, StepOf, continuous, sampled};
-use super::{Kind, ObserverKind, Plan, Sampling};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{CUBIC_SHARE, Context, poles as tuned_poles, short, unit_strength};
-use crate::deployment::{NonlinearStep, Refusal, SampledDesign};
-use crate::design::explain::{self, Misfit};
-use crate::design::linear::{self, measurement};
-use crate::design::operating_point::{at, page_point};
-use crate::design::{
+use super::{Kind, of};
+use crate::designed::{At, Runnable, Running, StepOf, continuous, sampled};
+use crate::designed::{NonlinearStep, Refusal};
+use crate::keys::{Range, Type, optional};
+use crate::reader::gain::{alternatives, general, theta};
+use crate::reader::region::bound;
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader, gain};
+use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
+use crate::steps::SampledDesign;
+use crate::study::ObserverKind;
+use crate::study::{LinearSpec, SamplingSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::explain::{self, Misfit};
+use crate::synthesis::linear::{self, measurement};
+use crate::synthesis::operating_point::{at, page_point};
+use crate::synthesis::{
     Advice, Designed, NoDesign, certified, discrete, facts, matrix, number, poles, proved_of, upper_bound,
 };
-use crate::read::gain::{alternatives, general, theta};
-use crate::read::region::bound;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader, gain};
-use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
-use crate::schema::{Range, Type, optional};
-use crate::study::{LinearSpec, SamplingSpec, Study};
+use crate::synthesis::{Plan, Sampling};
+use crate::tuning::{CUBIC_SHARE, Context, listed, placed, short, unit_strength};
+use crate::tuning::{Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -73,6 +77,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
         ),
     ],
+    kind: of::<SampledCubic>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -147,11 +152,42 @@ pub struct SampledCubic {
     pub varying: Option<Periods>,
 }
 
-impl Kind for SampledCubic {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for SampledCubic {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
+    }
+
+    fn gain(&self) -> Option<&LinearSpec> {
+        Some(&self.linear)
+    }
+
+    fn poses_inequality(&self) -> bool {
+        self.varying.is_some() || self.linear.poses_inequality()
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.period)
+    }
+
+    fn varying_periods(&self) -> Option<&Periods> {
+        self.varying.as_ref()
+    }
+
+    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
+    }
+
+    fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
+        let correction = with_strength(&self.correction, gamma)?;
+        Some(Self { correction, ..self.clone() }.into())
+    }
+}
+
+impl Kind for SampledCubic {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
         let (plant, reading) = (plan.linear()?, plan.reading());
         let Self { linear, theta, correction, period, varying } = self;
@@ -202,31 +238,6 @@ impl Kind for SampledCubic {
             design.map_err(|error| error.to_string())
         }))
     }
-
-    fn gain(&self) -> Option<&LinearSpec> {
-        Some(&self.linear)
-    }
-
-    fn poses_inequality(&self) -> bool {
-        self.varying.is_some() || self.linear.poses_inequality()
-    }
-
-    fn period(&self) -> Option<f64> {
-        Some(self.period)
-    }
-
-    fn varying_periods(&self) -> Option<&Periods> {
-        self.varying.as_ref()
-    }
-
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
-    }
-
-    fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
-        let correction = with_strength(&self.correction, gamma)?;
-        Some(Self { correction, ..self.clone() }.into())
-    }
 }
 
 impl SampledCubic {
@@ -251,7 +262,7 @@ impl Running for SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
         sampled(self)
     }
 
-    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, Misfit>> {
+    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
         Some(at(self.clone(), point).map(Runnable::from))
     }
 
@@ -270,13 +281,13 @@ impl Running for At<SampledCubicObserver<f64, Dyn, Dyn, Dyn>> {
         Some((of_page(self.inner(), &study.operating_point.as_ref()?.linear), Some(page_point(self))))
     }
 
-    fn step(&self, _of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         Err(at_point_refusal())
     }
 }
 
 fn of_page(observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>, plant: &StateSpace) -> live::ObserverKind {
-    let rows = crate::execute::live::rows;
+    let rows = crate::designed::rows;
     live::ObserverKind::SampledCubic { observer: Box::new(observer.clone()), a: rows(&plant.a), b: rows(&plant.b) }
 }
 
@@ -326,12 +337,12 @@ impl Running for VaryingPeriods {
         replay.corrected_observer(name, self.observer.as_ref(), initial)
     }
 
-    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, Misfit>> {
+    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
         let at = Self::new(self.observer.inner().clone(), self.periods, [&point.x, &point.u, &point.y]);
-        Some(at.map(Runnable::from).map_err(Misfit::from))
+        Some(at.map(Runnable::from))
     }
 
-    fn step(&self, _of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         Err(at_point_refusal())
     }
 }
@@ -375,8 +386,9 @@ fn of_varying(
 }
 
 fn tuned(context: &Context<'_>) -> Result<Keys, String> {
-    let mut keys = tuned_poles(context, 0)?;
-    let (theta, unit) = unit_strength(context, &keys, true)?;
+    let poles = placed(context, 0)?;
+    let mut keys = vec![("poles", listed(&poles))];
+    let (theta, unit) = unit_strength(context, &poles, true)?;
     keys.push(("theta", Value::numbers(theta)));
     keys.push(("gamma", Value::Number(short(CUBIC_SHARE / unit))));
     keys.push(("period", Value::Number(context.information.period)));

@@ -15,23 +15,27 @@ use luenberger_proof::wording::{at_most, significant};
 use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, convert};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::PERIOD;
-use super::running::{Running, StepOf, sampled};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{Context, INSTANTS, MANY, continuous as in_continuous_time, short};
-use crate::deployment::recorded::no_program;
-use crate::deployment::{NonlinearStep, Refusal};
-use crate::design::explain::{self, Misfit};
-use crate::design::{Advice, Designed, NoDesign, facts, matrix, number, other_kinds, proved_of, upper_bound};
+use super::{Kind, of};
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, sampled};
+use crate::steps::recorded::no_program;
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::tuning::{Context, INSTANTS, MANY, continuous as in_continuous_time, short};
+use crate::tuning::{Keys, Value};
+
+use crate::keys::{Range, Type, optional, required};
 use crate::model::Model;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader};
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
-use crate::schema::{Range, Type, optional, required};
 use crate::structure::Structure;
 use crate::study::{ObserverSpec, Study};
+use crate::synthesis::explain::{self, Misfit};
+use crate::synthesis::{Advice, Designed, NoDesign, facts, matrix, number, other_kinds, proved_of, upper_bound};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -60,6 +64,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "How the sign is discretised (default implicit).",
         ),
     ],
+    kind: of::<SlidingModeSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -104,14 +109,13 @@ impl SlidingModeSpec {
     }
 }
 
-impl Kind for SlidingModeSpec {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for SlidingModeSpec {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        chain(plan.study, plan.requested)?;
-        plan.explained(designed(&plan.study.plant.model, &plan.reading(), self))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn period(&self) -> Option<f64> {
@@ -126,6 +130,13 @@ impl Kind for SlidingModeSpec {
     }
 }
 
+impl Kind for SlidingModeSpec {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        chain(plan.study, plan.requested)?;
+        plan.explained(designed(&plan.study.plant.model, &plan.reading(), self))
+    }
+}
+
 impl Running for SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn> {
     fn any(&self) -> Arc<dyn AnyObserver + '_> {
         sampled(self)
@@ -137,8 +148,8 @@ impl Running for SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn> {
         Some((live::ObserverKind::SlidingMode { gains, period, explicit }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
-        Ok(NonlinearStep::of(of.designed, ExportableObserver::Step(program(self, of.plant)?)))
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+        Ok(Some(NonlinearStep::of(of.designed, ExportableObserver::Step(program(self, of.plant)?))))
     }
 }
 

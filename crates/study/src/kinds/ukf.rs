@@ -9,21 +9,25 @@ use luenberger_proof::wording::counted;
 use luenberger_sim::{AnyObserver, Replay};
 use nalgebra::{DMatrix, Dyn};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
 use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
-use super::running::{Running, StepOf, sampled};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::tuning;
-use crate::deployment::{NonlinearStep, Refusal, filter_step};
-use crate::design::explain::Misfit;
-use crate::design::{Designed, NoDesign, matrix, number, uncertified};
-use crate::execute::filter::Filter;
+use super::{Kind, of};
+use crate::designed::Filter;
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, sampled};
+use crate::keys::{Range, Type, optional};
 use crate::model::Model;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader};
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, Statement};
-use crate::schema::{Range, Type, optional};
+use crate::steps::filter_step;
+use crate::study::ObserverKind;
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::{Designed, NoDesign, matrix, number, uncertified};
+use crate::tuning;
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -51,6 +55,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         ),
         optional("kappa", Type::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
     ],
+    kind: of::<UnscentedSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -122,18 +127,13 @@ impl UnscentedSpec {
     }
 }
 
-impl Kind for UnscentedSpec {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for UnscentedSpec {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
-    }
-
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
-        plan.has_period_of_plant(self.period, dt)?;
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn period(&self) -> Option<f64> {
@@ -155,6 +155,17 @@ impl Kind for UnscentedSpec {
     fn seconds_of_steps(&self, duration: f64) -> f64 {
         let n = self.w.nrows() as f64;
         duration / self.period * (2.0 * STAGES * n * n + 15.0 * n * n * n) * 8e-9
+    }
+}
+
+impl Kind for UnscentedSpec {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        plan.has_period_of_plant(self.period, dt)?;
+        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
     }
 }
 
@@ -204,7 +215,7 @@ impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some(self)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         let (factors, sigma, period) = (self.factors(), self.sigma_points(), SampledObserver::<f64>::period(self));
         let covariance = |factor: &DMatrix<f64>| factor * factor.transpose();
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
@@ -229,6 +240,6 @@ impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
             filter.clone().with_prediction(prediction)
         };
         let w = covariance(&factors.w);
-        filter_step(of, (self.prediction(), &w), (made, with, made_of))
+        filter_step(of, (self.prediction(), &w), (made, with, made_of)).map(Some)
     }
 }

@@ -12,23 +12,26 @@ use luenberger_proof::certificate::Reading;
 use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
+use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{cubic, cubic_of, matrices, unknown};
 use super::keys::{DECAY, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
-use super::running::{Runnable, Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::block::{Keys, Value};
-use crate::advise::tuning::{Context, disturbance as of_study, linear as is_linear, rates};
-use crate::deployment::Refusal;
-use crate::deployment::recorded::{cast, recorded, refused};
-use crate::design::explain::Misfit;
-use crate::design::linear::{measurement, of};
-use crate::design::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
-use crate::execute::live::rows;
-use crate::read::{Given, Reader, gain};
+use super::{Kind, of as kind};
+use crate::designed::Refusal;
+use crate::designed::rows;
+use crate::designed::{Runnable, Running, StepOf, continuous};
+use crate::reader::{Given, Reader, gain};
 use crate::results::DesignReport;
 use crate::results::report::eigenvalue;
+use crate::steps::recorded::{cast, recorded, refused};
+use crate::study::ObserverKind;
 use crate::study::{GainSpec, LinearSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::linear::{measurement, of};
+use crate::synthesis::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::tuning::{Context, disturbance as of_study, linear as is_linear, rates};
+use crate::tuning::{Keys, Value};
 
 /// An observer whose error does not depend on a disturbance.
 pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
@@ -40,6 +43,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "open problem of Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994",
     plant: PlantClass::Linear(Time::CONTINUOUS),
     keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
+    kind: kind::<UnknownInput>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -72,14 +76,13 @@ pub struct UnknownInput {
     pub cubic: Option<(DMatrix<f64>, f64)>,
 }
 
-impl Kind for UnknownInput {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+impl Specification for UnknownInput {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        let plant = plan.linear()?;
-        plan.explained(designed((&plant, &plan.reading()), self, &plan.options()))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn gain(&self) -> Option<&LinearSpec> {
@@ -97,6 +100,13 @@ impl Kind for UnknownInput {
     fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
         let (theta, _) = self.cubic.as_ref()?;
         Some(Self { cubic: Some((theta.clone(), gamma)), ..self.clone() }.into())
+    }
+}
+
+impl Kind for UnknownInput {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        plan.explained(designed((&plant, &plan.reading()), self, &plan.options()))
     }
 }
 

@@ -3,9 +3,9 @@
 use luenberger_design::Region;
 use luenberger_proof::wording::counted;
 
-use super::tree::Node;
-use super::{Reader, region};
 use crate::model::PlantModel;
+use crate::reader::tree::Node;
+use crate::reader::{Reader, region};
 use crate::study::{AdviseSpec, Simulation};
 
 pub(super) fn advise(

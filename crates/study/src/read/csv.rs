@@ -2,9 +2,9 @@
 
 use luenberger_sim::{BetweenRows, Estimates, SampleInterpolation, Samples};
 
-use super::Reader;
-use super::tree::Node;
 use crate::model::PlantModel;
+use crate::reader::Reader;
+use crate::reader::tree::Node;
 use crate::study::Log;
 use crate::table::{Table, TableError};
 

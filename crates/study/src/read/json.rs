@@ -4,8 +4,8 @@ use jsonc_parser::ast::{self, ObjectPropName};
 use jsonc_parser::common::Ranged;
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
-use super::tree::{Entry, Node, Value};
 use crate::diagnostic::Diagnostic;
+use crate::reader::tree::{Entry, Node, Value};
 
 /// Standard JSON: no comments, no trailing commas.
 const STRICT: ParseOptions = ParseOptions {

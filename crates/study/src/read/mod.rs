@@ -5,22 +5,16 @@
 //! that each mistake is reported once.
 
 mod advise;
-pub(crate) mod check;
 mod csv;
-mod disturbance;
-pub(crate) mod gain;
 mod json;
-pub(crate) mod maps;
 mod observer;
 mod operating_point;
 mod other_plant;
 mod plant;
-pub(crate) mod region;
 mod sensor;
 mod simulation_settings;
 mod sweep;
 mod toml;
-pub(crate) mod tree;
 mod truth;
 mod units;
 mod varied;
@@ -30,23 +24,17 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use luenberger_expression::nearest;
 use luenberger_lmi::Solver;
-use luenberger_plants::Dimensions;
-use luenberger_proof::wording::counted;
-use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
-use crate::digest::{self, FileDigest};
 use crate::error::StudyError;
-use crate::model::PlantModel;
 use crate::schema::STUDY;
 use crate::study::Study;
 
+use crate::reader::tree::Node;
+use crate::reader::{Reader, check};
 pub use crate::study::Format;
-pub(crate) use disturbance::Noted;
 pub(crate) use observer::file_name;
-use tree::Node;
 pub(crate) use varied::varied;
 
 impl Study {
@@ -214,161 +202,4 @@ fn starts(root: &Node) -> Vec<usize> {
     starts.sort_unstable();
     starts.dedup();
     starts
-}
-
-/// An `[[observer]]` that is read.
-#[derive(Debug, Clone, Copy)]
-pub struct Given<'a> {
-    /// Its table.
-    pub(crate) node: &'a Node,
-    /// The plant.
-    pub(crate) plant: &'a PlantModel,
-    /// Its name.
-    pub(crate) name: &'a str,
-    /// The study.
-    pub(crate) root: &'a Node,
-}
-
-impl Given<'_> {
-    /// The sizes of the plant.
-    pub fn size(&self) -> Dimensions {
-        self.plant.model.size()
-    }
-
-    /// The number of a key, or this one without the key; none if it is no number, which is a mistake already.
-    pub fn number_or(&self, key: &str, otherwise: f64) -> Option<f64> {
-        self.node.get(key).map_or(Some(otherwise), Node::number)
-    }
-}
-
-/// Collects the mistakes of the third pass, and resolves file names.
-#[derive(Debug)]
-pub struct Reader {
-    mistakes: Vec<Diagnostic>,
-    /// Mistakes about missing keys.
-    absences: Vec<Diagnostic>,
-    folder: PathBuf,
-    copies: BTreeMap<String, PathBuf>,
-    /// The files that were read.
-    files: Vec<FileDigest>,
-    /// The period of a plant in discrete time.
-    pub(crate) dt: Option<f64>,
-    /// Whether the kind of observer that is read is for the time of the plant; if not, its design says so.
-    fits_time: bool,
-}
-
-impl Reader {
-    fn new(folder: &Path, copies: BTreeMap<String, PathBuf>) -> Self {
-        let (mistakes, absences) = (Vec::new(), Vec::new());
-        Self { mistakes, absences, folder: folder.to_owned(), copies, files: Vec::new(), dt: None, fits_time: true }
-    }
-
-    /// A reader of a part of the same study.
-    fn inner(&self) -> Self {
-        Self { dt: self.dt, ..Self::new(&self.folder, self.copies.clone()) }
-    }
-
-    /// The content of a file that the study names.
-    fn file(&mut self, name: &str) -> std::io::Result<Vec<u8>> {
-        let bytes = std::fs::read(self.copies.get(name).map_or_else(|| self.folder.join(name), PathBuf::clone))?;
-        let read = FileDigest { name: name.to_owned(), sha256: digest::of(&bytes) };
-        if !self.files.contains(&read) {
-            self.files.push(read);
-        }
-        Ok(bytes)
-    }
-
-    pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
-        self.mistakes.push(Diagnostic::new(span, message, expected));
-    }
-
-    /// [`wrong`](Self::wrong), and none of what should have been read.
-    pub(crate) fn refuse<T>(
-        &mut self,
-        span: Range<usize>,
-        message: impl Into<String>,
-        expected: impl Into<String>,
-    ) -> Option<T> {
-        self.wrong(span, message, expected);
-        None
-    }
-
-    pub(crate) fn absent(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
-        self.absences.push(Diagnostic::new(span, message, expected));
-    }
-
-    /// A list of numbers of the given length.
-    pub(crate) fn numbers(&mut self, node: &Node, name: &str, length: usize, of: &str) -> Option<Vec<f64>> {
-        let numbers = node.numbers()?;
-        if numbers.len() != length {
-            let message = format!("`{name}` has length {}, and the plant has {}", numbers.len(), counted(length, of));
-            return self.refuse(node.span.clone(), message, format!("expected length {length}"));
-        }
-        Some(numbers)
-    }
-
-    /// A matrix; a dimension given as `None` is arbitrary.
-    pub(crate) fn matrix(
-        &mut self,
-        node: &Node,
-        name: &str,
-        (rows, columns): (Option<usize>, Option<usize>),
-        why: &str,
-    ) -> Option<DMatrix<f64>> {
-        let matrix = rows_of(node)?;
-        let fits = rows.is_none_or(|rows| rows == matrix.nrows()) && columns.is_none_or(|c| c == matrix.ncols());
-        if !fits {
-            let size = |size: Option<usize>, found: usize| size.unwrap_or(found).to_string();
-            let message = format!("`{name}` is {} x {}", matrix.nrows(), matrix.ncols());
-            let expected =
-                format!("expected {} x {}: {why}", size(rows, matrix.nrows()), size(columns, matrix.ncols()));
-            return self.refuse(node.span.clone(), message, expected);
-        }
-        Some(matrix)
-    }
-
-    /// A weight of the given order: a number, a diagonal or a matrix.
-    pub(crate) fn weight(&mut self, node: &Node, name: &str, order: usize, why: &str) -> Option<DMatrix<f64>> {
-        if let Some(x) = node.number() {
-            return Some(DMatrix::identity(order, order) * x);
-        }
-        match node.numbers() {
-            Some(diagonal) if diagonal.len() == order => Some(DMatrix::from_diagonal(&diagonal.into())),
-            Some(diagonal) => {
-                let message = format!("the diagonal `{name}` has length {}", diagonal.len());
-                self.refuse(node.span.clone(), message, format!("expected length {order}: {why}"))
-            }
-            None => self.matrix(node, name, (Some(order), Some(order)), why),
-        }
-    }
-
-    /// The index of a name among the known ones.
-    pub(crate) fn position(&mut self, node: &Node, what: &str, known: &[String]) -> Option<usize> {
-        let name = node.text()?;
-        let found = known.iter().position(|known| known == name);
-        if found.is_none() {
-            let expected = if known.is_empty() {
-                format!("expected the name of {what}, of which the study has none")
-            } else {
-                format!("expected one of {}", known.join(", "))
-            };
-            let mut mistake =
-                Diagnostic::new(node.span.clone(), format!("there is no {what} named {name:?}"), expected);
-            if let Some(near) = nearest(name, known.iter().map(String::as_str)) {
-                mistake = mistake.help(format!("the nearest is {near:?}"));
-            }
-            self.mistakes.push(mistake);
-        }
-        found
-    }
-}
-
-/// A matrix from its rows; none if the rows have mistakes, which are reported already.
-fn rows_of(node: &Node) -> Option<DMatrix<f64>> {
-    let rows: Vec<Vec<f64>> = node.list()?.iter().map(Node::numbers).collect::<Option<_>>()?;
-    let columns = rows.first()?.len();
-    if columns == 0 || rows.iter().any(|row| row.len() != columns) {
-        return None;
-    }
-    Some(DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]))
 }

@@ -3,11 +3,11 @@
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 
-use super::tree::Node;
-use super::{Given, Reader, check, disturbance};
 use crate::diagnostic::Source;
 use crate::kinds;
 use crate::model::PlantModel;
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader, check, disturbance};
 use crate::study::{GainLimits, ObserverSpec};
 
 /// The observers; none if one has mistakes.

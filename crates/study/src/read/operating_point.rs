@@ -3,9 +3,9 @@
 use luenberger_design::{OperatingPoint, OperatingPointError, operating_point as found};
 use nalgebra::DVector;
 
-use super::tree::Node;
-use super::{Reader, check};
 use crate::model::PlantModel;
+use crate::reader::tree::Node;
+use crate::reader::{Reader, check};
 
 /// The operating point near the guess, by Newton's method.
 pub(super) fn operating_point(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<OperatingPoint> {

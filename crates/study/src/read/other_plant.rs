@@ -3,9 +3,10 @@
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 
-use super::tree::{Entry, Node, Value};
-use super::{Reader, Reported, plant};
+use super::{Reported, plant};
 use crate::model::PlantModel;
+use crate::reader::Reader;
+use crate::reader::tree::{Entry, Node, Value};
 use crate::study::OtherPlant;
 
 /// The keys of a plant of matrices.

@@ -5,17 +5,17 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use luenberger_expression::{
-    Definition, DerivedError, Expression, ExpressionError, ExpressionPlant, Extrapolation, Family, Interpolation,
-    ParameterError, Parameters, Scope, Table, TableError, Tables, derived,
+    Definition, DerivedError, Expression, ExpressionPlant, Extrapolation, Family, Interpolation, ParameterError,
+    Parameters, Scope, Table, TableError, Tables, derived,
 };
 use luenberger_plants::{Dimensions, StateSpace};
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
-use super::tree::{Node, Value};
-use super::{Reader, check, units};
-use crate::diagnostic::Diagnostic;
+use super::units;
 use crate::model::{Builtin, Model, PlantModel};
+use crate::reader::tree::{Node, Value};
+use crate::reader::{Reader, check, expression, rows_of, within};
 
 /// The keys of each form of a plant.
 const WAYS: [(&str, &[&str]); 3] = [
@@ -124,7 +124,7 @@ fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
     missing("a", "n x n");
     missing("c", "p x n");
     let (a_node, c_node) = (node.get("a")?, node.get("c")?);
-    let a = super::rows_of(a_node)?;
+    let a = rows_of(a_node)?;
     let n = a.nrows();
     if a.ncols() != n {
         let message = format!("`a` is {n} x {}", a.ncols());
@@ -289,33 +289,6 @@ fn table(node: &Node, reader: &mut Reader) -> Option<Table> {
 pub(super) fn list(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Vec<Expression>> {
     let parsed: Vec<Option<Expression>> = node.list()?.iter().map(|entry| expression(entry, scope, reader)).collect();
     parsed.into_iter().collect()
-}
-
-/// The expression of a text, or the constant of a number.
-pub(super) fn expression(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Expression> {
-    let text = match node.text() {
-        Some(text) => text.to_owned(),
-        None => format!("{:?}", node.number()?),
-    };
-    match Expression::parse(&text, scope) {
-        Ok(expression) => Some(expression),
-        Err(error) => {
-            let span = within(node, &error);
-            reader.mistakes.push(Diagnostic::new(span, error.kind().to_string(), "this expression cannot be read"));
-            None
-        }
-    }
-}
-
-/// The span in the file of an error within a string; the whole string if escapes or line breaks make the position
-/// ambiguous.
-fn within(node: &Node, error: &ExpressionError) -> Range<usize> {
-    let quotes = node.span.len().saturating_sub(error.text().len());
-    if quotes == 2 {
-        let start = node.span.start + 1;
-        return start + error.span().start..start + error.span().end;
-    }
-    node.span.clone()
 }
 
 fn builtin(node: &Node) -> Option<Model> {

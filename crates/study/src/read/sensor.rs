@@ -1,8 +1,8 @@
 //! The tables [[simulation.sensor]].
 
-use super::tree::Node;
-use super::{Reader, check};
 use crate::model::PlantModel;
+use crate::reader::tree::Node;
+use crate::reader::{Reader, check};
 use crate::study::{NoiseSpec, SensorSpec};
 
 /// The sensors; none if one has a mistake.

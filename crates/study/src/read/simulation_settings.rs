@@ -7,10 +7,11 @@ use luenberger_proof::wording::counted;
 use luenberger_sim::{BetweenRows, Estimates, Integrator, ScoreGrid, Settings, SimError};
 use nalgebra::DMatrix;
 
-use super::tree::Node;
-use super::{Reader, Reported, check, gain, maps, plant, region};
+use super::{Reported, plant};
 use crate::maps::MapNames;
 use crate::model::{Model, PlantModel};
+use crate::reader::tree::Node;
+use crate::reader::{Reader, check, gain, maps, region};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
 use crate::study::{GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, SamplingSpec, Simulation};

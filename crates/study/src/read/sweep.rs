@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use luenberger_expression::nearest;
 
+use super::assemble;
 use super::simulation_settings::named;
-use super::tree::{Node, Value};
-use super::{Reader, assemble, check};
 use crate::diagnostic::{Diagnostic, Source};
+use crate::reader::tree::{Node, Value};
+use crate::reader::{Reader, check};
 use crate::schema::{STUDY, SWEPT};
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
 

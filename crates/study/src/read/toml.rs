@@ -3,8 +3,8 @@
 use ::toml::Spanned;
 use ::toml::de::{DeTable, DeValue};
 
-use super::tree::{Entry, Node, Value};
 use crate::diagnostic::Diagnostic;
+use crate::reader::tree::{Entry, Node, Value};
 
 /// The tree of a TOML document, and its syntax errors.
 pub(super) fn tree(text: &str) -> (Node, Vec<Diagnostic>) {

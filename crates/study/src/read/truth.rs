@@ -2,9 +2,10 @@
 
 use luenberger_sim::{Disturbances, Fault, MeasurementLoss, Noise};
 
-use super::tree::{Entry, Node, Value};
-use super::{Reader, Reported, check, other_plant};
+use super::{Reported, other_plant};
 use crate::model::PlantModel;
+use crate::reader::tree::{Entry, Node, Value};
+use crate::reader::{Reader, check};
 use crate::study::{Event, Simulation, Truth};
 
 pub(super) fn truth(

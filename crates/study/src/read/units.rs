@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use luenberger_expression::{Parameters, nearest};
 use luenberger_proof::wording::counted;
 
-use super::Reader;
-use super::tree::Node;
 use crate::diagnostic::Diagnostic;
+use crate::reader::Reader;
+use crate::reader::tree::Node;
 
 /// The units by names. A name is that of a state, an input, an output or a parameter; in the form of a list the units
 /// are those of the states.

@@ -1,7 +1,8 @@
 //! An observer of a study under other keys.
 
-use super::tree::{Node, Value};
-use super::{Reader, check, json, observer, toml};
+use super::{json, observer, toml};
+use crate::reader::tree::{Node, Value};
+use crate::reader::{Reader, check};
 use crate::schema::OBSERVER;
 use crate::study::{Format, ObserverSpec, Study};
 

@@ -1,6 +1,6 @@
 //! The table [advise]: the prior information with which `luenberger advise` tunes every kind of observer.
 
-use super::table::{Range, Table, Type, optional};
+use crate::keys::{Range, Table, Type, optional};
 use crate::kinds::keys::{BOX, UNKNOWN_OF_ADVICE};
 
 pub(super) const ADVISE: Table = Table {

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::keys::STUDY;
-use super::table::{Key, Range, Table, Type, Variant};
+use crate::keys::{Key, Range, Table, Type, Variant};
 
 /// The text of the schema file, referenced by `#:schema ./study.schema.json` at the top of a study.
 pub fn schema() -> String {

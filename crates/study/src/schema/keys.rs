@@ -2,8 +2,8 @@
 
 use super::advise::ADVISE;
 use super::observers::OBSERVER;
-use super::table::{Range, Table, Type, optional, required};
 use super::truth::TRUTH;
+use crate::keys::{Range, Table, Type, optional, required};
 
 /// The whole file.
 pub const STUDY: Table = Table {

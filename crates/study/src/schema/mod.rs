@@ -7,11 +7,10 @@ mod advise;
 mod json;
 mod keys;
 mod observers;
-mod table;
 mod truth;
 
+pub use crate::keys::{Key, Range, Table, Type, Variant, Variants, optional, required};
 pub use json::{json_schema, schema};
 pub use keys::STUDY;
 pub(crate) use keys::{QUANTITIES, SWEPT};
 pub(crate) use observers::OBSERVER;
-pub use table::{Key, Range, Table, Type, Variant, Variants, optional, required};

@@ -1,6 +1,6 @@
 //! The kinds of observers of a study, with their specifications.
 
-use super::table::{Range, Table, Type, Variant, Variants, optional};
+use crate::keys::{Range, Table, Type, Variant, Variants, optional};
 use crate::kinds::{Declaration, registry};
 
 /// `[[observer]]`.

@@ -1,6 +1,6 @@
 //! The table [truth] of a study file.
 
-use super::table::{Key, Range, Table, Type, optional, required};
+use crate::keys::{Key, Range, Table, Type, optional, required};
 
 pub(super) const TRUTH: Table = Table {
     name: "[truth]",

@@ -6,8 +6,8 @@ use luenberger_design::GainOptions;
 use luenberger_lmi::Solver;
 use nalgebra::{Complex, DMatrix};
 
+use super::kind::ObserverKind;
 use crate::diagnostic::Place;
-use crate::kinds::ObserverKind;
 
 /// An observer and its design specification.
 #[derive(Debug, Clone, PartialEq)]

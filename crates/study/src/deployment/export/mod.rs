@@ -23,8 +23,8 @@ use luenberger_proof::wording::counted;
 use serde::Serialize;
 
 use self::numbers::Numbers;
+use super::closed_loop;
 use super::{Difference, Sampled, evidence, exported, record, sampled_of};
-use crate::closed_loop;
 use crate::error::StudyError;
 use crate::results::FailureReport;
 use crate::study::{ObserverSpec, Study};

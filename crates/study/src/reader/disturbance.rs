@@ -13,7 +13,7 @@ use crate::study::ActingBounds;
 pub(crate) struct Noted;
 
 /// The table `bounds`, if there is one; the noise of `root`'s simulation is its default.
-pub(super) fn bounds(
+pub(crate) fn bounds(
     node: &Node,
     size: Dimensions,
     root: &Node,

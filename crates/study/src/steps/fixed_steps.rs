@@ -15,7 +15,7 @@ use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::{at_most, counted, significant};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::Refusal;
+use crate::designed::Refusal;
 use crate::study::{ObserverSpec, Study};
 
 /// Samples of the run.

@@ -10,8 +10,6 @@ use luenberger_plants::PlantError;
 use luenberger_proof::wording::{at_least, at_most, shortest, significant};
 
 use super::alternative::{Advice, another_gain, list, other_kinds, rows, slower};
-use crate::kinds::kkl_numerical::{self, KklSpec};
-use crate::kinds::{Functional, UnknownInput};
 use crate::model::Model;
 use crate::results::FailureReport;
 use crate::results::Proposal;
@@ -19,8 +17,11 @@ use crate::results::report::eigenvalue;
 use crate::structure::Structure;
 use crate::study::{ObserverSpec, Study};
 
+/// With more states the table of a numerical KKL observer is of low rank.
+pub(crate) const MOST_STATES_OF_A_FULL_TABLE: usize = 4;
+
 /// Error of a design, or a hypothesis that is checked by the study.
-pub enum Misfit {
+pub(crate) enum Misfit {
     Design(DesignError),
     Enclosure(EnclosureError),
     Lpv(LpvError),
@@ -208,7 +209,7 @@ pub(crate) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
             (error.to_string(), advice)
         }
         Misfit::NumericalKkl(error) => {
-            let is_held = requested.kind.of::<KklSpec>().is_some_and(|spec| !spec.inputs.is_empty());
+            let is_held = !study.plant.inputs.is_empty();
             // What fails at one input has the remedies of what fails without.
             let failing = match error {
                 NumericalKklError::HeldInput { error, .. } => error.as_ref(),
@@ -218,9 +219,7 @@ pub(crate) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 NumericalKklError::Unresolved { .. } if is_held => Some(
                     "increase `points`, `nodes` or `cutoff`, or choose a smaller `domain` or smaller ranges of `inputs`",
                 ),
-                NumericalKklError::Unresolved { .. }
-                    if study.plant.states.len() > kkl_numerical::MOST_STATES_OF_A_FULL_TABLE =>
-                {
+                NumericalKklError::Unresolved { .. } if study.plant.states.len() > MOST_STATES_OF_A_FULL_TABLE => {
                     Some("increase `points`, `rank` or `cutoff`, or choose a smaller `domain`")
                 }
                 NumericalKklError::Unresolved { .. } => {
@@ -330,7 +329,7 @@ fn in_coordinates(coordinates: &str) -> Proposal {
 
 /// The disturbance of an unknown-input observer as a state, or seen by another output.
 fn with_slow_disturbance(requested: &ObserverSpec) -> Advice {
-    let Some(UnknownInput { e, .. }) = requested.kind.of() else { return Advice::default() };
+    let Some(e) = requested.kind.unknown_disturbance() else { return Advice::default() };
     let keys = [format!("e = {}", rows(e)), "lmi = true".to_owned()];
     let why = "for a disturbance that is constant or varies slowly";
     Advice::of([Proposal::kind("proportional-integral", keys, why)])
@@ -510,7 +509,9 @@ fn of_functional(study: &Study, requested: &ObserverSpec, error: &LinalgError) -
         LinalgError::FixedObserverMode { .. } => Some("other rows of `k`"),
         _ => return Advice::default(),
     };
-    let (Some(Functional { k, poles }), Some(plant)) = (requested.kind.of(), study.plant.model.linear()) else {
+    let (Some((k, _)), Some(poles), Some(plant)) =
+        (requested.kind.functions(), requested.kind.poles(), study.plant.model.linear())
+    else {
         return Advice::default();
     };
     let fastest = poles.iter().map(|pole| pole.re).fold(0.0, f64::min);

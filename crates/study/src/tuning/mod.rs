@@ -1,15 +1,19 @@
-//! The numbers of the tuning rules.
+//! The numbers of the tuning rules of `luenberger advise`, from prior information.
 
-use std::sync::atomic::AtomicBool;
+mod information;
+mod value;
 
+pub(crate) use information::{Information, period, speed};
+pub use information::{InformationKind, PriorInformation};
+pub(crate) use value::object;
+pub use value::{Keys, Value};
+
+use luenberger_design::{DiscreteDesign, LinearDesign};
 use luenberger_linalg::{PolePattern, eigenvalues, poles_from};
 use luenberger_plants::Differentiable;
 use luenberger_proof::wording::{rounded, significant};
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::block::{Block, Keys, Value, study_with};
-use super::information::{Information, speed};
-use crate::design::{self, NoDesign};
 use crate::study::Study;
 
 /// What a rule may use.
@@ -110,6 +114,11 @@ pub(crate) fn nonlinear(context: &Context<'_>) -> Result<(), String> {
 
 /// Poles for the plant and `further` states: its modes that are fast enough stay, the others become Bessel poles.
 pub(crate) fn poles(context: &Context<'_>, further: usize) -> Result<Keys, String> {
+    Ok(vec![("poles", listed(&placed(context, further)?))])
+}
+
+/// These poles, as they are written.
+pub(crate) fn placed(context: &Context<'_>, further: usize) -> Result<Vec<Complex<f64>>, String> {
     linear(context)?;
     let (dt, information) = (context.study.plant.dt, context.information);
     let modes = eigenvalues(&information.linearised.0).map_err(|error| error.to_string())?;
@@ -120,7 +129,7 @@ pub(crate) fn poles(context: &Context<'_>, further: usize) -> Result<Keys, Strin
     let moved =
         poles_from(PolePattern::Bessel, order, settling, information.band).map_err(|error| error.to_string())?;
     poles.extend(moved.into_iter().map(|pole| sampled(pole, dt)));
-    Ok(vec![("poles", listed(&poles))])
+    Ok(poles.into_iter().map(written).collect())
 }
 
 /// A pole in continuous time, or its image in discrete time.
@@ -128,14 +137,16 @@ pub(crate) fn sampled(pole: Complex<f64>, dt: Option<f64>) -> Complex<f64> {
     dt.map_or(pole, |dt| (pole * dt).exp())
 }
 
+/// A pole as it is written. Rounding errors of an eigenvalue are no imaginary part.
+fn written(pole: Complex<f64>) -> Complex<f64> {
+    let im = if pole.im.abs() <= 1e-9 * pole.norm() { 0.0 } else { short(pole.im) };
+    Complex::new(short(pole.re), im)
+}
+
 pub(crate) fn listed(poles: &[Complex<f64>]) -> Value {
-    // Rounding errors of an eigenvalue are no imaginary part.
     let value = |pole: &Complex<f64>| {
-        if pole.im.abs() <= 1e-9 * pole.norm() {
-            Value::Number(short(pole.re))
-        } else {
-            Value::numbers([short(pole.re), short(pole.im)])
-        }
+        let Complex { re, im } = written(*pole);
+        if im == 0.0 { Value::Number(re) } else { Value::numbers([re, im]) }
     };
     Value::List(poles.iter().map(value).collect())
 }
@@ -187,30 +198,22 @@ pub(crate) fn filter(context: &Context<'_>) -> Result<Keys, String> {
 
 /// theta, and what a strength of 1 adds to L at one standard deviation of the output error, of the design with these
 /// poles; `normalised` for the gain `P^-1 C' (C P^-1 C')^-1`.
-pub(crate) fn unit_strength(context: &Context<'_>, poles: &Keys, normalised: bool) -> Result<(Vec<f64>, f64), String> {
+pub(crate) fn unit_strength(
+    context: &Context<'_>,
+    poles: &[Complex<f64>],
+    normalised: bool,
+) -> Result<(Vec<f64>, f64), String> {
     noisy(context)?;
     let (study, information) = (context.study, context.information);
-    let block = Block {
-        name: "linear part".to_owned(),
-        kind: "luenberger",
-        keys: poles.clone(),
-        initial: information.initial.clone(),
-        comment: String::new(),
-    };
-    let with = study_with(study, std::slice::from_ref(&block)).map_err(|error| error.to_string())?;
-    let spec = with.observer(&block.name).ok_or("no design")?;
-    let designed = design::attempt(&with, spec, &AtomicBool::new(false), None).map_err(|none| match none {
-        NoDesign::Misfit(failure) => failure.hypothesis,
-        NoDesign::Interrupted => "interrupted".to_owned(),
-    })?;
-    let named = |name: &str| {
-        let found = designed.report.matrices.iter().find(|matrix| matrix.name == name)?;
-        let columns = found.rows.first()?.len();
-        Some(DMatrix::from_row_iterator(found.rows.len(), columns, found.rows.iter().flatten().copied()))
-    };
-    let missing = || "its linear part has no L and P".to_owned();
-    let (l, p) = (named("L").ok_or_else(missing)?, named("P").ok_or_else(missing)?);
+    let of_point = || study.operating_point.as_ref().map(|point| point.linear.clone());
+    let plant = study.plant.model.linear().or_else(of_point).ok_or("no linear plant")?;
+    let (l, p) = match study.plant.dt {
+        None => LinearDesign::with_poles(&plant, poles).map(|design| (design.l().clone(), design.p.clone())),
+        Some(dt) => DiscreteDesign::with_poles(&plant, dt, poles).map(|design| (design.l().clone(), design.p.clone())),
+    }
+    .map_err(|error| error.to_string())?;
     let c = &information.linearised.1;
+    let missing = || "its linear part has no P > 0".to_owned();
     let pc = p.cholesky().ok_or_else(missing)?.solve(&c.transpose());
     let theta: Vec<f64> = information.noise.iter().map(|deviation| short(1.0 / (deviation * deviation))).collect();
     let direction = if normalised {

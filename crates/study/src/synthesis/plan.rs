@@ -8,11 +8,10 @@ use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::shortest;
 
-use crate::design::explain::{self, Misfit};
-use crate::design::{Advice, Designed, NoDesign, feedback, operating_point, other_kinds};
-use crate::kinds::PlantClass;
+use super::explain::{self, Misfit};
+use super::{Advice, Designed, NoDesign, feedback, operating_point, other_kinds};
 use crate::results::{FailureReport, Proposal};
-use crate::study::{ObserverSpec, Study};
+use crate::study::{ObserverSpec, PlantClass, Study};
 
 /// The study and its observer that is designed.
 #[derive(Debug, Clone, Copy)]
@@ -26,21 +25,6 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// The design of the observer.
-    pub(crate) fn design(&self) -> Result<Designed, NoDesign> {
-        let kind = &self.requested.kind;
-        let time = kind.declaration().plant.time();
-        match self.study.plant.dt {
-            Some(dt) if !time.discrete => Err(self.only_in_continuous_time(dt)),
-            Some(dt) => kind.design_in_discrete_time(self, dt),
-            None if !time.feedthrough => {
-                explain::output_of_the_state(self.study, self.requested)?;
-                kind.design(self)
-            }
-            None => kind.design(self),
-        }
-    }
-
     /// The refusal of a plant in discrete time.
     pub fn only_in_continuous_time(&self, dt: f64) -> NoDesign {
         let kind = self.requested.kind.name();
@@ -76,7 +60,7 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// [`NoDesign::Misfit`] for another plant.
     pub fn linear(&self) -> Result<StateSpace, NoDesign> {
-        let of_point = match self.requested.kind.declaration().plant {
+        let of_point = match self.requested.kind.plant() {
             PlantClass::AtPoint(_) if self.study.plant.dt.is_none() => self.study.operating_point.as_ref(),
             _ => None,
         };

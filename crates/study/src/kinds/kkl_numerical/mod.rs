@@ -1,25 +1,32 @@
 //! The numerical KKL observer: `z' = D z + B y` with a left inverse of T computed by simulation. Run-time sizes become
 //! const generics here.
 
+mod step;
+
 use std::sync::Arc;
 
-use super::declaration::{Declaration, Information, PlantClass, Rule, Time, Tuning};
-use super::running::{Running, StepOf, continuous};
-use super::{Kind, ObserverKind, Plan};
-use crate::advise::block::Value;
-use crate::deployment::{self, NonlinearStep, Refusal, steps_for};
-use crate::design::explain::Misfit;
-use crate::design::{Advice, NoDesign, explain, other_kinds};
-use crate::design::{Designed, number};
-use crate::execute::estimate;
+use super::declaration::{Declaration, Information, Rule, Tuning};
+use super::{Kind, of};
+use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{Running, StepOf, continuous};
+use crate::keys::{Range, Type, optional, required};
 use crate::model::Model;
-use crate::read::region::finite_bounds;
-use crate::read::tree::Node;
-use crate::read::{Given, Reader};
+use crate::reader::region::finite_bounds;
+use crate::reader::tree::Node;
+use crate::reader::{Given, Reader};
 use crate::results::FailureReport;
 use crate::results::{DesignReport, DesignVerdict, NamedNumber, Statement};
-use crate::schema::{Range, Type, optional, required};
-use crate::study::{ObserverSpec, Study};
+use crate::steps::steps_for;
+use crate::study::ObserverKind;
+use crate::study::{NUMBER, ObserverSpec, Study};
+use crate::study::{PlantClass, Specification, Time};
+use crate::synthesis::Plan;
+use crate::synthesis::alternative::{MOST_INPUTS, MOST_STATES, has_table};
+use crate::synthesis::explain::MOST_STATES_OF_A_FULL_TABLE;
+use crate::synthesis::explain::Misfit;
+use crate::synthesis::{Advice, NoDesign, explain, other_kinds};
+use crate::synthesis::{Designed, number};
+use crate::tuning::Value;
 use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{
     Choice, ChoiceOptions, Domain, Errors, Escape, HeldInputDesign, HeldInputs, NumericalKklDesign, NumericalKklError,
@@ -30,7 +37,6 @@ use luenberger_export::ExportableObserver;
 use luenberger_expression::Fixed;
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
 use luenberger_observers::numerical_kkl::tensor_train::MOST_RANK;
-use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use luenberger_proof::wording::{shortest, significant};
 use luenberger_sim::AnyObserver;
@@ -88,6 +94,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "Left inverse to simulate (default interpolated).",
         ),
     ],
+    kind: of::<KklSpec>,
     read,
     takes_long: true,
     tuning: Tuning::Rules(&[Rule {
@@ -149,9 +156,6 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
     };
     Some(spec.into())
 }
-
-/// With more states the table of a numerical KKL observer is of low rank.
-pub(crate) const MOST_STATES_OF_A_FULL_TABLE: usize = 4;
 
 /// A numerical KKL observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -223,14 +227,20 @@ impl KklSpec {
     }
 }
 
-impl Kind for KklSpec {
-    fn declaration(&self) -> &'static Declaration {
-        &DECLARATION
+/// Number of values of T that a design needs besides its table: validation points, and pairs tested for
+/// indistinguishability.
+const BESIDES: f64 = 2000.0;
+
+/// Seconds for one value of T by simulation: a trajectory over the memory of the filter with tolerance 1e-11.
+const ONE_T: f64 = 2e-3;
+
+impl Specification for KklSpec {
+    fn name(&self) -> &'static str {
+        DECLARATION.name
     }
 
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        tabulated(plan.study, plan.requested, self)?;
-        plan.explained(designed(&plan.study.plant.model, self, plan.cancel))
+    fn plant(&self) -> PlantClass {
+        DECLARATION.plant
     }
 
     fn region_of_design(&self) -> Option<luenberger_design::Region> {
@@ -247,9 +257,9 @@ impl Kind for KklSpec {
 
     fn seconds(&self, study: &Study) -> f64 {
         let states = study.plant.states.len();
-        let of_table = |points| self.trajectories(states, points) + estimate::BESIDES;
+        let of_table = |points| self.trajectories(states, points) + BESIDES;
         let tables = self.tables(states).into_iter().map(of_table);
-        tables.sum::<f64>() * estimate::ONE_T + self.samples as f64 * 1e-5
+        tables.sum::<f64>() * ONE_T + self.samples as f64 * 1e-5
     }
 
     // The table of the inverse, its derivatives, and a copy.
@@ -258,7 +268,14 @@ impl Kind for KklSpec {
         let points = self.tables(states).into_iter().max().unwrap_or(0);
         let table = self.family() as f64 * self.trajectories(states, points);
         let numbers = 3.0 * (states + 1) as f64;
-        (table * numbers * estimate::NUMBER, "the table of a numerical KKL observer (reduce its points)")
+        (table * numbers * NUMBER, "the table of a numerical KKL observer (reduce its points)")
+    }
+}
+
+impl Kind for KklSpec {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+        tabulated(plan.study, plan.requested, self)?;
+        plan.explained(designed(&plan.study.plant.model, self, plan.cancel))
     }
 }
 
@@ -322,28 +339,16 @@ impl Running for Kkl {
         self.any()
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
         let Some(spec) = of.observer.kind.of::<KklSpec>() else {
             return Err(("the observer has another kind".to_owned(), Vec::new()));
         };
         // The filter is slower than the plant has to be resolved: the poles of D are those of the cut-off.
         let fastest = of.designed.report.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
-        let step = (of.period, of.substeps.map_or_else(|| steps_for(of.period, fastest), Ok)?);
-        let step = deployment::kkl::step((of.study, spec), self, of.plant, step)?;
-        Ok(NonlinearStep::of(of.designed, ExportableObserver::Kkl(step)))
+        let settings = (of.period, of.substeps.map_or_else(|| steps_for(of.period, fastest), Ok)?);
+        let step = step::step((of.study, spec), self, of.plant, settings)?;
+        Ok(Some(NonlinearStep::of(of.designed, ExportableObserver::Kkl(step))))
     }
-}
-
-/// The most states of a table without inputs, and with.
-const MOST_STATES: (usize, usize) = (6, 3);
-
-/// The most held inputs.
-const MOST_INPUTS: usize = 2;
-
-/// Whether there is a numerical KKL observer for a plant of this size.
-pub(crate) fn has_table(size: Dimensions) -> bool {
-    let most = if size.inputs == 0 { MOST_STATES.0 } else { MOST_STATES.1 };
-    size.outputs == 1 && (2..=most).contains(&size.states) && size.inputs <= MOST_INPUTS
 }
 
 fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec) -> Result<(), FailureReport> {

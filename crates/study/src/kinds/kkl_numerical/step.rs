@@ -7,8 +7,8 @@ use luenberger_observers::kkl::{LeftInverse, LinearKkl};
 use luenberger_observers::numerical_kkl::SampledFilter;
 use nalgebra::{Const, SVector};
 
-use super::Refusal;
-use crate::kinds::{self, KklSpec};
+use super::{Kkl as Designed, KklSpec};
+use crate::designed::Refusal;
 use crate::study::Study;
 
 /// D and B with the step.
@@ -54,9 +54,9 @@ fn settings<const N: usize>(spec: &KklSpec) -> Settings<N> {
 }
 
 /// The step in the form of the study: with tables, or with trees alone.
-pub(crate) fn step(
+pub(super) fn step(
     (study, spec): (&Study, &KklSpec),
-    kkl: &kinds::kkl_numerical::Kkl,
+    kkl: &Designed,
     plant: &ExpressionPlant,
     step: (f64, usize),
 ) -> Result<Kkl<f64>, Refusal> {
@@ -83,7 +83,7 @@ pub(crate) fn step(
         };
     }
     let made = || -> Result<Kkl<f64>, NoStep> {
-        use kinds::kkl_numerical::Kkl as Of;
+        use Designed as Of;
         Ok(match kkl {
             Of::Two(observer) => plain!(observer),
             Of::TwoEmbedded(observer) => plain!(observer),

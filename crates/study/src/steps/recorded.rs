@@ -6,7 +6,7 @@ use luenberger_expression::{Recorded, Recording, RecordingError};
 use luenberger_observers::{Observer, ObserverError};
 use nalgebra::{DMatrix, DVector, convert};
 
-use super::Refusal;
+use crate::designed::Refusal;
 
 /// A matrix of constants.
 pub(crate) fn cast(m: &DMatrix<f64>) -> DMatrix<Recorded> {

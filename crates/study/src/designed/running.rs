@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-use luenberger_design::OperatingPoint;
+use luenberger_design::{DesignError, OperatingPoint};
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{ExpressionPlant, Recording};
 use luenberger_live as live;
@@ -12,10 +12,7 @@ use luenberger_observers::{DeviationObserver, Observer, ObserverDimensions, Samp
 use luenberger_sim::{AnyObserver, Continuous, Replay, Sampled, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use crate::deployment::{NonlinearStep, Refusal, extension};
-use crate::design::Designed;
-use crate::design::explain::Misfit;
-use crate::execute::filter::Filter;
+use super::{Designed, Filter, NonlinearStep, Refusal};
 use crate::study::{ObserverSpec, SamplingSpec, Study};
 
 /// An observer of the deviations from an operating point.
@@ -65,7 +62,7 @@ pub trait Running: Any + fmt::Debug + Send + Sync {
     }
 
     /// The same in deviations from an operating point, of an observer of a linearisation.
-    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, Misfit>> {
+    fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
         let _ = point;
         None
     }
@@ -96,12 +93,13 @@ pub trait Running: Any + fmt::Debug + Send + Sync {
         Err(("the observer has no program".to_owned(), Vec::new()))
     }
 
-    /// Its step for each sample: that of the recorded program.
+    /// Its step for each sample, where it is not that of the recorded program.
     ///
     /// # Errors
     /// Why it has none.
-    fn step(&self, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
-        extension(self, of)
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+        let _ = of;
+        Ok(None)
     }
 
     /// The state at the start with what it tends to at once in place of what begins at zero.
@@ -247,4 +245,9 @@ impl Runnable {
 /// Whether inputs and outputs have these lengths.
 fn takes(size: ObserverDimensions, u: &[f64], y: &[f64]) -> bool {
     u.len() == size.inputs && y.len() == size.outputs
+}
+
+/// A matrix by rows.
+pub(crate) fn rows(m: &DMatrix<f64>) -> live::Rows {
+    m.row_iter().map(|row| row.iter().copied().collect()).collect()
 }

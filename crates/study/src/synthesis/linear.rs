@@ -3,11 +3,11 @@
 use luenberger_design::{DesignError, ErrorBound, GainOptions, LinearDesign, UncertainBound};
 use luenberger_plants::StateSpace;
 
+use super::Plan;
 use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
-use crate::kinds::Plan;
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 

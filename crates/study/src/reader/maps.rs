@@ -5,7 +5,7 @@ use luenberger_expression::{Expression, ParameterError, Scope};
 use luenberger_observers::FilterMemory;
 use luenberger_proof::wording::counted;
 
-use super::plant::expression;
+use super::expression;
 use super::tree::Node;
 use super::{Reader, check, region};
 use crate::maps::{Estimator, KklMaps, MapNames, PebSpec, RegressionMaps, ResetSpec};

@@ -7,7 +7,7 @@ use luenberger_proof::wording::significant;
 
 use super::Designed;
 use super::explain::Misfit;
-use crate::kinds::running::At;
+use crate::designed::At;
 use crate::model::Model;
 use crate::results::Statement;
 use crate::study::Study;
@@ -16,7 +16,7 @@ use crate::study::Study;
 pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, Misfit> {
     let Designed { runnable, mut report, certificate, .. } = design;
     let runnable = match runnable.at(point) {
-        Some(shifted) => shifted?,
+        Some(shifted) => shifted.map_err(DesignError::from)?,
         None => runnable,
     };
     let named = |names: &[String], values: &[f64]| {
@@ -38,9 +38,9 @@ pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
 }
 
 /// The observer in deviations from the point.
-pub(crate) fn at<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, Misfit> {
+pub(crate) fn at<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, DesignError> {
     let made = DeviationObserver::new(observer, point.x.clone(), point.u.clone(), point.y.clone());
-    made.map_err(|error| DesignError::from(error).into())
+    Ok(made?)
 }
 
 fn is_affine(model: &Model) -> bool {

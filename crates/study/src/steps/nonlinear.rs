@@ -1,6 +1,5 @@
 //! Observers of nonlinear plants with a step for each sample.
 
-use luenberger_design::Certificate;
 use luenberger_export::ExportableObserver;
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::ExpressionPlant;
@@ -13,32 +12,13 @@ use luenberger_proof::wording::{counted, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::fixed_steps::{self, MOST_SUBSTEPS};
-use super::{Evidence, Refusal, of_statement};
-use crate::design::Designed;
-use crate::kinds::{Running, StepOf};
+use super::{Evidence, of_statement};
+use crate::designed::{Designed, NonlinearStep, Refusal, Running, StepOf};
 use crate::results::{DesignVerdict, Statement};
 
 /// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its
 /// own error is then below 1e-5 of the change.
 const SHARE: f64 = 0.25;
-
-/// An observer of a nonlinear plant with a step for each sample.
-#[derive(Debug, Clone)]
-pub struct NonlinearStep {
-    /// The observer.
-    pub observer: ExportableObserver,
-    /// The first estimate, where it is not that of the study.
-    pub initial: Option<Vec<f64>>,
-    /// The certificate of the statement, if the statement is proved: of the step as designed in discrete time, of the
-    /// observer in continuous time otherwise.
-    pub certificate: Option<Certificate>,
-    /// What the design says of the error.
-    pub statement: Statement,
-    /// What else is to be known of the step.
-    pub remark: &'static str,
-    /// The error of its fixed steps, measured; empty where there are none.
-    pub step_error: String,
-}
 
 impl NonlinearStep {
     pub(crate) fn uncertified(observer: ExportableObserver, statement: &str) -> Self {
@@ -57,7 +37,7 @@ impl NonlinearStep {
     }
 
     /// What is proved of the step in this format.
-    pub(super) fn evidence(&self, title: &str, format: Format) -> Evidence {
+    pub(crate) fn evidence(&self, title: &str, format: Format) -> Evidence {
         let steps = counted(self.observer.substeps().unwrap_or(1), "step");
         let (of_what, rest) = match &self.observer {
             ExportableObserver::Discrete(_) => {

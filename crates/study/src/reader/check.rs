@@ -8,7 +8,7 @@ use luenberger_proof::wording::is_invisible;
 
 use super::tree::{Node, Value};
 use crate::diagnostic::Diagnostic;
-use crate::schema::{Key, Range, Table, Type};
+use crate::keys::{Key, Range, Table, Type};
 
 /// Appends the mistakes of `node` as a table of this description.
 pub(crate) fn table(node: &Node, table: &Table, mistakes: &mut Vec<Diagnostic>) {

@@ -3,11 +3,12 @@
 use luenberger_design::DiscreteDesign;
 use luenberger_plants::StateSpace;
 
+use super::Plan;
 use super::alternative::{Advice, another_gain};
 use super::explain::{self, Misfit};
 use super::linear::measurement;
 use super::{Designed, NoDesign, asymptotic_factor, certified, matrix, number, poles, proved_of};
-use crate::kinds::{Plan, Runnable};
+use crate::designed::Runnable;
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::study::{GainSpec, LinearSpec};
 

@@ -17,10 +17,10 @@ use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::statement::Format;
 use nalgebra::DMatrix;
 
-use crate::deployment::{Evidence, Matrices, SampledDesign, stored};
+use super::{Evidence, Matrices, SampledDesign, stored};
 use crate::study::{ObserverSpec, Study};
 
-pub use crate::deployment::feedback::gain;
+pub use super::feedback::gain;
 
 /// What is proved of the loop with the numbers as stored in `format`, in exact arithmetic.
 pub fn evidence(
