@@ -32,12 +32,13 @@ pub use interval::IntervalDeployment;
 pub use nonlinear::NonlinearStep;
 pub use record::{Difference, Record, record};
 
+use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use luenberger_design::{
-    Certificate, DesignError, DiscreteDesign, GainOptions, LinearDesign, OperatingPoint, SampledCubicDesign,
-    VaryingPeriodDesign,
+    Certificate, CubicDesign, CubicGain, DesignError, DiscreteDesign, GainOptions, LinearDesign, OperatingPoint,
+    SampledCubicDesign, VaryingPeriodDesign,
 };
 use luenberger_export::ExportableObserver;
 use luenberger_linalg::spectral_radius;
@@ -48,7 +49,8 @@ use luenberger_proof::statement::{Format, Formats};
 use luenberger_proof::wording::at_least;
 use nalgebra::{DMatrix, DVector};
 
-use crate::design::{self, Designed, NoDesign, Runnable};
+use crate::design::{self, Designed, NoDesign, Runnable, attempt};
+use crate::designed::Origin;
 use crate::results::{FailureReport, Statement};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
 
@@ -216,6 +218,15 @@ pub(crate) fn sampled_of(
     let linear = study.plant.model.linear();
     let names = study.plant.names();
     let options = observer.limits.options(study.solver, end);
+    // The run of the study needs its design, which the sampled one then takes over.
+    let of_the_study = match designed {
+        Some(designed) => Some(designed.clone()),
+        None if linear.is_some() && study.simulation.is_some() => {
+            attempt(study, observer, &AtomicBool::new(false), end).ok()
+        }
+        None => None,
+    };
+    let origin = of_the_study.as_ref().map_or(&Origin::Runnable, |designed| &designed.origin);
     if let (
         ObserverKind::Luenberger(gain)
         | ObserverKind::Kalman(gain)
@@ -224,21 +235,24 @@ pub(crate) fn sampled_of(
         Some(plant),
     ) = (&observer.kind, &linear)
     {
-        let design = names.with(|| match study.plant.dt {
-            Some(dt) => in_discrete_time(study, observer, plant, gain, dt),
-            None => held(observer, (plant, gain), period, &options).map_err(|error| error.to_string()),
-        });
-        let design = design.map_err(&failure)?;
-        return Ok(Sampled { design, period, of_the_study: None });
+        let design = match (origin, study.plant.dt) {
+            (Origin::Sampled(design), _) => Ok(design.clone()),
+            (_, Some(dt)) => names.with(|| in_discrete_time(study, observer, plant, gain, dt)),
+            (origin, None) => names.with(|| {
+                let found = held(observer, (plant, gain), origin, period, &options);
+                found.map_err(|error| error.to_string())
+            }),
+        };
+        return Ok(Sampled { design: design.map_err(&failure)?, period, of_the_study });
     }
     if let (ObserverKind::ProportionalIntegral { e, chain, linear: gain, .. }, Some(plant)) = (&observer.kind, &linear)
     {
         let design = names.with(|| {
             let both = luenberger_design::with_disturbance_chain(plant, e, chain.unwrap_or(1))?;
-            held(observer, (&both, gain), period, &options)
+            held(observer, (&both, gain), origin, period, &options)
         });
         let design = design.map_err(|error| failure(error.to_string()))?;
-        return Ok(Sampled { design, period, of_the_study: None });
+        return Ok(Sampled { design, period, of_the_study });
     }
     if let (ObserverKind::Interval(spec), Some(plant)) = (&observer.kind, &linear) {
         let design = names.with(|| {
@@ -257,29 +271,33 @@ pub(crate) fn sampled_of(
             IntervalDeployment::new(study, observer, spec, (plant, gain), period)
         });
         let design = design.map_err(&failure)?;
-        return Ok(Sampled { design: SampledDesign::Interval(Box::new(design)), period, of_the_study: None });
+        return Ok(Sampled { design: SampledDesign::Interval(Box::new(design)), period, of_the_study });
     }
     if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
+        let sampled = |linear: &LinearDesign, cubic: Option<&CubicDesign>| match cubic {
+            Some(cubic) => {
+                let design = SampledCubicDesign::from_cubic_with_weight(linear, cubic, period)?;
+                Ok(SampledDesign::Cubic(Box::new(design)))
+            }
+            None => Ok(SampledDesign::Linear(Box::new(DiscreteDesign::sampled(linear, period)?))),
+        };
         let design = names.with(|| {
-            let found = match designed.and_then(|designed| designed.optimal.as_deref()) {
-                Some(found) => found,
-                None => &luenberger_design::OptimalCubicDesign::new(plant, problem, end)?,
-            };
-            Ok::<_, DesignError>(match &found.cubic {
-                Some(cubic) => {
-                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
-                    SampledDesign::Cubic(Box::new(design))
-                }
-                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, period)?)),
-            })
+            if let Origin::Continuous { linear, cubic } = origin {
+                return sampled(linear, cubic.as_deref());
+            }
+            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, end)?;
+            sampled(&found.linear, found.cubic.as_ref())
         });
-        let design = design.map_err(|error| failure(error.to_string()))?;
-        return Ok(Sampled { design, period, of_the_study: None });
+        let design = design.map_err(|error: DesignError| failure(error.to_string()))?;
+        return Ok(Sampled { design, period, of_the_study });
     }
     if let ObserverKind::NormFilter(spec) = &observer.kind {
         let design = names.with(|| match (&linear, study.plant.dt, &study.operating_point) {
             (Some(plant), Some(dt), _) => {
-                let design = design::norm_filter::discrete(plant, spec, dt, &options);
+                let design = match of_the_study.as_ref().map(|designed| &designed.runnable) {
+                    Some(Runnable::DiscreteLinear(filter)) => DiscreteDesign::with_gain(plant, dt, filter.l()),
+                    _ => design::norm_filter::discrete(plant, spec, dt, &options),
+                };
                 design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
             }
             (Some(plant), None, _) => {
@@ -292,11 +310,11 @@ pub(crate) fn sampled_of(
             }
             (None, ..) => Err(format!("the kind {} needs a linear plant", observer.kind.name())),
         });
-        return Ok(Sampled { design: design.map_err(&failure)?, period, of_the_study: None });
+        return Ok(Sampled { design: design.map_err(&failure)?, period, of_the_study });
     }
     let in_words = |(hypothesis, hints): Refusal| hints.into_iter().fold(failure(hypothesis), FailureReport::hint);
-    let designed = match designed {
-        Some(designed) => designed.clone(),
+    let designed = match of_the_study {
+        Some(designed) => designed,
         None => design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
             NoDesign::Misfit(failure) => failure,
             NoDesign::Interrupted => failure("interrupted".to_owned()),
@@ -309,8 +327,9 @@ pub(crate) fn sampled_of(
             let hypothesis = format!("{} is in filter form, which has no export at an operating point", observer.name);
             return Err(failure(hypothesis).hint("form = \"predictor\""));
         }
-        let design =
-            names.with(|| at_point(gain, point, period, &study.plant.reading(), &options)).map_err(&failure)?;
+        let reading = study.plant.reading();
+        let design = names.with(|| at_point(gain, point, &designed.origin, (period, &reading), &options));
+        let design = design.map_err(&failure)?;
         return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }
     let step = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
@@ -321,11 +340,11 @@ pub(crate) fn sampled_of(
 fn at_point(
     gain: &LinearSpec,
     point: &OperatingPoint,
-    period: f64,
-    reading: &Reading<'_>,
+    origin: &Origin,
+    (period, reading): (f64, &Reading<'_>),
     options: &GainOptions,
 ) -> Result<SampledDesign, String> {
-    let linear = design::linear_design(&point.linear, gain, options);
+    let linear = continuous(&point.linear, gain, origin, options);
     around(linear.and_then(|linear| sampled_linear(&linear, gain, period)), point, (period, reading))
 }
 
@@ -375,16 +394,21 @@ fn in_discrete_time(
 fn held(
     observer: &ObserverSpec,
     (plant, gain): (&StateSpace, &LinearSpec),
+    origin: &Origin,
     period: f64,
     options: &GainOptions,
 ) -> Result<SampledDesign, DesignError> {
-    let linear = design::linear_design(plant, gain, options)?;
+    let linear = continuous(plant, gain, origin, options)?;
     let cubic = |design| SampledDesign::Cubic(Box::new(design));
+    let of_cubic = |theta: &DMatrix<f64>, correction: &CubicGain| {
+        let continuous = match origin {
+            Origin::Continuous { cubic: Some(cubic), .. } => Cow::Borrowed(&**cubic),
+            _ => Cow::Owned(CubicDesign::new(&linear, theta, correction)?),
+        };
+        SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
+    };
     match &observer.kind {
-        ObserverKind::Cubic { theta, correction, .. } => {
-            let continuous = luenberger_design::CubicDesign::new(&linear, theta, correction)?;
-            SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
-        }
+        ObserverKind::Cubic { theta, correction, .. } => of_cubic(theta, correction),
         ObserverKind::SampledCubic { theta, correction, varying: Some(periods), .. } => {
             let varying = VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
             Ok(SampledDesign::Varying(Box::new(varying)))
@@ -393,11 +417,22 @@ fn held(
             SampledCubicDesign::with_cubic_gain(&linear, theta, correction, period).map(cubic)
         }
         ObserverKind::ProportionalIntegral { cubic: Some((theta, gamma)), .. } => {
-            let gain = luenberger_design::CubicGain::Gamma(*gamma);
-            let continuous = luenberger_design::CubicDesign::new(&linear, theta, &gain)?;
-            SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
+            of_cubic(theta, &CubicGain::Gamma(*gamma))
         }
         _ => sampled_linear(&linear, gain, period).map(|design| SampledDesign::Linear(Box::new(design))),
+    }
+}
+
+/// The linear design in continuous time, that of the study if it is there.
+fn continuous<'a>(
+    plant: &StateSpace,
+    gain: &LinearSpec,
+    origin: &'a Origin,
+    options: &GainOptions,
+) -> Result<Cow<'a, LinearDesign>, DesignError> {
+    match origin {
+        Origin::Continuous { linear, .. } => Ok(Cow::Borrowed(linear)),
+        _ => design::linear_design(plant, gain, options).map(Cow::Owned),
     }
 }
 

@@ -18,6 +18,8 @@ use super::interval::{self, Sampling};
 use super::{
     Designed, NoDesign, asymptotic_factor, certified, lower_bound, matrix, number, poles, proved_of, upper_bound,
 };
+use crate::deployment::SampledDesign;
+use crate::designed::Origin;
 use crate::operation;
 use crate::results::Proposal;
 use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES, Statement};
@@ -182,10 +184,12 @@ fn linear(
             numbers: vec![number("period", dt), number("largest modulus of a pole", radius)],
             ..certified(&design.certificate, &[])
         };
-        Designed::new(match filter {
-                Some(filter) => Runnable::StationaryKalman(Box::new(filter)),
-                None => Runnable::DiscreteLinear(Box::new(design.observer.clone())),
-            }, report, Some(design.certificate.clone()))
+        let runnable = match filter {
+            Some(filter) => Runnable::StationaryKalman(Box::new(filter)),
+            None => Runnable::DiscreteLinear(Box::new(design.observer.clone())),
+        };
+        let certificate = Some(design.certificate.clone());
+        Designed { runnable, report, certificate, origin: Origin::Sampled(SampledDesign::Linear(Box::new(design))) }
     }))
 }
 

@@ -11,7 +11,9 @@ use nalgebra::DMatrix;
 use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::{Designed, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use super::{Designed, asymptotic_rate, certified, feedback, matrix, number, poles, proved_of};
+use crate::deployment::SampledDesign;
+use crate::designed::Origin;
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
@@ -21,16 +23,14 @@ pub(super) fn of(
     requested: &LinearSpec,
     options: &GainOptions,
 ) -> Result<LinearDesign, DesignError> {
-    let design = match &requested.gain {
-        GainSpec::Poles(poles) => LinearDesign::with_poles(plant, poles),
-        GainSpec::Kalman { w, v } => LinearDesign::kalman(plant, w, v),
+    let weight = || requested.weight.clone().unwrap_or_default();
+    match &requested.gain {
+        GainSpec::Poles(poles) => LinearDesign::with_poles_and_weight(plant, poles, weight()),
+        GainSpec::Kalman { w, v } => LinearDesign::kalman_with_weight(plant, w, v, weight()),
+        GainSpec::Given(l) => LinearDesign::with_gain_and_weight(plant, l, weight()),
+        _ if requested.weight.is_some() => Err(DesignError::LyapunovMatrixGiven),
         GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, options),
         GainSpec::Lmi => LinearDesign::lmi_with(plant, 0.0, options),
-        GainSpec::Given(l) => LinearDesign::with_gain(plant, l),
-    }?;
-    match &requested.weight {
-        Some(weight) => design.lyapunov_weight(weight.clone()),
-        None => Ok(design),
     }
 }
 
@@ -81,7 +81,8 @@ pub(super) fn linear_report(
         ..certified(&design.certificate, &[])
     };
     let designed =
-        Designed::new(Runnable::Linear(Box::new(design.observer.clone())), report, Some(design.certificate.clone()));
+        Designed::new(Runnable::Linear(Box::new(design.observer.clone())), report, Some(design.certificate.clone()))
+            .from_continuous(design, None);
     match bounds {
         Some(bounds) => {
             let acting = acting(bounds);
@@ -98,7 +99,7 @@ pub(super) fn linear_report(
 }
 
 pub(super) fn cubic(
-    study: &Study,
+    (study, name): (&Study, &str),
     plant: &StateSpace,
     requested: &LinearSpec,
     theta: &DMatrix<f64>,
@@ -107,7 +108,8 @@ pub(super) fn cubic(
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, requested, options)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
-    cubic_report(study, plant, (&linear, &design), bounds)
+    let designed = cubic_report(study, plant, (&linear, &design), bounds)?;
+    Ok(feedback::cubic(study, name, plant, &design, designed))
 }
 
 /// A cubic observer in numbers and words, with the bound of its error if that is asked for.
@@ -136,7 +138,8 @@ pub(super) fn cubic_report(
         ..certified(&design.certificate, &[])
     };
     let designed =
-        Designed::new(Runnable::Cubic(Box::new(design.observer.clone())), report, Some(design.certificate.clone()));
+        Designed::new(Runnable::Cubic(Box::new(design.observer.clone())), report, Some(design.certificate.clone()))
+            .from_continuous(linear, Some(design));
     match bounds {
         Some(bounds) => {
             let acting = acting(bounds);
@@ -180,5 +183,7 @@ pub(super) fn sampled_report(
         numbers: vec![number("period", period), number("largest modulus of a pole", slowest)],
         ..certified(&design.certificate, &[])
     };
-    Designed::new(Runnable::SampledCubic(Box::new(design.observer.clone())), report, Some(design.certificate.clone()))
+    let runnable = Runnable::SampledCubic(Box::new(design.observer.clone()));
+    let origin = Origin::Sampled(SampledDesign::Cubic(Box::new(design.clone())));
+    Designed { runnable, report, certificate: Some(design.certificate.clone()), origin }
 }

@@ -37,7 +37,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
-use luenberger_design::{Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign};
+use luenberger_design::{Certificate, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign};
 use luenberger_observers::Prediction;
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
@@ -161,14 +161,8 @@ fn in_words(
         ObserverKind::Cubic { linear: gain, theta, correction } => {
             let options = (&options, requested.bounds.as_ref());
             let plant = linear()?;
-            let designed = linear::cubic(study, &plant, gain, theta, correction, options).and_then(|designed| {
-                if feedback::gain(study, &requested.name).is_none() {
-                    return Ok(designed);
-                }
-                let cubic = CubicDesign::new(&linear::of(&plant, gain, options.0)?, theta, correction)?;
-                Ok(feedback::cubic(study, &requested.name, &plant, &cubic, designed))
-            });
-            shifted(designed).map_err(explained)
+            let of = (study, requested.name.as_str());
+            shifted(linear::cubic(of, &plant, gain, theta, correction, options)).map_err(explained)
         }
         ObserverKind::OptimalCubic(problem) => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;

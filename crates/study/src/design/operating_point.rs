@@ -13,7 +13,7 @@ use crate::study::Study;
 
 /// The observer of the linearisation, run in deviations from the operating point, with what its certificate speaks of.
 pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, Misfit> {
-    let Designed { runnable, mut report, certificate, .. } = design;
+    let Designed { runnable, mut report, certificate, origin } = design;
     let runnable = match runnable {
         Runnable::Linear(observer) => Runnable::LinearAt(Box::new(at(*observer, point)?)),
         Runnable::Cubic(observer) => Runnable::CubicAt(Box::new(at(*observer, point)?)),
@@ -36,7 +36,7 @@ pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
     };
     report.statement =
         Statement::of(format!("Linearised at the operating point {place}.")).and(&report.statement).remark(truth);
-    Ok(Designed::new(runnable, report, certificate))
+    Ok(Designed { runnable, report, certificate, origin })
 }
 
 fn at<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, Misfit> {

@@ -51,6 +51,5 @@ pub(super) fn design(
         number("cost J of the Kalman gain", found.kalman_cost.total),
         number("cubic observers evaluated", found.evaluations as f64),
     ]);
-    designed.optimal = Some(Box::new(found));
     Ok(designed)
 }

@@ -7,6 +7,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
 use super::{Designed, facts, linear, matrix, proved_of, upper_bound};
+use crate::deployment::SampledDesign;
+use crate::designed::Origin;
 use crate::results::{DesignVerdict, Statement};
 use crate::runnable::{Runnable, VaryingPeriods};
 use crate::study::LinearSpec;
@@ -44,5 +46,10 @@ fn report(
     report.verdict = DesignVerdict::of(&design.certificate);
     let zero = [plant.a.nrows(), plant.b.ncols(), plant.c.nrows()].map(DVector::zeros);
     let varying = VaryingPeriods::new(design.observer.clone(), design.periods, zero.each_ref())?;
-    Ok(Designed::new(Runnable::VaryingPeriods(Box::new(varying)), report, Some(design.certificate.clone())))
+    Ok(Designed {
+        runnable: Runnable::VaryingPeriods(Box::new(varying)),
+        report,
+        certificate: Some(design.certificate.clone()),
+        origin: Origin::Sampled(SampledDesign::Varying(Box::new(design.clone()))),
+    })
 }

@@ -154,10 +154,7 @@ fn the_linear_observer_in_single_precision_stays_in_its_ball() {
 #[test]
 fn the_sampled_cubic_observer_in_single_precision_stays_in_its_ball() {
     let plant = luenberger_plants::double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
+    let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0)).unwrap();
     for (h, w, theta) in [(0.1, 10.0, 1.0), (0.02, 1.0, 10.0), (0.5, 100.0, 0.1)] {
         let design = SampledCubicDesign::new(&linear, &dmatrix![theta], w, h).unwrap();
         assert!(design.certificate.is_proved(), "{}", design.certificate);
@@ -199,10 +196,7 @@ fn the_sampled_cubic_observer_in_single_precision_stays_in_its_ball() {
 fn the_stored_cubic_gain_is_proved_where_the_structure_is_refuted() {
     // In f32 the stored N misses P N = -C'S by 1e-7, and still converges from every error.
     let plant = luenberger_plants::double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
+    let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0)).unwrap();
     let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1).unwrap();
     let operation =
         Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2], deviation: None };
