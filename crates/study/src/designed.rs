@@ -36,7 +36,7 @@ impl Designed {
         Self { runnable, report, certificate, origin: Origin::Runnable }
     }
 
-    pub(crate) fn from_continuous(self, linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Self {
+    pub(crate) fn with_continuous(self, linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Self {
         let (linear, cubic) = (Box::new(linear.clone()), cubic.cloned().map(Box::new));
         Self { origin: Origin::Continuous { linear, cubic }, ..self }
     }

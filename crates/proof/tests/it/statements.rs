@@ -158,7 +158,7 @@ fn the_gain_as_stored_converges_from_everywhere() {
 #[test]
 fn facts_of_the_linear_observer_are_taken_over() {
     let Example1 { a, l, c, p, n } = example1();
-    let b = Matrix::zeros(2, 0);
+    let b = Matrix::from_fn(2, 0, |_, _| 0.0);
     let plant = PlantMatrices { a: a.clone(), b: b.clone(), c: c.clone() };
     let linear = |l: &Matrix<f64>, p: &Matrix<f64>, rate: f64| {
         let plant = PlantWithin::exactly(&a, &b, &c).expect("finite");

@@ -59,7 +59,7 @@ pub(super) fn proportional_integral(
         numbers: vec![number("decay rate", speed)],
         ..certified(&certificate, &[])
     };
-    let designed = Designed::new(runnable, report, Some(certificate)).from_continuous(&linear, cubic.as_ref());
+    let designed = Designed::new(runnable, report, Some(certificate)).with_continuous(&linear, cubic.as_ref());
     let Some(bounds) = bounds else { return Ok(designed) };
     let acting = disturbances_with_rate(&acting(bounds), rate, order);
     let bound = match &cubic {

@@ -82,7 +82,7 @@ pub(super) fn linear_report(
     };
     let designed =
         Designed::new(Runnable::Linear(Box::new(design.observer.clone())), report, Some(design.certificate.clone()))
-            .from_continuous(design, None);
+            .with_continuous(design, None);
     match bounds {
         Some(bounds) => {
             let acting = acting(bounds);
@@ -139,7 +139,7 @@ pub(super) fn cubic_report(
     };
     let designed =
         Designed::new(Runnable::Cubic(Box::new(design.observer.clone())), report, Some(design.certificate.clone()))
-            .from_continuous(linear, Some(design));
+            .with_continuous(linear, Some(design));
     match bounds {
         Some(bounds) => {
             let acting = acting(bounds);
