@@ -59,7 +59,7 @@ pub mod prelude {
         Certificate, Certified, CubicDesign, CubicGain, DesignError, DiscreteDesign, DiscreteLpvDesign, EnclosureError,
         FeedbackDesign, GainOptions, IntervalDesign, KklCandidate, KklDesign, KklError, KklPebDesign, LinearDesign,
         LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, LyapunovWeight, NormFilterDesign, NumericalKklDesign,
-        NumericalKklError, OperatingPointError, ReducedOrderDesign, Region, SampledCubicDesign, Sector, StoredError,
+        NumericalKklError, OperatingPointError, ReducedOrderDesign, Region, SampledCubicDesign, Sector,
         UnknownInputDesign, cubic_lmi_design, nonlinear_observability::ObservabilityError,
     };
     pub use luenberger_linalg::LinalgError;
