@@ -1,5 +1,5 @@
-//! A step of a sampled observer of unknown size takes no memory, and neither does a step of an integrator, a sample of
-//! a run, or a run of an ensemble beyond what it returns.
+//! A step of a sampled observer of unknown size takes no memory, and neither does a step of an integrator, or a sample
+//! of a run.
 #![allow(unsafe_code, reason = "a counting allocator is an unsafe trait; it only passes on")]
 
 #[path = "../../crates/linalg/tests/counting_allocator/mod.rs"]
@@ -8,11 +8,11 @@ mod counting_allocator;
 use counting_allocator::allocations;
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::{
-    DiscreteLinearObserver, ExtendedKalmanFilter, LinearObserver, NoiseModel, NonlinearLuenbergerObserver,
-    SampledCubicGains, SampledCubicObserver, SampledObserver, cubic,
+    DiscreteLinearObserver, ExtendedKalmanFilter, NoiseModel, NonlinearLuenbergerObserver, SampledCubicGains,
+    SampledCubicObserver, SampledObserver, cubic,
 };
 use luenberger_plants::StateSpace;
-use luenberger_sim::{Ensemble, Integrator, Member, Noise, Scenario, Settings, Signal, solve};
+use luenberger_sim::{Integrator, Noise, Scenario, Settings, Signal, solve};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
 #[test]
@@ -67,19 +67,4 @@ fn samples_of_a_run_take_no_memory() {
     };
     let ((few, short), (many, long)) = (count(1.0), count(20.0));
     assert!(long > 15 * short && many < few + 20, "{few} for {short} steps, {many} for {long}");
-}
-
-/// Four for what each run returns.
-#[test]
-fn runs_of_an_ensemble_take_what_they_return() {
-    let plant = StateSpace::new(dmatrix![0.0, 1.0; -1.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
-    let observer = LinearObserver::of(plant.clone(), dmatrix![5.0; 9.0]).unwrap();
-    let count = |runs: usize, end: f64| {
-        let member = |k: usize| Member { x0: vec![1.0, k as f64], estimate: vec![0.0; 2], number: 0 };
-        let members: Vec<Member> = (0..runs).map(member).collect();
-        let ensemble = Ensemble::new(&plant, &observer).until(end, 11);
-        allocations(|| ensemble.run(&members).into_iter().all(|run| run.is_ok()))
-    };
-    assert_eq!(count(16, 1.0), count(16, 50.0), "steps");
-    assert!(count(116, 1.0) <= count(16, 1.0) + 100 * 6, "{} {}", count(116, 1.0), count(16, 1.0));
 }

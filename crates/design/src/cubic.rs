@@ -50,14 +50,15 @@ impl CubicDesign {
     /// The cubic observer on top of `linear`, with weight theta (p x p, symmetric, positive semidefinite) and
     /// `N = -P^-1 C'S`.
     ///
-    /// Theorem 2 of the paper in its general form. Always exists. Cost: one Cholesky factorisation, `n^3 / 3`.
+    /// Theorem 2 of the paper in its general form. Always exists. Cost: one Cholesky factorisation, `n^3 / 3`, and the
+    /// proof, which takes over what is proved of `linear`.
     ///
     /// ```
     /// use luenberger_design::{CubicGain, CubicDesign, LyapunovWeight, LinearDesign};
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    /// let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0))?;
     /// let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0))?;
     /// assert!((cubic.observer.n[(1, 0)] + 11.5294).abs() < 1e-4);
     /// assert!(cubic.certificate.is_proved());
@@ -83,7 +84,8 @@ impl CubicDesign {
         let p_inverse_ct = check::solve_definite("P", &linear.p, &o.c.transpose())?;
         let s = structure(cubic_gain, theta, (&o.c, &p_inverse_ct))?;
         let n = -(p_inverse_ct * &s);
-        let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate).certify()?;
+        let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate);
+        let certificate = certificate.certify_knowing(&linear.certificate)?;
         let observer = CubicObserver::of(o.plant(), o.l.clone(), n, theta.clone())?;
         Ok(Self { observer, p: linear.p.clone(), q: linear.q.clone(), s, rate: linear.rate, certificate })
     }

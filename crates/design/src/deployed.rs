@@ -168,7 +168,7 @@ impl SampledCubicDesign {
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    /// let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0))?;
     /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
     /// let (state, error) = (vec![1.0, 2.0], vec![100.0, 100.0]);
     /// let meets = Operation { state, input: vec![5.0], noise: vec![0.0], error, deviation: None };
@@ -212,7 +212,7 @@ impl SampledCubicDesign {
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    /// let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0))?;
     /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
     /// let (state, error) = (vec![1.0, 2.0], vec![10.0, 10.0]);
     /// let meets = Operation { state, input: vec![5.0], noise: vec![0.0], error, deviation: None };

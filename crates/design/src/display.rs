@@ -15,7 +15,7 @@ use crate::robust::{GainCertificate, PolytopicDesign};
 use crate::{
     CubicDesign, DeployedLinear, DiscreteDesign, FeedbackDesign, IntervalDesign, KklDesign, KklPebDesign, LinearDesign,
     LipschitzDesign, NormFilterDesign, NumericalKklDesign, OptimalCubicDesign, ReducedOrderDesign, SampledCubicDesign,
-    SampledIntervalDesign, StoredDesign, StoredObserver, SuperTwistingDesign, UnknownInputDesign, VaryingPeriodDesign,
+    SampledIntervalDesign, SuperTwistingDesign, UnknownInputDesign, VaryingPeriodDesign,
 };
 
 fn write_design(
@@ -92,21 +92,6 @@ impl Display for OptimalCubicDesign {
                 write_design(f, &gains, &costs, &self.linear.poles, &self.certificate)
             }
             None => write_design(f, &[("L", l)], &costs, &self.linear.poles, &self.certificate),
-        }
-    }
-}
-
-impl Display for StoredDesign {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.title)?;
-        let mut write = |gains: &[(&str, &DMatrix<f64>)]| write_design(f, gains, &[], &[], &self.certificate);
-        match &self.observer {
-            StoredObserver::Linear(linear) => write(&[("L", &linear.l)]),
-            StoredObserver::Discrete { l, .. } => write(&[("L", l)]),
-            StoredObserver::Cubic(cubic) => write(&[("L", &cubic.l), ("N", &cubic.n), ("theta", &cubic.theta)]),
-            StoredObserver::SampledCubic(cubic) => {
-                write(&[("L", cubic.ld()), ("N", cubic.n()), ("theta", cubic.theta())])
-            }
         }
     }
 }

@@ -23,12 +23,14 @@ use crate::lyapunov_choice::proved_or_first;
 
 /// The right-hand side Q of the Lyapunov equation `F'P + P F + Q = 0` that certifies a gain.
 ///
-/// Without one it is the identity or, where that P is not proved, the first of a short list in other units: it is kept
-/// as it is where it is given. That its P fails does not mean that the observer does.
+/// One that is given is kept as it is: that its P fails does not mean that the observer does.
 ///
 /// Designs by LMI ([`LinearDesign::lmi`], [`LinearDesign::with_decay_rate`]) bring their own P, and Q follows from it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum LyapunovWeight {
+    /// The identity or, where that P is not proved, the first of a short list in other units.
+    #[default]
+    FirstProved,
     /// `Q = rho I`, for which the theorems on the infinite-horizon cost hold.
     Identity(f64),
     /// Any `Q = Q' > 0`, n x n.
@@ -38,15 +40,10 @@ pub enum LyapunovWeight {
     InverseCovariance,
 }
 
-impl Default for LyapunovWeight {
-    fn default() -> Self {
-        Self::Identity(1.0)
-    }
-}
-
 impl LyapunovWeight {
     fn matrix(self, n: usize) -> Result<DMatrix<f64>, DesignError> {
         match self {
+            Self::FirstProved => Ok(DMatrix::identity(n, n)),
             Self::Identity(rho) => {
                 check::positive("rho, the factor of the identity in LyapunovWeight::Identity,", rho)?;
                 Ok(DMatrix::identity(n, n) * rho)
@@ -94,14 +91,14 @@ impl LinearDesign {
     ///
     /// `poles` are n numbers, real or complex, closed under conjugation, all in the open left half plane. They exist
     /// for every choice iff (A, C) is observable. P solves `F'P + P F + I = 0`;
-    /// [`lyapunov_weight`](Self::lyapunov_weight) chooses another right-hand side. Cost: one placement and one Lyapunov
-    /// equation, about `35 n^3`, and the proof.
+    /// [`with_poles_and_weight`](Self::with_poles_and_weight) chooses another right-hand side. Cost: one placement and
+    /// one Lyapunov equation, about `35 n^3`, and the proof.
     ///
     /// ```
     /// use luenberger_design::{LinearDesign, LyapunovWeight};
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let design = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    /// let design = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0))?;
     /// assert!((design.l()[(1, 0)] - 10.0).abs() < 1e-12);
     /// let f = &plant.a - design.l() * &plant.c;
     /// let residual = f.transpose() * &design.p + &design.p * f + &design.q;
@@ -115,21 +112,34 @@ impl LinearDesign {
     /// [`DesignError::UnstablePole`] for a pole not in the open left half plane; [`DesignError::Linalg`] names the mode
     /// that no gain can move.
     pub fn with_poles<Z: Into<Complex<f64>> + Copy>(plant: &StateSpace, poles: &[Z]) -> Result<Self, DesignError> {
+        Self::with_poles_and_weight(plant, poles, LyapunovWeight::FirstProved)
+    }
+
+    /// The same, certified by the Lyapunov equation with this right-hand side.
+    ///
+    /// # Errors
+    /// As [`with_poles`](Self::with_poles); [`DesignError::NoCovariance`] for [`LyapunovWeight::InverseCovariance`]; a Q
+    /// that is not symmetric and positive definite.
+    pub fn with_poles_and_weight<Z: Into<Complex<f64>> + Copy>(
+        plant: &StateSpace,
+        poles: &[Z],
+        weight: LyapunovWeight,
+    ) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
         if let Some(&pole) = poles.iter().find(|pole| pole.re >= 0.0) {
             return Err(DesignError::UnstablePole { pole });
         }
         let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
-        Self::with_some_weight(plant, l, Origin::Gain)
+        Self::with_equation(plant, l, Origin::Gain, weight)
     }
 
     /// The stationary Kalman filter: `L = Sigma C'V^-1` for process noise of intensity `w` and measurement noise of
     /// intensity `v`.
     ///
     /// `w` is n x n, positive semidefinite; `v` is p x p, positive definite. It exists iff (A, C) is detectable and W
-    /// excites every mode on the imaginary axis. P solves `F'P + P F + I = 0`; with
-    /// [`LyapunovWeight::InverseCovariance`] it is the inverse of the covariance Sigma.
+    /// excites every mode on the imaginary axis. P solves `F'P + P F + I = 0`;
+    /// [`kalman_with_weight`](Self::kalman_with_weight) chooses another right-hand side.
     ///
     /// ```
     /// use luenberger_design::LinearDesign;
@@ -150,12 +160,26 @@ impl LinearDesign {
         w: impl Into<RealMatrixView<'a>>,
         v: impl Into<RealMatrixView<'a>>,
     ) -> Result<Self, DesignError> {
+        Self::kalman_with_weight(plant, w, v, LyapunovWeight::FirstProved)
+    }
+
+    /// The same, certified by the Lyapunov equation with this right-hand side; with
+    /// [`LyapunovWeight::InverseCovariance`] P is the inverse of the covariance Sigma.
+    ///
+    /// # Errors
+    /// As [`kalman`](Self::kalman); a Q that is not symmetric and positive definite.
+    pub fn kalman_with_weight<'a>(
+        plant: &StateSpace,
+        w: impl Into<RealMatrixView<'a>>,
+        v: impl Into<RealMatrixView<'a>>,
+        weight: LyapunovWeight,
+    ) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let w = check::positive_semidefinite("W", &check::owned(w), plant.a.nrows())?;
         let v = check::positive_definite("V", &check::owned(v), plant.c.nrows())?;
         let Kalman { l, p, .. } = check::kalman(TimeDomain::Continuous, (&plant.a, &plant.c), &w, &v)
             .map_err(|error| check::undetectable(error, TimeDomain::Continuous, plant))?;
-        Self::with_some_weight(plant, l, Origin::Kalman(p))
+        Self::with_equation(plant, l, Origin::Kalman(p), weight)
     }
 
     /// A given gain `l`, n x p, with P from `F'P + P F + I = 0`.
@@ -163,10 +187,23 @@ impl LinearDesign {
     /// # Errors
     /// [`DesignError::NotHurwitz`] if `A - L C` has an eigenvalue that is not in the open left half plane.
     pub fn with_gain<'a>(plant: &StateSpace, l: impl Into<RealMatrixView<'a>>) -> Result<Self, DesignError> {
+        Self::with_gain_and_weight(plant, l, LyapunovWeight::FirstProved)
+    }
+
+    /// The same, certified by the Lyapunov equation with this right-hand side.
+    ///
+    /// # Errors
+    /// As [`with_gain`](Self::with_gain); [`DesignError::NoCovariance`] for [`LyapunovWeight::InverseCovariance`]; a Q
+    /// that is not symmetric and positive definite.
+    pub fn with_gain_and_weight<'a>(
+        plant: &StateSpace,
+        l: impl Into<RealMatrixView<'a>>,
+        weight: LyapunovWeight,
+    ) -> Result<Self, DesignError> {
         let l = check::owned(l);
         check::plant(plant)?;
         check::matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
-        Self::with_some_weight(plant, l, Origin::Gain)
+        Self::with_equation(plant, l, Origin::Gain, weight)
     }
 
     /// L and P by linear matrix inequality: the largest margin of `A'P + P A - Y C - C'Y' < 0` over normalised (P, Y),
@@ -203,18 +240,6 @@ impl LinearDesign {
         Self::with_lyapunov_matrix(plant, gain_lmi::gain_by_lmi(plant, rate, options)?, rate)
     }
 
-    /// The same gain, certified by the Lyapunov equation with another right-hand side.
-    ///
-    /// Cost: one Lyapunov equation, and the proof anew.
-    ///
-    /// # Errors
-    /// [`DesignError::LyapunovMatrixGiven`] for a design by LMI, whose P came with the gain;
-    /// [`DesignError::NoCovariance`] for [`LyapunovWeight::InverseCovariance`] of a gain that is not Kalman's; a Q that
-    /// is not symmetric and positive definite.
-    pub fn lyapunov_weight(self, weight: LyapunovWeight) -> Result<Self, DesignError> {
-        Self::with_equation(&self.observer.plant(), self.l().clone(), self.origin, weight)
-    }
-
     /// P by the Lyapunov equation for `Q = I` or, where that is not proved, for another Q.
     fn with_some_weight(plant: &StateSpace, l: DMatrix<f64>, origin: Origin) -> Result<Self, DesignError> {
         let (n, pair) = (plant.a.nrows(), (&plant.a, &l, &plant.c));
@@ -241,7 +266,7 @@ impl LinearDesign {
     ) -> Result<Self, DesignError> {
         let n = plant.a.nrows();
         let (poles, p, q) = match (&origin, weight) {
-            (Origin::Inequality, _) => return Err(DesignError::LyapunovMatrixGiven),
+            (_, LyapunovWeight::FirstProved) => return Self::with_some_weight(plant, l, origin),
             (Origin::Kalman(covariance), LyapunovWeight::InverseCovariance) => {
                 let identity = DMatrix::identity(n, n);
                 let inverse = check::solve_definite("the stationary covariance", covariance, &identity)?;

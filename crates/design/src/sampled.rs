@@ -64,7 +64,7 @@ impl SampledCubicDesign {
     /// use nalgebra::dmatrix;
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
-    /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    /// let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0))?;
     /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 1e-3)?;
     /// assert!(design.certificate.is_proved());
     /// # Ok::<(), luenberger_design::DesignError>(())
@@ -106,12 +106,8 @@ impl SampledCubicDesign {
         cubic_gain: &CubicGain,
         h: f64,
     ) -> Result<Self, DesignError> {
-        check::positive("the sampling period h", h)?;
-        let o = &linear.observer;
-        let held = zero_order_hold(&o.a, &o.b, h)?;
-        let poles: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
-        let placement = place_observer(&held.ad, &o.c, &poles).map_err(of_sampled)?;
-        Self::with_gain(&held_plant(linear, held)?, placement.gain, &check::owned(theta), cubic_gain, (h, None))
+        let (plant, ld) = placed(linear, h)?;
+        Self::with_gain(&plant, ld, &check::owned(theta), cubic_gain, (h, Lyapunov::FirstProved))
     }
 
     /// The same for the stationary Kalman predictor of the sampled plant: `Ld = Ad Sigma C'(C Sigma C' + V)^-1` for
@@ -133,7 +129,13 @@ impl SampledCubicDesign {
         let measurement = check::positive_definite("V", &check::owned(measurement), o.c.nrows())?;
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let ld = discrete_kalman_gain(&held.ad, &o.c, &noise, &measurement).map_err(of_sampled)?.l;
-        Self::with_gain(&held_plant(linear, held)?, ld, &check::owned(theta), &CubicGain::Radial(w), (h, None))
+        Self::with_gain(
+            &held_plant(linear, held)?,
+            ld,
+            &check::owned(theta),
+            &CubicGain::Radial(w),
+            (h, Lyapunov::FirstProved),
+        )
     }
 
     /// The sampled form of a continuous design: same poles, same theta, same strength `w = trace(C P^-1 C'S) / p` of
@@ -154,14 +156,12 @@ impl SampledCubicDesign {
     /// As [`with_cubic_gain`](Self::with_cubic_gain).
     pub fn from_cubic_with_weight(linear: &LinearDesign, cubic: &CubicDesign, h: f64) -> Result<Self, DesignError> {
         let o = &cubic.observer;
-        let one = Self::from_cubic(linear, cubic, h)?;
-        let f = one.observer.ad() - one.observer.ld() * &o.c;
-        let p = SteinEquation::new(&f)?.solve(&(&cubic.q * h))?.p;
         let cubic_gain = match o.c.nrows() {
             1 => CubicGain::Radial(luenberger_observers::cubic::rate(&o.c, &o.n)),
             _ => CubicGain::General(cubic.s.clone()),
         };
-        one.with_lyapunov(&p, &cubic_gain)
+        let (plant, ld) = placed(linear, h)?;
+        Self::with_gain(&plant, ld, &o.theta, &cubic_gain, (h, Lyapunov::Weight(&(&cubic.q * h))))
     }
 
     /// The observer of a plant in discrete time with the gain of `linear`, weight `theta` and strength `w`.
@@ -196,7 +196,7 @@ impl SampledCubicDesign {
         cubic_gain: &CubicGain,
     ) -> Result<Self, DesignError> {
         let o = &linear.observer;
-        Self::with_gain(o.plant(), o.l().clone(), &check::owned(theta), cubic_gain, (o.period(), None))
+        Self::with_gain(o.plant(), o.l().clone(), &check::owned(theta), cubic_gain, (o.period(), Lyapunov::FirstProved))
     }
 
     /// The same linear observer with the cubic gain that belongs to another P (n x n).
@@ -204,7 +204,7 @@ impl SampledCubicDesign {
         let o = &self.observer;
         let plant = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone())?;
         let plant = StateSpace { d: o.d().cloned(), ..plant };
-        Self::with_gain(&plant, o.ld().clone(), o.theta(), cubic_gain, (o.period(), Some(p)))
+        Self::with_gain(&plant, o.ld().clone(), o.theta(), cubic_gain, (o.period(), Lyapunov::Matrix(p)))
     }
 
     fn with_gain(
@@ -212,7 +212,7 @@ impl SampledCubicDesign {
         ld: DMatrix<f64>,
         theta: &DMatrix<f64>,
         cubic_gain: &CubicGain,
-        (h, given): (f64, Option<&DMatrix<f64>>),
+        (h, given): (f64, Lyapunov<'_>),
     ) -> Result<Self, DesignError> {
         let StateSpace { a: ad, b: bd, c, d } = plant.clone();
         let (n, outputs) = (ad.nrows(), c.nrows());
@@ -223,13 +223,15 @@ impl SampledCubicDesign {
         let f = &ad - &ld * &c;
         let mut equation = SteinEquation::new(&f)?;
         // The scale of Q is that of the continuous equation over one period.
-        let p = if let Some(p) = given {
-            p.clone()
-        } else {
-            let first = equation.solve(&(DMatrix::identity(n, n) * h)).map(|found| found.p);
-            let exact = check::closed_loop((&ad, &ld, &c))?;
-            let decreasing = |p: &DMatrix<f64>| discrete::theorem(plant, &ld, p);
-            proved_or_first(TimeDomain::Discrete, &exact, first.map_err(DesignError::from), decreasing)?.0
+        let p = match given {
+            Lyapunov::Matrix(p) => p.clone(),
+            Lyapunov::Weight(q) => equation.solve(q)?.p,
+            Lyapunov::FirstProved => {
+                let first = equation.solve(&(DMatrix::identity(n, n) * h)).map(|found| found.p);
+                let exact = check::closed_loop((&ad, &ld, &c))?;
+                let decreasing = |p: &DMatrix<f64>| discrete::theorem(plant, &ld, p);
+                proved_or_first(TimeDomain::Discrete, &exact, first.map_err(DesignError::from), decreasing)?.0
+            }
         };
         let poles = equation.eigenvalues();
         let p_inverse_ct = check::solve_definite("P", &p, &c.transpose())?;
@@ -291,6 +293,26 @@ impl SampledCubicDesign {
         };
         Ok(CertificateFile::prove(title, theorem)?)
     }
+}
+
+/// The choice of P.
+enum Lyapunov<'a> {
+    /// By the equation with `Q = h I` or, where that is not proved, the first of a list.
+    FirstProved,
+    /// By the equation with this Q.
+    Weight(&'a DMatrix<f64>),
+    /// This one.
+    Matrix(&'a DMatrix<f64>),
+}
+
+/// The plant of a continuous design with its input held over h, and the gain with the same poles.
+fn placed(linear: &LinearDesign, h: f64) -> Result<(StateSpace, DMatrix<f64>), DesignError> {
+    check::positive("the sampling period h", h)?;
+    let o = &linear.observer;
+    let held = zero_order_hold(&o.a, &o.b, h)?;
+    let poles: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
+    let gain = place_observer(&held.ad, &o.c, &poles).map_err(of_sampled)?.gain;
+    Ok((held_plant(linear, held)?, gain))
 }
 
 /// An error of the sampled pair.

@@ -18,7 +18,7 @@ use crate::certificate::{certified, plant};
 use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
 use crate::error::{DesignError, Pair};
-use crate::linear::LinearDesign;
+use crate::linear::{LinearDesign, LyapunovWeight};
 use crate::lyapunov_choice::proved_or_first;
 use crate::proportional_integral::{exact_product, has_full_column_rank, least_seen};
 
@@ -105,13 +105,26 @@ impl DecoupledPlant {
     /// [`DesignError::FixedPoles`] with the zeros, if one of them is not among the poles; the errors of
     /// [`LinearDesign::with_poles`].
     pub fn with_poles(&self, poles: &[impl Into<Complex<f64>> + Copy]) -> Result<LinearDesign, DesignError> {
+        self.with_poles_and_weight(poles, LyapunovWeight::FirstProved)
+    }
+
+    /// The same, certified by the Lyapunov equation with this right-hand side.
+    ///
+    /// # Errors
+    /// As [`with_poles`](Self::with_poles) and [`LinearDesign::with_poles_and_weight`].
+    pub fn with_poles_and_weight(
+        &self,
+        poles: &[impl Into<Complex<f64>> + Copy],
+        weight: LyapunovWeight,
+    ) -> Result<LinearDesign, DesignError> {
         let mut poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
         let StateSpace { a, c, .. } = &self.reduced;
         let n = a.nrows();
         let parts = kalman_decomposition(a, &DMatrix::identity(n, n), c)?;
         let fixed = &parts.controllable_unobservable.eigenvalues;
         if fixed.is_empty() || poles.len() != n {
-            return LinearDesign::with_poles(&self.reduced, &poles).map_err(|error| error.of_pair(Pair::Decoupled));
+            let design = LinearDesign::with_poles_and_weight(&self.reduced, &poles, weight);
+            return design.map_err(|error| error.of_pair(Pair::Decoupled));
         }
         for zero in fixed {
             let nearest = (0..poles.len())
@@ -127,7 +140,7 @@ impl DecoupledPlant {
             let placed = place_observer(&seen, &outputs, &poles).map_err(DesignError::from);
             gain.rows_mut(0, k).copy_from(&placed.map_err(|error| error.of_pair(Pair::Decoupled))?.gain);
         }
-        LinearDesign::with_gain(&self.reduced, &(&parts.transformation * gain))
+        LinearDesign::with_gain_and_weight(&self.reduced, &(&parts.transformation * gain), weight)
     }
 
     /// The theorem for these gains and this Lyapunov matrix, with the real T.

@@ -124,10 +124,8 @@ impl VaryingPeriodDesign {
             p: proof_matrix(&p),
             factor,
         };
-        let mut theorems: Vec<luenberger_proof::certificate::Theorem> = vec![theorem.into()];
-        theorems.extend(nominal.certificate.theorems().iter().map(|proved| proved.theorem().clone()));
-        theorems.extend(nominal.certificate.unproved().iter().map(|unproved| unproved.theorem().clone()));
-        Ok(Self { certificate: Certificate::of(theorems)?, observer, nominal, k, periods: *periods, factor })
+        let certificate = Certificate::of([theorem])?.and(nominal.certificate.clone());
+        Ok(Self { certificate, observer, nominal, k, periods: *periods, factor })
     }
 }
 

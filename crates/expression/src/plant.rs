@@ -10,7 +10,7 @@
 use core::fmt;
 use std::sync::{Arc, OnceLock};
 
-use luenberger_plants::{Differentiable, Dimensions, LanePlant, Plant, PlantError, Shape, StateSpace};
+use luenberger_plants::{Differentiable, Dimensions, Plant, PlantError, Shape, StateSpace};
 use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector};
 
 use crate::function::is_number;
@@ -637,17 +637,6 @@ impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
             self.fill(Row::Output(0), t, x, u, y);
         }
         fits
-    }
-}
-
-/// Each instruction is decoded once for all lanes.
-impl LanePlant for ExpressionPlant {
-    fn derivative_lanes<const L: usize>(&self, t: &[f64; L], x: &[[f64; L]], u: &[[f64; L]], slope: &mut [[f64; L]]) {
-        self.values().f.evaluate_lanes(*t, x, u, |k, value| slope[k] = value);
-    }
-
-    fn output_lanes<const L: usize>(&self, t: &[f64; L], x: &[[f64; L]], u: &[[f64; L]], y: &mut [[f64; L]]) {
-        self.values().h.evaluate_lanes(*t, x, u, |k, value| y[k] = value);
     }
 }
 

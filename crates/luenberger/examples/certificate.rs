@@ -10,7 +10,7 @@ use nalgebra::dmatrix;
 
 pub(crate) fn main() -> Result<(), luenberger::Error> {
     let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+    let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0))?;
     let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0))?;
     let file = cubic.certificate_file("Example 1: the cubic observer of a double integrator")?.to_json();
     print!("{file}");

@@ -80,9 +80,6 @@ pub enum Error {
     /// The design of a numerical KKL observer failed.
     #[error(transparent)]
     NumericalKkl(#[from] design::NumericalKklError),
-    /// No observer can be read from a certificate file.
-    #[error(transparent)]
-    Stored(#[from] design::StoredError),
     /// The plant has no operating point.
     #[error(transparent)]
     OperatingPoint(#[from] design::OperatingPointError),

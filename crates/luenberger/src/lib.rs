@@ -27,7 +27,7 @@
 //!
 //! // Position is measured, velocity is wanted.
 //! let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
-//! let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+//! let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0))?;
 //! let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0))?;
 //! assert!(cubic.certificate.is_proved());
 //!
@@ -59,7 +59,7 @@ pub mod prelude {
         Certificate, Certified, CubicDesign, CubicGain, DesignError, DiscreteDesign, DiscreteLpvDesign, EnclosureError,
         FeedbackDesign, GainOptions, IntervalDesign, KklCandidate, KklDesign, KklError, KklPebDesign, LinearDesign,
         LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, LyapunovWeight, NormFilterDesign, NumericalKklDesign,
-        NumericalKklError, OperatingPointError, ReducedOrderDesign, Region, SampledCubicDesign, Sector, StoredError,
+        NumericalKklError, OperatingPointError, ReducedOrderDesign, Region, SampledCubicDesign, Sector,
         UnknownInputDesign, cubic_lmi_design, nonlinear_observability::ObservabilityError,
     };
     pub use luenberger_linalg::LinalgError;

@@ -15,7 +15,6 @@
 //! | [`semi_implicit`] | the cubic part of the cubic observer as a semi-implicit step, for gains that are not radial |
 //! | [`varying_period`] | the sampled cubic observer at varying periods and with missed samples |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
-//! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`unscented`] | the unscented Kalman filter in square-root form |
 //! | [`moving_horizon`] | the moving-horizon estimator, with bounds of the states |
@@ -79,7 +78,6 @@ pub mod kalman;
 mod kalman_on_slices;
 pub mod kkl;
 pub mod kkl_peb;
-pub mod lanes;
 pub mod linear;
 pub mod mean_value;
 pub mod moving_horizon;
@@ -131,7 +129,6 @@ pub use interval::{
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearInverse, LinearKkl};
 pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
-pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
 pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape, straight_line_plant};
 pub use mean_value::{
@@ -163,7 +160,7 @@ pub mod internals {
     //! For the tests of this crate, no part of its interface.
 
     pub use crate::dense::{Factor, times, times_transpose};
-    pub use crate::mean_value::quadrature::{GAUSS_LEGENDRE_5, GAUSS_LEGENDRE_8};
+    pub use crate::mean_value::quadrature::GAUSS_LEGENDRE_8;
     pub use crate::semi_implicit::eliminate;
     pub use crate::triangular::{Joint, add, semidefinite_factor, subtract};
 }

@@ -13,7 +13,6 @@
 //! | [`equations`] | a plant from its equations, for every scalar |
 //! | [`linear`] | `x' = A x + B u`, `y = C x + D u` |
 //! | [`mod@straight_line`] | a plant from four functions on arrays, as exports have it |
-//! | [`lanes`] | plants over several lanes at once |
 //! | [`coordinates`] | a plant in other linear coordinates, `x = T z` |
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`), linearisation at a point |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
@@ -44,7 +43,6 @@ pub mod error;
 pub mod exponential_cascade;
 pub mod flexible_joint;
 pub mod jacobian;
-pub mod lanes;
 pub mod linear;
 pub mod oscillators;
 pub mod plant;
@@ -69,7 +67,6 @@ pub use flexible_joint::FlexibleJoint;
 pub use jacobian::{ByDual, Differentiable, state_jacobian};
 #[cfg(feature = "dual")]
 pub use jacobian::{Dual64, linearize};
-pub use lanes::LanePlant;
 #[cfg(feature = "alloc")]
 pub use linear::StateSpace;
 pub use linear::{LinearPlant, StaticPlant};

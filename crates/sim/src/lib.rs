@@ -31,7 +31,6 @@
 //! | file | subject |
 //! |---|---|
 //! | [`scenario`], [`trajectory`] | the setup of a run; its result |
-//! | [`ensemble`] | many runs at once, in lanes |
 //! | [`compare`] | observers side by side on one plant, from the same information |
 //! | [`scores`] | scores of errors, in continuous time or at the samples |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
@@ -55,7 +54,6 @@ pub mod dense;
 pub mod disturbance;
 mod dop853;
 mod dop853_tableau;
-pub mod ensemble;
 mod erased;
 pub mod error;
 pub mod events;
@@ -88,7 +86,6 @@ pub use change::Change;
 pub use compare::{Compared, Comparison, Cost};
 pub use dense::Dense;
 pub use disturbance::{Disturbances, Fault, MeasurementLoss};
-pub use ensemble::{Ensemble, EnsembleRun, Member};
 pub use erased::{AnyObserver, Continuous, Sampled};
 pub use error::SimError;
 pub use events::{Crossing, Extremum, Trace};

@@ -29,7 +29,7 @@ impl ErrorSystem {
     fn new(k: f64, g: f64) -> Result<Self, Box<dyn std::error::Error>> {
         let plant = luenberger_plants::double_integrator().to_dynamic();
         let linear =
-            LinearDesign::with_poles(&plant, &[-2.0 * k, -5.0 * k])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
+            LinearDesign::with_poles_and_weight(&plant, &[-2.0 * k, -5.0 * k], LyapunovWeight::Identity(10.0))?;
         let l = Vector2::new(linear.l()[0], linear.l()[1]);
         let mut n = Vector2::zeros();
         if g > 0.0 {

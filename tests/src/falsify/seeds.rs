@@ -9,19 +9,21 @@ use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DisturbanceBounds, ErrorBound, ErrorCoordinates,
     FeedbackDesign, IntervalDesign, IntervalRequirements, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign,
     SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
-    at_varying_periods, cubic_lmi_design, deployed_linear, lyapunov_certificate_file, stein_certificate_file,
+    at_varying_periods, cubic_lmi_design, deployed_linear,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{
-    CertificateFile, CubicConvergence, Datum, Definiteness, DiscreteJacobianPolytope, HurwitzStability, Region,
-    SchurStability, Sign, StructuredCubicConvergence, Theorem, Vertex,
+    CertificateFile, CubicConvergence, Datum, Definiteness, DiscreteJacobianPolytope, Equation, HurwitzStability,
+    Region, SchurStability, Sign, StructuredCubicConvergence, Theorem, Vertex,
 };
 use luenberger_proof::statement::{Deviation, Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix};
 use luenberger_random::Random;
 use nalgebra::DMatrix;
+
+use crate::solution_certificate;
 
 type Generator = fn(&mut Random) -> Option<CertificateFile>;
 
@@ -533,11 +535,11 @@ fn solution(random: &mut Random) -> Option<CertificateFile> {
     let (m, q) = (random.matrix(n, n), random.matrix(n, n));
     let q = &q + q.transpose();
     match random.below(4) {
-        0 => written(stein_certificate_file("stein", &(m * 0.4), &q)),
-        1 => written(lyapunov_certificate_file("lyapunov", &m, &q)),
+        0 => solution_certificate(Equation::Stein, &(m * 0.4), &q),
+        1 => solution_certificate(Equation::Lyapunov, &m, &q),
         _ => {
             let shift = random.between(0.5, 3.0) + m.norm();
-            written(lyapunov_certificate_file("lyapunov", &(m - DMatrix::identity(n, n) * shift), &q))
+            solution_certificate(Equation::Lyapunov, &(m - DMatrix::identity(n, n) * shift), &q)
         }
     }
 }

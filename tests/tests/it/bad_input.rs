@@ -107,10 +107,9 @@ fn the_units_do_not_matter() {
         // x2 is a velocity: x1' = x2 per unit of time; y is x1 in other units.
         let plant =
             StateSpace::new(dmatrix![0.0, 1.0 / time; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![length, 0.0]).unwrap();
-        let linear = LinearDesign::with_poles(&plant, &[-2.0 / time, -5.0 / time])
-            .unwrap()
-            .lyapunov_weight(LyapunovWeight::Identity(10.0))
-            .unwrap();
+        let linear =
+            LinearDesign::with_poles_and_weight(&plant, &[-2.0 / time, -5.0 / time], LyapunovWeight::Identity(10.0))
+                .unwrap();
         let expected = dmatrix![7.0; 10.0] / (time * length);
         let relative = (linear.l() - &expected).amax() / expected.amax();
         assert!(relative < 1e-12, "time {time:e}, length {length:e}: {}", linear.l());

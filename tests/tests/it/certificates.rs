@@ -6,19 +6,20 @@ use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_gain_margin, theorem5_bound};
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, Region,
-    SampledCubicDesign, Theorem1, cubic_lmi_design, deployed_linear, lyapunov_certificate_file, stein_certificate_file,
-    theta_from_importance,
+    SampledCubicDesign, Theorem1, cubic_lmi_design, deployed_linear, theta_from_importance,
 };
 use luenberger_linalg::{lambda_min, lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, dynamic_matrix, he};
 use luenberger_plants::{StateSpace, double_integrator, flexible_joint, third_order};
 use luenberger_proof::certificate::Region::{Everywhere, Within};
 use luenberger_proof::certificate::{
-    CertificateFile, Claim, ClaimedBall, Number, Proved, Rejection, StructuredCubicConvergence, Theorem, digest, verify,
+    CertificateFile, Claim, ClaimedBall, Equation, Number, Proved, Rejection, StructuredCubicConvergence, Theorem,
+    digest, verify,
 };
 use luenberger_proof::statement::{Format, Operation, Step};
 use luenberger_proof::wording::exact;
 use luenberger_proof::{Interval, Matrix, Verdict};
+use luenberger_tests::solution_certificate;
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 
@@ -299,8 +300,8 @@ proptest! {
         // Of norm at most 4 for entries in [-1, 1]: shifted, or scaled, it is stable.
         let a = if is_stein { m * 0.2 } else { m - DMatrix::identity(n, n) * 5.0 };
         let q = &q + q.transpose();
-        let write = if is_stein { stein_certificate_file } else { lyapunov_certificate_file };
-        let file = write("an equation", &a, &q).unwrap();
+        let equation = if is_stein { Equation::Stein } else { Equation::Lyapunov };
+        let file = solution_certificate(equation, &a, &q).unwrap();
         goes_the_whole_way(Ok::<_, Rejection>(file.clone()));
         let Theorem::SolutionWithin(theorem) = file.theorem() else { panic!("{}", file.theorem().name()) };
         // Another method: the floating-point solution is near the middle.

@@ -7,10 +7,7 @@ use nalgebra::dmatrix;
 /// Example 1 of the cubic-observer paper: the plant, the linear and the cubic observer.
 pub(crate) fn example_1() -> (StateSpace, LinearDesign, CubicDesign) {
     let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
+    let linear = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0], LyapunovWeight::Identity(10.0)).unwrap();
     let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     (plant, linear, cubic)
 }

@@ -77,5 +77,5 @@ pub(crate) fn accretive(p: usize, d: &DMatrix<f64>, k: &DMatrix<f64>) -> DMatrix
 /// A Luenberger observer with real poles from -1 on, certified with `Q = rho I`.
 pub(crate) fn linear(plant: &StateSpace, rho: f64) -> LinearDesign {
     let poles: Vec<f64> = (0..plant.a.nrows()).map(|k| -1.0 - 0.4 * k as f64).collect();
-    LinearDesign::with_poles(plant, &poles).unwrap().lyapunov_weight(LyapunovWeight::Identity(rho)).unwrap()
+    LinearDesign::with_poles_and_weight(plant, &poles, LyapunovWeight::Identity(rho)).unwrap()
 }

@@ -70,10 +70,8 @@ fn example_1_agrees_with_a_second_integrator() {
 #[test]
 fn example_2_agrees_with_a_second_integrator() {
     let plant = third_order::example2().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-30.0, -10.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
+    let linear =
+        LinearDesign::with_poles_and_weight(&plant, &[-30.0, -10.0, -5.0], LyapunovWeight::Identity(10.0)).unwrap();
     let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(0.1)).unwrap();
     agree(&cubic, &[500.0; 3], &[0.01, 0.1, 0.5, 1.0], 1e-9 * 866.0);
 }

@@ -17,21 +17,22 @@ use luenberger_design::{
     JacobianEnclosure, LinearDesign, LipschitzDesign, LpvDesign, NormFilterDesign, NormTarget, Periods,
     ReducedOrderDesign, Region, SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1,
     TimeDomain, Uncertainty, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, cubic_lmi_design,
-    deployed_linear, lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
+    deployed_linear, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
 use luenberger_plants::{CukConverter, StateSpace, VanDerPol, flexible_joint, third_order};
 use luenberger_proof::certificate::{
-    CertificateFile, CubicConvergence, CubicStep, Definiteness, HurwitzStability, LinearConvergence, PlantMatrices,
-    PlantWithin, Rejection, SchurStability, Sign, StructuredCubicConvergence, Theorem, VaryingPeriodConvergence,
-    digest, verify,
+    CertificateFile, CubicConvergence, CubicStep, Definiteness, Equation, HurwitzStability, LinearConvergence,
+    PlantMatrices, PlantWithin, Rejection, SchurStability, Sign, StructuredCubicConvergence, Theorem,
+    VaryingPeriodConvergence, digest, verify,
 };
 use luenberger_proof::statement::{Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix, Verdict};
 use luenberger_random::Random;
 use luenberger_study::{Study, TEMPLATES};
 use luenberger_tests::kkl_maps::{bound, converter, duffing, exponential_cascade, region, van_der_pol};
+use luenberger_tests::solution_certificate;
 use nalgebra::{DMatrix, dmatrix};
 use serde_json::Value;
 
@@ -303,8 +304,8 @@ fn of_targets() -> Vec<CertificateFile> {
 fn of_matrices() -> Vec<CertificateFile> {
     let (a, q) = (dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![1.0, 0.25; 0.25, 2.0]);
     let mut files = vec![
-        lyapunov_certificate_file("an equation", &a, &q).unwrap(),
-        stein_certificate_file("an equation", &(&a * 0.2), &q).unwrap(),
+        solution_certificate(Equation::Lyapunov, &a, &q).unwrap(),
+        solution_certificate(Equation::Stein, &(&a * 0.2), &q).unwrap(),
     ];
     for a in [a.clone(), -&a] {
         let mut lmi = Problem::new();

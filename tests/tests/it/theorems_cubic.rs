@@ -217,7 +217,7 @@ proptest! {
         let root = root.view((0, 0), (n, n));
         let q = root * root.transpose() + DMatrix::identity(n, n) * 0.1;
         let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.4 * k as f64).collect();
-        let design = LinearDesign::with_poles(&plant, &poles).unwrap().lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
+        let design = LinearDesign::with_poles_and_weight(&plant, &poles, LyapunovWeight::Matrix(q)).unwrap();
         let bound = theorem5_bound(&design.p, &design.q).unwrap();
         let margin = fixed_lyapunov_margin(&design.p, &design.q).unwrap();
         prop_assert!(bound <= margin * (1.0 + 1e-9), "{bound} {margin}");
@@ -403,17 +403,18 @@ fn example_3_needs_the_other_sign() {
 #[test]
 fn the_kalman_gain_gives_n_proportional_to_l() {
     let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::kalman(&plant, &DMatrix::identity(2, 2), &dmatrix![0.5])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::InverseCovariance)
-        .unwrap();
+    let linear = LinearDesign::kalman_with_weight(
+        &plant,
+        &DMatrix::identity(2, 2),
+        &dmatrix![0.5],
+        LyapunovWeight::InverseCovariance,
+    )
+    .unwrap();
     let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::General(dmatrix![3.0 / 0.5])).unwrap();
     assert!((&cubic.observer.n + cubic.l() * 3.0).amax() < 1e-12);
     assert!(cubic.certificate.is_proved() && cubic.certificate.converges_from_everywhere(), "{}", cubic.certificate);
-    let poles = LinearDesign::with_poles(&plant, &[-1.0, -2.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::InverseCovariance)
-        .unwrap_err();
+    let poles =
+        LinearDesign::with_poles_and_weight(&plant, &[-1.0, -2.0], LyapunovWeight::InverseCovariance).unwrap_err();
     assert_eq!(poles, DesignError::NoCovariance);
 }
 

@@ -79,7 +79,7 @@ def reference(problem):
     return solution.y[:, -1]
 
 
-# Whole runs: of the example study `cart-pole`, and of ensembles.
+# Whole runs: of the example study `cart-pole`, and of a linear observer with its input held.
 M, MASS, B, I, G, LENGTH = 0.5, 0.2, 0.1, 0.006, 9.81, 0.3
 FEEDBACK = np.array([-70.7107, -37.8345, 105.5298, 20.9238])
 GAIN = np.array([23.7061, 0.0299409, 145.062, -1.65731, -0.0492469, 41.6805, -5.30579, 306.7]).reshape(4, 2)
@@ -143,24 +143,11 @@ def cart_pole_run(lpv, noise):
     return {"us": (time.perf_counter() - began) * 1e6, "end": [*x, *(z if lpv else xhat)]}
 
 
-def linear(t, x):
-    y = x[0] - x[2]
-    return [x[1], 0.0, x[3] + L[0] * y, L[1] * y]
-
-
-def member(f):
-    began = time.perf_counter()
-    solution = solve_ivp(f, (0, 4), [3.0, 3.0, 0.0, 0.0], method="DOP853", rtol=1e-9, atol=1e-12, t_eval=np.linspace(0, 4, 41))
-    return {"us": (time.perf_counter() - began) * 1e6, "end": list(solution.y[:, -1])}
-
-
 # Run: what it is, its name in the program, runs in a round there and rounds of it, the peer.
 RUNS = {
     "ekf": ("cart-pole, EKF in the loop", 5, 10, "scipy DOP853 + numpy EKF", lambda noise, _: cart_pole_run(False, noise)),
     "lpv": ("cart-pole, EKF in the loop, LPV", 5, 10, "scipy DOP853 + numpy EKF", lambda noise, _: cart_pole_run(True, noise)),
     "held": ("linear, held input", 10, 20, "the same, integrated", lambda _, binary: program(binary, "integrated", 10, 20)),
-    "cubic": ("ensemble, cubic", 64, 20, "scipy DOP853", lambda *_: member(cubic)),
-    "linear": ("ensemble, linear", 64, 20, "scipy DOP853", lambda *_: member(linear)),
 }
 
 

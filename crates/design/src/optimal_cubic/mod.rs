@@ -379,8 +379,11 @@ fn certify(
     let by = |m: &DMatrix<f64>, unit: &[f64]| {
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| rounded(m[(i, j)] / (unit[i] * unit[j]), 6))
     };
-    let linear = LinearDesign::with_gain(plant, &problem.gain_of_plant(&at.gains.l))?
-        .lyapunov_weight(LyapunovWeight::Matrix(by(&at.q, d)))?;
+    let linear = LinearDesign::with_gain_and_weight(
+        plant,
+        &problem.gain_of_plant(&at.gains.l),
+        LyapunovWeight::Matrix(by(&at.q, d)),
+    )?;
     let s = CubicGain::General(by(&at.s, sigma));
     let cubic = CubicDesign::new(&linear, &by(&at.gains.theta, sigma), &s)?;
     Ok((linear, cubic))

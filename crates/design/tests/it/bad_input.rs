@@ -16,7 +16,7 @@ fn plant() -> StateSpace {
 }
 
 fn linear() -> LinearDesign {
-    LinearDesign::with_poles(&plant(), &[-2.0, -5.0]).unwrap().lyapunov_weight(LyapunovWeight::Identity(10.0)).unwrap()
+    LinearDesign::with_poles_and_weight(&plant(), &[-2.0, -5.0], LyapunovWeight::Identity(10.0)).unwrap()
 }
 
 fn refused_poles(poles: &[f64]) -> DesignError {
@@ -96,7 +96,8 @@ fn a_gain_of_ones_own_is_checked() {
 
 #[test]
 fn q_must_be_symmetric_and_positive_definite() {
-    let with = |q| linear().lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap_err();
+    let weighted = |weight| LinearDesign::with_poles_and_weight(&plant(), &[-2.0, -5.0], weight).unwrap_err();
+    let with = |q| weighted(LyapunovWeight::Matrix(q));
     assert!(matches!(
         with(dmatrix![1.0, 0.5; 0.0, 1.0]),
         DesignError::Linalg(LinalgError::NotSymmetric { what: "Q", .. })
@@ -106,7 +107,7 @@ fn q_must_be_symmetric_and_positive_definite() {
         DesignError::Linalg(LinalgError::NotPositiveDefinite { what: "Q", lambda_min }) if (lambda_min + 1.0).abs() < 1e-12
     ));
     assert!(matches!(
-        linear().lyapunov_weight(LyapunovWeight::Identity(-1.0)).unwrap_err(),
+        weighted(LyapunovWeight::Identity(-1.0)),
         DesignError::NotPositive { what, value: -1.0 } if what.starts_with("rho")
     ));
 }

@@ -17,10 +17,12 @@ use luenberger_proof::Verdict;
 use nalgebra::{DMatrix, dmatrix, dvector};
 
 fn example1() -> LinearDesign {
-    LinearDesign::with_poles(&double_integrator().to_dynamic(), &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap()
+    LinearDesign::with_poles_and_weight(
+        &double_integrator().to_dynamic(),
+        &[-2.0, -5.0],
+        LyapunovWeight::Identity(10.0),
+    )
+    .unwrap()
 }
 
 /// Share Pasand, Example 1: L, P and N as printed.
@@ -92,10 +94,8 @@ fn the_joint_design_is_proved_for_several_outputs() {
 #[test]
 fn the_margins_of_example_2_are_ordered_and_right() {
     let plant = third_order::example2().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-30.0, -10.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
+    let linear =
+        LinearDesign::with_poles_and_weight(&plant, &[-30.0, -10.0, -5.0], LyapunovWeight::Identity(10.0)).unwrap();
     let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);
     let bound = theorem5_bound(&cubic.p, &cubic.q).unwrap();

@@ -62,7 +62,8 @@ fn linear_designs_carry_d() {
     let (one, other) = (design(&plain), design(&fed));
     assert_eq!((one.l(), &one.p, one.observer.d.is_none()), (other.l(), &other.p, true));
     assert_eq!(other.observer.d, Some(dmatrix![0.5]));
-    let weighted = other.lyapunov_weight(LyapunovWeight::Identity(10.0)).unwrap();
+    let weight = LyapunovWeight::Identity(10.0);
+    let weighted = LinearDesign::with_poles_and_weight(&fed, &[-4.0, -5.0], weight).unwrap();
     let cubic = CubicDesign::new(&weighted, &dmatrix![1.0], &CubicGain::Gamma(2.0)).unwrap();
     assert_eq!((weighted.observer.d.clone(), cubic.observer.d.clone()), (fed.d.clone(), fed.d.clone()));
     let sampled = SampledCubicDesign::new(&weighted, &dmatrix![1.0], 1.0, 0.1).unwrap();

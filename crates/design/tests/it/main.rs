@@ -32,5 +32,4 @@ mod paths;
 mod positive_real;
 mod refusals;
 mod regression;
-mod stored;
 mod symbolic_polynomial;

@@ -28,7 +28,7 @@ fn problem() -> EstimationProblem {
 
 /// A cubic observer of given gains, P from Q, theta = 1, N = -gamma P^-1 C'.
 fn cubic(plant: &StateSpace, l: &DMatrix<f64>, q: DMatrix<f64>, gamma: f64) -> CubicDesign {
-    let linear = LinearDesign::with_gain(plant, l).unwrap().lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
+    let linear = LinearDesign::with_gain_and_weight(plant, l, LyapunovWeight::Matrix(q)).unwrap();
     CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(gamma)).unwrap()
 }
 
@@ -150,9 +150,8 @@ fn no_gain_of_a_grid_is_better_for_a_cart() {
 /// same.
 #[test]
 fn the_optimum_has_a_bound_of_the_error() {
-    let linear = LinearDesign::with_gain(&cart(), &dmatrix![7.23399; 16.7102]).unwrap();
-    let q = dmatrix![1.0, 0.000_244_141; 0.000_244_141, 0.000_103_317];
-    let linear = linear.lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
+    let weight = LyapunovWeight::Matrix(dmatrix![1.0, 0.000_244_141; 0.000_244_141, 0.000_103_317]);
+    let linear = LinearDesign::with_gain_and_weight(&cart(), &dmatrix![7.23399; 16.7102], weight).unwrap();
     let design = CubicDesign::new(&linear, &dmatrix![100.0], &CubicGain::General(dmatrix![0.231_762])).unwrap();
     let bound = ErrorBound::cubic(&design, &DisturbanceBounds::of_outputs(2, &[0.1])).unwrap();
     assert!(bound.certificate.is_proved() && bound.rate > 0.0, "{bound:?}");

@@ -24,7 +24,7 @@ fn a_gain_in_unsuitable_units_is_proved() {
     let residual = f.transpose() * &design.p + &design.p * &f + &design.q;
     assert!(residual.norm() <= 1e-12 * (design.p.norm() * f.norm()));
     // A weight that is given keeps its P, and proves nothing here.
-    let weighted = design.lyapunov_weight(LyapunovWeight::Identity(1.0)).unwrap();
+    let weighted = LinearDesign::with_poles_and_weight(&of, &[-1.0, -2.0], LyapunovWeight::Identity(1.0)).unwrap();
     assert!((weighted.q.clone() - DMatrix::identity(2, 2)).norm() == 0.0 && !weighted.certificate.is_proved());
     assert!(ReducedOrderDesign::with_poles(&of, &[-1.0]).unwrap().certificate.is_proved());
 }

@@ -15,7 +15,7 @@
 //! | `derivative` | partial derivatives of nodes |
 //! | `routine` | the nodes that some results need, in order: evaluation over any scalar |
 //! | `recording` | a body that is written for every scalar, as a routine |
-//! | `program` | a routine over binary64 in registers, over several lanes at once |
+//! | `program` | a routine over binary64 in registers |
 //! | `source` | a routine as source code of C and Rust |
 //!
 //! Source: value numbering: J. Cocke and J. T. Schwartz, Programming Languages and their Compilers, 1970; derivatives

@@ -3,8 +3,7 @@
 //!
 //! The operations and their order are those of the [`Routine`](super::Routine), so that the results are the same to the
 //! last bit. A product that is used once, by a sum or another product, is one instruction with it, rounded as two: what
-//! costs is to decode an instruction. A program runs over several lanes at once, each with its own time, states and
-//! inputs: one instruction is decoded for all of them.
+//! costs is to decode an instruction.
 
 use std::sync::Arc;
 
@@ -127,13 +126,13 @@ impl Program {
         (registers <= LARGEST).then(|| Self { constants, loads, code, results, tables: tables.to_vec(), registers })
     }
 
-    /// The results over `L` lanes. States and inputs that are not there are NaN.
-    pub(super) fn run<const L: usize>(
+    /// The results. States and inputs that are not there are NaN.
+    pub(super) fn run(
         &self,
-        t: [f64; L],
-        x: impl Fn(usize) -> [f64; L],
-        u: impl Fn(usize) -> [f64; L],
-        mut result: impl FnMut(usize, [f64; L]),
+        t: f64,
+        x: impl Fn(usize) -> f64,
+        u: impl Fn(usize) -> f64,
+        mut result: impl FnMut(usize, f64),
     ) {
         if self.code.is_empty() && self.constants.is_empty() {
             for (k, register) in self.results.iter().enumerate() {
@@ -142,24 +141,24 @@ impl Program {
             return;
         }
         match self.registers {
-            0..=32 => self.on::<L, 32>(t, x, u, result),
-            33..=64 => self.on::<L, 64>(t, x, u, result),
-            65..=128 => self.on::<L, 128>(t, x, u, result),
-            _ => self.on::<L, LARGEST>(t, x, u, result),
+            0..=32 => self.on::<32>(t, x, u, result),
+            33..=64 => self.on::<64>(t, x, u, result),
+            65..=128 => self.on::<128>(t, x, u, result),
+            _ => self.on::<LARGEST>(t, x, u, result),
         }
     }
 
-    fn on<const L: usize, const SIZE: usize>(
+    fn on<const SIZE: usize>(
         &self,
-        t: [f64; L],
-        x: impl Fn(usize) -> [f64; L],
-        u: impl Fn(usize) -> [f64; L],
-        mut result: impl FnMut(usize, [f64; L]),
+        t: f64,
+        x: impl Fn(usize) -> f64,
+        u: impl Fn(usize) -> f64,
+        mut result: impl FnMut(usize, f64),
     ) {
-        let mut r = [[0.0; L]; SIZE];
+        let mut r = [0.0; SIZE];
         let constants = self.constants.len();
         for (k, constant) in self.constants.iter().enumerate() {
-            r[k] = [*constant; L];
+            r[k] = *constant;
         }
         for (k, load) in self.loads.iter().enumerate() {
             r[constants + k] = self::load(*load, t, &x, &u);
@@ -171,52 +170,52 @@ impl Program {
     }
 
     /// All instructions. Apart from [`on`](Self::on), which is compiled for each kind of argument.
-    fn execute<const L: usize, const SIZE: usize>(&self, r: &mut [[f64; L]; SIZE]) {
+    fn execute<const SIZE: usize>(&self, r: &mut [f64; SIZE]) {
         // The size is a power of two, so that a masked index needs no check.
         let at = |register: Register| usize::from(register) & (SIZE - 1);
         for instruction in &self.code {
             match *instruction {
-                Instruction::Add(to, a, b) => r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| a + b),
-                Instruction::Subtract(to, a, b) => r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| a - b),
-                Instruction::Multiply(to, a, b) => r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| a * b),
-                Instruction::Divide(to, a, b) => r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| a / b),
+                Instruction::Add(to, a, b) => r[at(to)] = r[at(a)] + r[at(b)],
+                Instruction::Subtract(to, a, b) => r[at(to)] = r[at(a)] - r[at(b)],
+                Instruction::Multiply(to, a, b) => r[at(to)] = r[at(a)] * r[at(b)],
+                Instruction::Divide(to, a, b) => r[at(to)] = r[at(a)] / r[at(b)],
                 Instruction::MultiplyAdd(to, a, b, c) => {
-                    r[at(to)] = three(&r[at(a)], &r[at(b)], &r[at(c)], |a, b, c| a * b + c);
+                    r[at(to)] = r[at(a)] * r[at(b)] + r[at(c)];
                 }
                 Instruction::MultiplySubtract(to, a, b, c) => {
-                    r[at(to)] = three(&r[at(a)], &r[at(b)], &r[at(c)], |a, b, c| a * b - c);
+                    r[at(to)] = r[at(a)] * r[at(b)] - r[at(c)];
                 }
                 Instruction::SubtractProduct(to, a, b, c) => {
-                    r[at(to)] = three(&r[at(a)], &r[at(b)], &r[at(c)], |a, b, c| c - a * b);
+                    r[at(to)] = r[at(c)] - r[at(a)] * r[at(b)];
                 }
                 Instruction::MultiplyTwice(to, a, b, c) => {
-                    r[at(to)] = three(&r[at(a)], &r[at(b)], &r[at(c)], |a, b, c| a * b * c);
+                    r[at(to)] = r[at(a)] * r[at(b)] * r[at(c)];
                 }
-                Instruction::Negate(to, a) => r[at(to)] = one(&r[at(a)], |a| -a),
-                Instruction::Unary(unary, to, a) => r[at(to)] = one(&r[at(a)], |a| unary.at(a)),
+                Instruction::Negate(to, a) => r[at(to)] = -r[at(a)],
+                Instruction::Unary(unary, to, a) => r[at(to)] = unary.at(r[at(a)]),
                 Instruction::Binary(binary, to, a, b) => {
-                    r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| binary.at(a, b));
+                    r[at(to)] = binary.at(r[at(a)], r[at(b)]);
                 }
                 Instruction::Table(table, to, a) => {
                     let table = &self.tables[usize::from(table)];
-                    r[at(to)] = one(&r[at(a)], |a| table.at(a));
+                    r[at(to)] = table.at(r[at(a)]);
                 }
                 Instruction::Slope(table, to, a) => {
                     let table = &self.tables[usize::from(table)];
-                    r[at(to)] = one(&r[at(a)], |a| table.slope(a));
+                    r[at(to)] = table.slope(r[at(a)]);
                 }
                 Instruction::Compare(comparison, to, a, b) => {
-                    r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| truth(comparison.at(a, b)));
+                    r[at(to)] = truth(comparison.at(r[at(a)], r[at(b)]));
                 }
                 Instruction::And(to, a, b) => {
-                    r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| truth(a != 0.0 && b != 0.0));
+                    r[at(to)] = truth(r[at(a)] != 0.0 && r[at(b)] != 0.0);
                 }
                 Instruction::Or(to, a, b) => {
-                    r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| truth(a != 0.0 || b != 0.0));
+                    r[at(to)] = truth(r[at(a)] != 0.0 || r[at(b)] != 0.0);
                 }
-                Instruction::Not(to, a) => r[at(to)] = one(&r[at(a)], |a| truth(a == 0.0)),
+                Instruction::Not(to, a) => r[at(to)] = truth(r[at(a)] == 0.0),
                 Instruction::Select(to, condition, a, b) => {
-                    r[at(to)] = three(&r[at(condition)], &r[at(a)], &r[at(b)], |c, a, b| if c == 0.0 { b } else { a });
+                    r[at(to)] = if r[at(condition)] == 0.0 { r[at(b)] } else { r[at(a)] };
                 }
             }
         }
@@ -228,38 +227,7 @@ fn truth(condition: bool) -> f64 {
     f64::from(u8::from(condition))
 }
 
-// Loops, not `array::map`: at the optimisation of tests that is a call for each lane.
-
-fn one<const L: usize>(a: &[f64; L], of: impl Fn(f64) -> f64) -> [f64; L] {
-    let mut result = *a;
-    for result in &mut result {
-        *result = of(*result);
-    }
-    result
-}
-
-fn both<const L: usize>(a: &[f64; L], b: &[f64; L], of: impl Fn(f64, f64) -> f64) -> [f64; L] {
-    let mut result = *a;
-    for lane in 0..L {
-        result[lane] = of(a[lane], b[lane]);
-    }
-    result
-}
-
-fn three<const L: usize>(a: &[f64; L], b: &[f64; L], c: &[f64; L], of: impl Fn(f64, f64, f64) -> f64) -> [f64; L] {
-    let mut result = *a;
-    for lane in 0..L {
-        result[lane] = of(a[lane], b[lane], c[lane]);
-    }
-    result
-}
-
-fn load<const L: usize>(
-    load: Load,
-    t: [f64; L],
-    x: &impl Fn(usize) -> [f64; L],
-    u: &impl Fn(usize) -> [f64; L],
-) -> [f64; L] {
+fn load(load: Load, t: f64, x: &impl Fn(usize) -> f64, u: &impl Fn(usize) -> f64) -> f64 {
     match load {
         Load::Time => t,
         Load::State(k) => x(k as usize),

@@ -59,9 +59,8 @@ impl Routine {
         if let Some(program) = self.program.as_ref().filter(|_| TypeId::of::<T>() == TypeId::of::<f64>()) {
             // Over f64 the conversions do nothing.
             let number = |value: T| try_convert(value).unwrap_or(f64::NAN);
-            let entry = |column: &[T], k: usize| [column.get(k).map_or(f64::NAN, |value| number(*value))];
-            let result = |k: usize, [value]: [f64; 1]| result(k, convert(value));
-            return program.run([number(t)], |k| entry(x, k), |k| entry(u, k), result);
+            let entry = |column: &[T], k: usize| column.get(k).map_or(f64::NAN, |value| number(*value));
+            return program.run(number(t), |k| entry(x, k), |k| entry(u, k), |k, value| result(k, convert(value)));
         }
         if let Some(values) = recording::routine(self, &t, x, u) {
             return values.into_iter().enumerate().for_each(|(k, value)| result(k, value));
@@ -73,27 +72,6 @@ impl Routine {
             65..=256 => self.run(&mut [T::zero(); 256], t, x, u, result),
             length => self.run(&mut vec![T::zero(); length], t, x, u, result),
         }
-    }
-
-    /// The results over `L` lanes, each with its own time, states and inputs: those of [`evaluate`](Self::evaluate) to
-    /// the last bit. States and inputs that are not there are NaN.
-    pub fn evaluate_lanes<const L: usize>(
-        &self,
-        t: [f64; L],
-        x: &[[f64; L]],
-        u: &[[f64; L]],
-        mut result: impl FnMut(usize, [f64; L]),
-    ) {
-        let entry = |column: &[[f64; L]], k: usize| column.get(k).copied().unwrap_or([f64::NAN; L]);
-        if let Some(program) = &self.program {
-            return program.run(t, |k| entry(x, k), |k| entry(u, k), result);
-        }
-        let mut all = vec![[0.0; L]; self.len()];
-        for lane in 0..L {
-            let of = |column: &[[f64; L]]| column.iter().map(|entry| entry[lane]).collect::<Vec<f64>>();
-            self.evaluate(t[lane], &of(x), &of(u), |k, value| all[k][lane] = value);
-        }
-        all.into_iter().enumerate().for_each(|(k, value)| result(k, value));
     }
 
     fn run<T: RealField + Copy>(&self, values: &mut [T], t: T, x: &[T], u: &[T], mut result: impl FnMut(usize, T)) {

@@ -15,8 +15,7 @@
 //! computes, the moving-horizon estimator and the sliding-mode observers have few numbers, which are the arguments of
 //! their constructors. For these the study or the certificate file stores the design, from which they are built again.
 //!
-//! No evidence is stored here: that is a certificate file, which is proved again when it is read
-//! (`luenberger_design::StoredDesign`).
+//! No evidence is stored here: that is a certificate file.
 //!
 //! ```
 //! use luenberger_observers::{LinearObserver, StaticLinearObserver};

@@ -117,13 +117,32 @@ pub fn deployed_cubic(
     s: &Matrix<f64>,
     theta: &Matrix<f64>,
 ) -> Result<DeployedCubic, ProofError> {
+    deployed_cubic_knowing(a, l, c, (p, None), n, s, theta)
+}
+
+/// The same, with the margins of `P > 0` and `F'P + PF < 0` where they are proved already.
+pub(crate) fn deployed_cubic_knowing(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+    (p, known): (&Matrix<f64>, Option<(f64, Option<f64>)>),
+    n: &Matrix<f64>,
+    s: &Matrix<f64>,
+    theta: &Matrix<f64>,
+) -> Result<DeployedCubic, ProofError> {
     let (order, outputs) = (a.rows(), c.rows());
     embed::<Interval>(n, "N", (order, outputs))?;
     embed::<Interval>(s, "S", (outputs, outputs))?;
     embed_symmetric::<Interval>(theta, "theta", outputs)?;
     let mut deployed = DeployedCubic {
-        positive: positive(p)?,
-        decrease: lyapunov_decrease(a, l, c, p)?,
+        positive: match known {
+            Some((margin, _)) => Verdict::Proved { margin },
+            None => positive(p)?,
+        },
+        decrease: match known {
+            Some((_, Some(margin))) => Verdict::Proved { margin },
+            _ => lyapunov_decrease(a, l, c, p)?,
+        },
         weight: definite::decide(theta, Sense::PositiveSemidefinite)?,
         accretive: accretive(s)?,
         residual: norm_bound(&residual::<Exact>(p, n, s, c)?.map(Exact::enclosure)),

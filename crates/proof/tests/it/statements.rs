@@ -1,5 +1,8 @@
 //! The statements of control theory on plants whose answers are known.
 
+use luenberger_proof::certificate::{
+    Certificate, CubicConvergence, LinearConvergence, PlantMatrices, PlantWithin, Region,
+};
 use luenberger_proof::statement::{
     DeployedCubic, Ellipsoid, Reach, accretive, cubic_dissipation, cubic_dissipation_structured, decay_rate,
     deployed_cubic, feedback_block, hurwitz, lyapunov_decrease, positive, stein_decrease,
@@ -149,6 +152,43 @@ fn the_gain_as_stored_converges_from_everywhere() {
     let deployed = deployed_cubic(&a, &l, &c, &p, &wrong, &one(), &one()).expect("shapes agree");
     assert!(!matches!(deployed.reach, Reach::Everywhere { .. }), "{deployed:?}");
     assert!(deployed.residual > 1.9);
+}
+
+/// What is proved of the linear observer is that of the cubic one with the same numbers, and of no other.
+#[test]
+fn facts_of_the_linear_observer_are_taken_over() {
+    let Example1 { a, l, c, p, n } = example1();
+    let b = Matrix::from_fn(2, 0, |_, _| 0.0);
+    let plant = PlantMatrices { a: a.clone(), b: b.clone(), c: c.clone() };
+    let linear = |l: &Matrix<f64>, p: &Matrix<f64>, rate: f64| {
+        let plant = PlantWithin::exactly(&a, &b, &c).expect("finite");
+        Certificate::of([LinearConvergence { plant, l: l.clone(), p: p.clone(), rate }]).expect("shapes agree")
+    };
+    for rate in [0.0, 0.25] {
+        let cubic = |l: &Matrix<f64>, p: &Matrix<f64>| CubicConvergence {
+            plant: plant.clone(),
+            l: l.clone(),
+            n: n.clone(),
+            theta: one(),
+            p: p.clone(),
+            s: one(),
+            rate,
+            region: Region::Everywhere,
+        };
+        let known = linear(&l, &p, rate);
+        assert!(known.is_proved(), "{known}");
+        assert_eq!(cubic(&l, &p).certify_knowing(&known), cubic(&l, &p).certify());
+        assert!(cubic(&l, &p).certify().expect("shapes agree").is_proved());
+        // An unstable gain, and an indefinite P, with the certificate of others.
+        let (unstable, indefinite) = (l.map(|x| -x), p.map(|x| -x));
+        for other in [cubic(&unstable, &p), cubic(&l, &indefinite)] {
+            let found = other.clone().certify_knowing(&known).expect("shapes agree");
+            assert!(!found.is_proved() && Ok(found) == other.certify());
+        }
+        // The certificate for another rate.
+        let found = cubic(&l, &p).certify_knowing(&linear(&l, &p, 0.125));
+        assert_eq!(found, cubic(&l, &p).certify());
+    }
 }
 
 #[test]

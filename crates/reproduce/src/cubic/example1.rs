@@ -222,7 +222,7 @@ pub(super) fn plant() -> StateSpace {
 
 /// The linear observer of Example 1.
 pub(super) fn linear() -> Result<LinearDesign, CheckError> {
-    Ok(LinearDesign::with_poles(&plant(), &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?)
+    Ok(LinearDesign::with_poles_and_weight(&plant(), &[-2.0, -5.0], LyapunovWeight::Identity(10.0))?)
 }
 
 /// The cubic observer of Example 1.

@@ -197,7 +197,7 @@ fn printed_gain() -> DMatrix<f64> {
 
 /// The linear observer for the printed poles.
 pub(super) fn linear() -> Result<LinearDesign, CheckError> {
-    Ok(LinearDesign::with_poles(&plant(), &[-30.0, -10.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?)
+    Ok(LinearDesign::with_poles_and_weight(&plant(), &[-30.0, -10.0, -5.0], LyapunovWeight::Identity(10.0))?)
 }
 
 fn cubic(gamma: f64) -> Result<CubicDesign, CheckError> {

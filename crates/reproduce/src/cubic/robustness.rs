@@ -244,7 +244,7 @@ fn equality_observable(_: &Context) -> Result<Outcome, CheckError> {
     let [a, c, l] = [dmatrix![-1.0, 1.0; -1.0, -1.0], dmatrix![1.0, 0.0], DMatrix::zeros(2, 1)];
     let p = DMatrix::identity(2, 2);
     let plant = StateSpace::new(a.clone(), DMatrix::zeros(2, 0), c.clone())?;
-    let linear = LinearDesign::with_gain(&plant, &l)?.lyapunov_weight(LyapunovWeight::Identity(2.0))?;
+    let linear = LinearDesign::with_gain_and_weight(&plant, &l, LyapunovWeight::Identity(2.0))?;
     let eps = theorem5_bound(&linear.p, &linear.q)?;
     if linear.p != p || eps.total_cmp(&1.0).is_ne() {
         return Err(format!("P = {} and the bound is {eps}, not I and 1", linear.p).into());

@@ -5,7 +5,6 @@ mod compare;
 mod defect;
 mod dense;
 mod disturbance;
-mod ensemble;
 mod exponential;
 mod feedthrough;
 mod gramian;

@@ -5,7 +5,7 @@ use luenberger_observers::{
     CubicObserver, ExtendedKalmanFilter, LinearObserver, NoiseModel, NonlinearLuenbergerObserver, Observer,
     SampledObserver,
 };
-use luenberger_plants::{Column, Differentiable, LanePlant, Plant, StateSpace};
+use luenberger_plants::{Column, Differentiable, Plant, StateSpace};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 
 fn cart_pole() -> ExpressionPlant {
@@ -130,35 +130,4 @@ fn values_and_jacobians_of_plants() {
     assert!(fixed.motion_into(0.2, x.as_slice(), u.as_slice(), &mut f, &mut same));
     assert_eq!(df, same);
     assert!(!plant.motion_into(0.2, x.as_slice(), &[], &mut f, &mut df), "an input that is missing");
-}
-
-#[test]
-fn lanes_of_a_plant() {
-    let f = ["if(x1 > 0 && x2 < 1, sqrt(x1), x2^3) - t", "max(x1, x2)*abs(u1) + ln(0.1 + exp(x2 - x1))"];
-    for (f, h) in [(f, "x1 - x2/u1"), (["x2", "u1"], "t")] {
-        let plant = ExpressionPlant::new(&f, &[h], 1, &Parameters::new()).unwrap();
-        let point = |lane: usize| {
-            let entry = |i: usize| (lane as f64 * 1.3 + i as f64).sin() * 2.0;
-            (entry(0), dvector![entry(1), entry(2)], dvector![entry(3)])
-        };
-        let (mut x, mut u, mut t) = ([[0.0; 8]; 2], [[0.0; 8]; 1], [0.0; 8]);
-        for lane in 0..8 {
-            let (time, state, input) = point(lane);
-            (t[lane], x[0][lane], x[1][lane], u[0][lane]) = (time, state[0], state[1], input[0]);
-        }
-        let (mut slope, mut y) = ([[0.0; 8]; 2], [[0.0; 8]; 1]);
-        plant.derivative_lanes(&t, &x, &u, &mut slope);
-        plant.output_lanes(&t, &x, &u, &mut y);
-        for lane in 0..8 {
-            let (t, x, u) = point(lane);
-            assert_eq!([slope[0][lane], slope[1][lane]], plant.derivative(t, &x, &u).as_slice());
-            assert_eq!([y[0][lane]], plant.output(t, &x, &u).as_slice());
-        }
-    }
-    // Longer than the registers: every lane by itself.
-    let long = (0..300).map(|k| format!("sin({k} + x1)")).collect::<Vec<_>>().join(" + ");
-    let plant = ExpressionPlant::new(&["0"], &[&long], 0, &Parameters::new()).unwrap();
-    let mut y = [[0.0; 4]];
-    plant.output_lanes(&[0.0; 4], &[[0.1, 0.2, 0.3, 0.4]], &[], &mut y);
-    assert_eq!(y[0][2], plant.output(0.0, &dvector![0.3], &DVector::zeros(0))[0]);
 }

@@ -25,12 +25,12 @@ use std::time::Instant;
 
 use luenberger_proof::statement::Formats;
 
-use crate::design;
+use crate::design::{self, attempt};
 use crate::designed::{Designed, StepOf};
-pub use crate::designed::{NonlinearStep, Refusal};
+pub use crate::designed::{IntervalDeployment, NonlinearStep, Refusal, SampledDesign};
 use crate::kinds;
 use crate::results::{FailureReport, Statement};
-pub use crate::steps::{Evidence, IntervalDeployment, SampledDesign};
+pub use crate::steps::Evidence;
 pub(crate) use crate::steps::{Matrices, stored};
 use crate::steps::{extension, of_statement, proved_line};
 use crate::study::{ObserverSpec, Study};
@@ -91,12 +91,21 @@ pub(crate) fn sampled_of(
     };
     let cancel = AtomicBool::new(false);
     let plan = Plan { study, requested: observer, cancel: &cancel, end };
+    // The run of the study needs its design, which the sampled one then takes over.
+    let of_the_study = match designed {
+        Some(designed) => Some(designed.clone()),
+        None if study.plant.model.linear().is_some() && study.simulation.is_some() => {
+            attempt(study, observer, &cancel, end).ok()
+        }
+        None => None,
+    };
     let kind = kinds::kind_of(&observer.kind);
-    if let Some(design) = kind.and_then(|kind| kind.sampled(&Sampling { plan, period, designed })) {
-        return Ok(Sampled { design: design?, period, of_the_study: None });
+    let sampling = Sampling { plan, period, designed: of_the_study.as_ref() };
+    if let Some(design) = kind.and_then(|kind| kind.sampled(&sampling)) {
+        return Ok(Sampled { design: design?, period, of_the_study });
     }
-    let designed = match designed {
-        Some(designed) => designed.clone(),
+    let designed = match of_the_study {
+        Some(designed) => designed,
         None => design::design(study, observer, &cancel).map_err(|none| match none {
             NoDesign::Misfit(failure) => failure,
             NoDesign::Interrupted => failure("interrupted".to_owned()),

@@ -12,7 +12,10 @@ pub(crate) use filter::Filter;
 pub use running::{At, Runnable, Running, StepOf};
 pub(crate) use running::{continuous, rows, sampled};
 
-use luenberger_design::{Certificate, OptimalCubicDesign};
+use luenberger_design::{
+    Certificate, CubicDesign, DiscreteDesign, LinearDesign, SampledCubicDesign, SampledIntervalDesign,
+    VaryingPeriodDesign,
+};
 
 use luenberger_export::ExportableObserver;
 
@@ -28,14 +31,45 @@ pub struct Designed {
     /// What is certified; none for observers without a theorem. Where the verdict is measured it is a part of what the
     /// design rests on, such as the stability of a matrix.
     pub certificate: Option<Certificate>,
-    /// The result of the search of an optimal cubic observer, of which a sampled form is made without a second one.
-    pub(crate) optimal: Option<Box<OptimalCubicDesign>>,
+    /// What a sampled form is made of, without a second design.
+    pub(crate) origin: Origin,
+}
+
+/// What the sampled form of a design is made of.
+#[derive(Debug, Clone)]
+pub(crate) enum Origin {
+    /// The observer as it runs.
+    Runnable,
+    /// The designs of a linear plant, or of the linearisation, in continuous time.
+    Continuous { linear: Box<LinearDesign>, cubic: Option<Box<CubicDesign>> },
+    /// A sampled design.
+    Sampled(SampledDesign),
 }
 
 impl Designed {
     /// An observer with its evidence.
     pub fn new(runnable: Runnable, report: DesignReport, certificate: Option<Certificate>) -> Self {
-        Self { runnable, report, certificate, optimal: None }
+        Self { runnable, report, certificate, origin: Origin::Runnable }
+    }
+
+    pub(crate) fn with_continuous(self, linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Self {
+        let (linear, cubic) = (Box::new(linear.clone()), cubic.cloned().map(Box::new));
+        Self { origin: Origin::Continuous { linear, cubic }, ..self }
+    }
+
+    /// The linear design in continuous time that it is made of.
+    pub(crate) fn linear(&self) -> Option<&LinearDesign> {
+        if let Origin::Continuous { linear, .. } = &self.origin { Some(linear) } else { None }
+    }
+
+    /// The cubic design in continuous time that it is made of.
+    pub(crate) fn cubic(&self) -> Option<&CubicDesign> {
+        if let Origin::Continuous { cubic, .. } = &self.origin { cubic.as_deref() } else { None }
+    }
+
+    /// The sampled design that it is.
+    pub(crate) fn sampled(&self) -> Option<&SampledDesign> {
+        if let Origin::Sampled(design) = &self.origin { Some(design) } else { None }
     }
 
     /// Whether the statement of the design is proved, and not a certificate of a part of it alone.
@@ -63,4 +97,26 @@ pub struct NonlinearStep {
     pub remark: &'static str,
     /// The error of its fixed steps, measured; empty where there are none.
     pub step_error: String,
+}
+
+/// A sampled design with its certificate.
+#[derive(Debug, Clone)]
+pub enum SampledDesign {
+    /// Linear.
+    Linear(Box<DiscreteDesign>),
+    /// Cubic.
+    Cubic(Box<SampledCubicDesign>),
+    /// Cubic, at varying periods.
+    Varying(Box<VaryingPeriodDesign>),
+    /// Of a nonlinear plant.
+    Nonlinear(Box<NonlinearStep>),
+    /// The interval observer.
+    Interval(Box<IntervalDeployment>),
+}
+
+/// The designs for both formats: the entries that cover rounding depend on it.
+#[derive(Debug, Clone)]
+pub struct IntervalDeployment {
+    pub(crate) binary32: Result<SampledIntervalDesign, String>,
+    pub(crate) binary64: Result<SampledIntervalDesign, String>,
 }

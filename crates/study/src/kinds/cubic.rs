@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, Dyn};
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA};
 use super::{Kind, of};
+use crate::designed::SampledDesign;
 use crate::designed::{At, Runnable, Running, StepOf, continuous};
 use crate::designed::{NonlinearStep, Refusal};
 use crate::keys::{Range, Type, optional};
@@ -21,7 +22,6 @@ use crate::reader::gain::{alternatives, general, theta};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
 use crate::results::{DesignReport, FailureReport};
-use crate::steps::SampledDesign;
 use crate::study::ObserverKind;
 use crate::study::{ActingBounds, LinearSpec, Study};
 use crate::study::{PlantClass, Specification, Time};
@@ -137,9 +137,8 @@ impl Kind for Cubic {
     fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
         let plant = of.plan.study.plant.model.linear()?;
         Some(of.named(|| {
-            let linear = linear::of(&plant, &self.linear, &of.plan.options());
-            let sampled = linear.and_then(|linear| {
-                let cubic = CubicDesign::new(&linear, &self.theta, &self.correction)?;
+            let sampled = of.linear(&plant, &self.linear).and_then(|linear| {
+                let cubic = of.cubic(&linear, (&self.theta, &self.correction))?;
                 SampledCubicDesign::from_cubic(&linear, &cubic, of.period)
             });
             sampled.map(|design| SampledDesign::Cubic(Box::new(design))).map_err(|error| error.to_string())
@@ -216,7 +215,8 @@ pub(crate) fn report(
         noise_deviation: noise.deviation,
         ..certified(&design.certificate, &[])
     };
-    let designed = Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone()));
+    let designed = Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone()))
+        .with_continuous(linear, Some(design));
     match bounds {
         Some(bounds) => {
             let acting = acting(bounds);

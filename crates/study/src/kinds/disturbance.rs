@@ -16,11 +16,12 @@ use nalgebra::{DMatrix, Dyn};
 
 use super::Kind;
 use super::{extended_state, proportional_integral};
+use crate::designed::SampledDesign;
 use crate::designed::{Runnable, Running, continuous};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Noted, Reader, gain};
 use crate::results::{DesignReport, FailureReport};
-use crate::steps::{self, SampledDesign};
+use crate::steps::{self};
 use crate::study::ObserverKind;
 use crate::study::{ActingBounds, LinearSpec, PlantClass, Specification, Study};
 use crate::synthesis::error_bound::{acting, bounded};
@@ -170,10 +171,10 @@ impl Kind for DisturbanceSpec {
         let plant = of.plan.study.plant.model.linear()?;
         let design = || {
             let both = with_disturbance_chain(&plant, &self.e, self.chain.unwrap_or(1))?;
-            let linear = linear::of(&both, &self.linear, &of.plan.options())?;
+            let linear = of.linear(&both, &self.linear)?;
             match &self.cubic {
                 Some((theta, gamma)) => {
-                    let cubic = CubicDesign::new(&linear, theta, &CubicGain::Gamma(*gamma))?;
+                    let cubic = of.cubic(&linear, (theta, &CubicGain::Gamma(*gamma)))?;
                     let design = SampledCubicDesign::from_cubic(&linear, &cubic, of.period)?;
                     Ok(SampledDesign::Cubic(Box::new(design)))
                 }
@@ -238,7 +239,7 @@ fn designed(
         numbers: vec![number("decay rate", speed)],
         ..certified(&certificate, &[])
     };
-    let designed = Designed::new(runnable, report, Some(certificate));
+    let designed = Designed::new(runnable, report, Some(certificate)).with_continuous(&linear, cubic.as_ref());
     let Some(bounds) = bounds else { return Ok(designed) };
     let acting = disturbances_with_rate(&acting(bounds), rate, order);
     let bound = match &cubic {

@@ -51,8 +51,8 @@ use std::sync::{PoisonError, RwLock};
 use luenberger_design::OperatingPoint;
 
 use crate::designed::Designed;
+use crate::designed::SampledDesign;
 use crate::results::FailureReport;
-use crate::steps::SampledDesign;
 use crate::study::{ObserverKind, Specification};
 use crate::synthesis::{NoDesign, explain};
 

@@ -5,16 +5,18 @@ use luenberger_design::{
     OperatingPoint, SystemNorm, TimeDomain,
 };
 use luenberger_linalg::zero_order_hold;
+use luenberger_observers::DiscreteLinearObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::counted;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Dyn};
 
 use super::{Kind, h_infinity, h2};
 use crate::designed::Runnable;
+use crate::designed::SampledDesign;
 use crate::reader::gain::{alternatives, this_gain};
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, FailureReport};
-use crate::steps::{SampledDesign, around};
+use crate::steps::around;
 use crate::study::ObserverKind;
 use crate::study::{PlantClass, Specification, Study};
 use crate::synthesis::explain::Misfit;
@@ -107,7 +109,15 @@ impl Kind for NormFilterSpec {
             design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
         };
         Some(of.named(|| match (study.plant.model.linear(), study.plant.dt, &study.operating_point) {
-            (Some(plant), Some(dt), _) => in_words(in_discrete_time(&plant, self, dt, &options)),
+            (Some(plant), Some(dt), _) => {
+                let runs = of
+                    .designed
+                    .and_then(|designed| designed.runnable.of::<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>());
+                in_words(match runs {
+                    Some(filter) => DiscreteDesign::with_gain(&plant, dt, filter.l()),
+                    None => in_discrete_time(&plant, self, dt, &options),
+                })
+            }
             (Some(plant), None, _) => in_words(held(&plant, self, of.period, &options)),
             (None, None, Some(point)) => self.around(of, point, &options),
             (None, ..) => Err(format!("the kind {} needs a linear plant", self.name())),

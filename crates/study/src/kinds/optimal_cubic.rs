@@ -1,6 +1,8 @@
 //! The cubic observer of least cost, beside the linear optimum.
 
-use luenberger_design::{DiscreteDesign, EstimationProblem, OptimalCubicDesign, SampledCubicDesign};
+use luenberger_design::{
+    CubicDesign, DesignError, DiscreteDesign, EstimationProblem, LinearDesign, OptimalCubicDesign, SampledCubicDesign,
+};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::{counted, significant};
 use nalgebra::DMatrix;
@@ -9,11 +11,11 @@ use super::cubic;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::ERROR_BOUNDS;
 use super::{Kind, of};
+use crate::designed::SampledDesign;
 use crate::keys::{Range, Type, optional, required};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
 use crate::results::{FailureReport, Statement};
-use crate::steps::SampledDesign;
 use crate::study::ObserverKind;
 use crate::study::{PlantClass, Specification, Time};
 use crate::study::{Study, unknowns};
@@ -188,20 +190,21 @@ impl Kind for OptimalCubic {
 
     fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
         let plant = of.plan.study.plant.model.linear()?;
-        let design = || {
-            let found = match of.designed.and_then(|designed| designed.optimal.as_deref()) {
-                Some(found) => found,
-                None => &OptimalCubicDesign::new(&plant, &self.0, of.plan.end)?,
-            };
-            Ok::<_, luenberger_design::DesignError>(match &found.cubic {
-                Some(cubic) => {
-                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, of.period)?;
-                    SampledDesign::Cubic(Box::new(design))
-                }
-                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, of.period)?)),
-            })
+        let sampled = |linear: &LinearDesign, cubic: Option<&CubicDesign>| match cubic {
+            Some(cubic) => {
+                let design = SampledCubicDesign::from_cubic_with_weight(linear, cubic, of.period)?;
+                Ok(SampledDesign::Cubic(Box::new(design)))
+            }
+            None => Ok(SampledDesign::Linear(Box::new(DiscreteDesign::sampled(linear, of.period)?))),
         };
-        Some(of.named(|| design().map_err(|error| error.to_string())))
+        let design = || {
+            if let Some((linear, designed)) = of.designed.and_then(|designed| Some((designed.linear()?, designed))) {
+                return sampled(linear, designed.cubic());
+            }
+            let found = OptimalCubicDesign::new(&plant, &self.0, of.plan.end)?;
+            sampled(&found.linear, found.cubic.as_ref())
+        };
+        Some(of.named(|| design().map_err(|error: DesignError| error.to_string())))
     }
 }
 
@@ -240,7 +243,6 @@ fn designed(plan: &Plan<'_>, plant: &StateSpace, problem: &EstimationProblem) ->
         number("cost J of the Kalman gain", found.kalman_cost.total),
         number("cubic observers evaluated", found.evaluations as f64),
     ]);
-    designed.optimal = Some(Box::new(found));
     Ok(designed)
 }
 

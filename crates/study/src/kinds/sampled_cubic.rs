@@ -15,7 +15,8 @@ use super::cubic::at_point_refusal;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, PERIOD, POLES, Q, RHO, THETA};
 use super::{Kind, of};
-use crate::designed::{At, Runnable, Running, StepOf, continuous, sampled};
+use crate::designed::SampledDesign;
+use crate::designed::{At, Origin, Runnable, Running, StepOf, continuous, sampled};
 use crate::designed::{NonlinearStep, Refusal};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::{alternatives, general, theta};
@@ -23,7 +24,6 @@ use crate::reader::region::bound;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
 use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
-use crate::steps::SampledDesign;
 use crate::study::ObserverKind;
 use crate::study::{LinearSpec, SamplingSpec, Study};
 use crate::study::{PlantClass, Specification, Time};
@@ -222,12 +222,15 @@ impl Kind for SampledCubic {
         let Self { linear: gain, theta, correction, varying, .. } = self;
         let cubic = |design| SampledDesign::Cubic(Box::new(design));
         Some(of.named(|| {
+            if let Some(design) = of.designed.and_then(Designed::sampled) {
+                return Ok(design.clone());
+            }
             if let Some(dt) = plan.study.plant.dt {
                 let linear = discrete::gain_in_words(plan, &plant, gain, dt)?;
                 let design = SampledCubicDesign::of_discrete_with_cubic_gain(&linear, theta, correction);
                 return design.map(cubic).map_err(|error| error.to_string());
             }
-            let linear = linear::of(&plant, gain, &plan.options());
+            let linear = of.linear(&plant, gain);
             let design = linear.and_then(|linear| match varying {
                 Some(periods) => {
                     let varying = VaryingPeriodDesign::new(&linear, theta, correction, of.period, periods)?;
@@ -359,7 +362,8 @@ fn report(design: &SampledCubicDesign, (plant, reading): (&StateSpace, &Reading<
         numbers: vec![number("period", period), number("largest modulus of a pole", slowest)],
         ..certified(&design.certificate, &[])
     };
-    Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone()))
+    let origin = Origin::Sampled(SampledDesign::Cubic(Box::new(design.clone())));
+    Designed { origin, ..Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone())) }
 }
 
 /// The observer at varying periods in numbers and words.
@@ -382,7 +386,8 @@ fn of_varying(
     report.verdict = DesignVerdict::of(&design.certificate);
     let zero = [plant.a.nrows(), plant.b.ncols(), plant.c.nrows()].map(DVector::zeros);
     let varying = VaryingPeriods::new(design.observer.clone(), design.periods, zero.each_ref())?;
-    Ok(Designed::new(varying.into(), report, Some(design.certificate.clone())))
+    let origin = Origin::Sampled(SampledDesign::Varying(Box::new(design.clone())));
+    Ok(Designed { origin, ..Designed::new(varying.into(), report, Some(design.certificate.clone())) })
 }
 
 fn tuned(context: &Context<'_>) -> Result<Keys, String> {

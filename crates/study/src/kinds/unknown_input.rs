@@ -117,9 +117,8 @@ fn designed(
 ) -> Result<Designed, Misfit> {
     let decoupled = DecoupledPlant::new(plant, e)?;
     let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
-    let linear = match (&gain.gain, &gain.weight) {
-        (GainSpec::Poles(poles), Some(weight)) => decoupled.with_poles(poles)?.lyapunov_weight(weight.clone())?,
-        (GainSpec::Poles(poles), None) => decoupled.with_poles(poles)?,
+    let linear = match &gain.gain {
+        GainSpec::Poles(poles) => decoupled.with_poles_and_weight(poles, gain.weight.clone().unwrap_or_default())?,
         _ => of(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
     };
     let cubic = cubic_of(&linear, cubic.as_ref())?;

@@ -13,15 +13,9 @@ use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::recorded::cast;
 use super::{Evidence, proved_line};
+use crate::designed::IntervalDeployment;
 use crate::operation;
 use crate::study::{ActingBounds, ObserverSpec, Study};
-
-/// The designs for both formats: the entries that cover rounding depend on it.
-#[derive(Debug, Clone)]
-pub struct IntervalDeployment {
-    binary32: Result<SampledIntervalDesign, String>,
-    binary64: Result<SampledIntervalDesign, String>,
-}
 
 impl IntervalDeployment {
     /// The designs of a specification with the gain for samples; none for that of the least width.

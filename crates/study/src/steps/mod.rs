@@ -14,13 +14,10 @@ mod interval;
 mod nonlinear;
 pub(crate) mod recorded;
 
-pub use interval::IntervalDeployment;
 pub(crate) use interval::{SampledPlant, WITH_FEEDTHROUGH, bounds, sampled_design};
 pub(crate) use nonlinear::{extension, filter_step, steps_for};
 
-use luenberger_design::{
-    Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint, SampledCubicDesign, VaryingPeriodDesign,
-};
+use luenberger_design::{Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint};
 use luenberger_export::ExportableObserver;
 use luenberger_linalg::spectral_radius;
 use luenberger_observers::{DiscreteNonlinearObserver, SampledObserver};
@@ -30,26 +27,10 @@ use luenberger_proof::statement::Format;
 use luenberger_proof::wording::at_least;
 use nalgebra::{DMatrix, DVector};
 
-use crate::designed::NonlinearStep;
+use crate::designed::{Designed, NonlinearStep, SampledDesign};
 use crate::results::{FailureReport, Statement};
 use crate::study::{GainSpec, LinearSpec, ObserverSpec};
-use crate::synthesis::linear::of as linear_of;
 use crate::synthesis::{Sampling, discrete};
-
-/// A sampled design with its certificate.
-#[derive(Debug, Clone)]
-pub enum SampledDesign {
-    /// Linear.
-    Linear(Box<DiscreteDesign>),
-    /// Cubic.
-    Cubic(Box<SampledCubicDesign>),
-    /// Cubic, at varying periods.
-    Varying(Box<VaryingPeriodDesign>),
-    /// Of a nonlinear plant.
-    Nonlinear(Box<NonlinearStep>),
-    /// The interval observer.
-    Interval(Box<IntervalDeployment>),
-}
 
 impl SampledDesign {
     /// The first estimate.
@@ -147,11 +128,13 @@ pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f6
 pub(crate) fn of_gain(of: &Sampling<'_>, gain: &LinearSpec) -> Option<Result<SampledDesign, FailureReport>> {
     let (plan, plant) = (&of.plan, of.plan.study.plant.model.linear()?);
     Some(of.named(|| {
+        if let Some(design) = of.designed.and_then(Designed::sampled) {
+            return Ok(design.clone());
+        }
         let design = if let Some(dt) = plan.study.plant.dt {
             discrete::gain_in_words(plan, &plant, gain, dt)?
         } else {
-            let linear = linear_of(&plant, gain, &plan.options());
-            let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, of.period));
+            let sampled = of.linear(&plant, gain).and_then(|linear| sampled_linear(&linear, gain, of.period));
             sampled.map_err(|error| error.to_string())?
         };
         Ok(SampledDesign::Linear(Box::new(design)))
@@ -170,7 +153,7 @@ pub(crate) fn of_gain_at_point(
         return Err(of.plan.refused(hypothesis).hint("form = \"predictor\""));
     }
     of.named(|| {
-        let linear = linear_of(&point.linear, gain, &of.plan.options());
+        let linear = of.linear(&point.linear, gain);
         let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, of.period));
         around(sampled, point, (of.period, &of.plan.reading()))
     })

@@ -8,7 +8,7 @@ use super::alternative::{Advice, another_gain};
 use super::explain::{self, Misfit};
 use super::linear::measurement;
 use super::{Designed, NoDesign, asymptotic_factor, certified, matrix, number, poles, proved_of};
-use crate::designed::Runnable;
+use crate::designed::{Origin, Runnable, SampledDesign};
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::study::{GainSpec, LinearSpec};
 
@@ -91,5 +91,6 @@ fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, (spec, d
         ..certified(&design.certificate, &[])
     };
     let runnable = filter.map_or_else(|| Runnable::from(design.observer.clone()), Runnable::from);
-    Designed::new(runnable, report, Some(design.certificate.clone()))
+    let origin = Origin::Sampled(SampledDesign::Linear(Box::new(design.clone())));
+    Designed { runnable, report, certificate: Some(design.certificate.clone()), origin }
 }

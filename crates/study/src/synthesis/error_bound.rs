@@ -21,7 +21,7 @@ pub(crate) fn bounded(
 ) -> Designed {
     let plant = if bounds.uncertain.is_some() { Represented::Uncertain } else { reading.plant };
     let reading = &Reading { plant, ..*reading };
-    let Designed { runnable, mut report, certificate, .. } = designed;
+    let Designed { runnable, mut report, certificate, origin } = designed;
     let certificate = certificate.unwrap_or_default().and(bound.certificate.clone());
     if bound.certificate.is_proved() {
         report.statement = report.statement.proved(bound.certificate.sentences(reading));
@@ -34,5 +34,5 @@ pub(crate) fn bounded(
     }
     report.facts = facts(&certificate, &[]);
     report.verdict = DesignVerdict::of(&certificate);
-    Designed::new(runnable, report, Some(certificate))
+    Designed { runnable, report, certificate: Some(certificate), origin }
 }

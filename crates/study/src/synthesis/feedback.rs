@@ -82,7 +82,7 @@ fn described(
     proved: Option<Certificate>,
     designed: Designed,
 ) -> Designed {
-    let Designed { runnable, report, certificate, .. } = designed;
+    let Designed { runnable, report, mut certificate, origin } = designed;
     let DesignReport { mut matrices, mut numbers, .. } = report.clone();
     matrices.push(matrix("K", k));
     let poles = eigenvalues(&(&plant.a - &plant.b * k)).unwrap_or_default();
@@ -97,7 +97,6 @@ fn described(
         Some(_) if !is_discrete => "That is of u in continuous time, not held as in the simulation.",
         _ => "",
     };
-    let mut certificate = certificate;
     let said = match proved.filter(Certificate::is_proved) {
         Some(proved) => {
             let reading = Reading {
@@ -115,5 +114,5 @@ fn described(
     };
     let poles = format!("The poles of A - B K are {}, besides those of the observer.", list.join(", "));
     let statement = report.statement.clone().and(&said).remark(poles);
-    Designed::new(runnable, DesignReport { statement, matrices, numbers, ..report }, certificate)
+    Designed { runnable, report: DesignReport { statement, matrices, numbers, ..report }, certificate, origin }
 }

@@ -26,16 +26,14 @@ pub(crate) fn of(
     requested: &LinearSpec,
     options: &GainOptions,
 ) -> Result<LinearDesign, DesignError> {
-    let design = match &requested.gain {
-        GainSpec::Poles(poles) => LinearDesign::with_poles(plant, poles),
-        GainSpec::Kalman { w, v } => LinearDesign::kalman(plant, w, v),
+    let weight = || requested.weight.clone().unwrap_or_default();
+    match &requested.gain {
+        GainSpec::Poles(poles) => LinearDesign::with_poles_and_weight(plant, poles, weight()),
+        GainSpec::Kalman { w, v } => LinearDesign::kalman_with_weight(plant, w, v, weight()),
+        GainSpec::Given(l) => LinearDesign::with_gain_and_weight(plant, l, weight()),
+        _ if requested.weight.is_some() => Err(DesignError::LyapunovMatrixGiven),
         GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, options),
         GainSpec::Lmi => LinearDesign::lmi_with(plant, 0.0, options),
-        GainSpec::Given(l) => LinearDesign::with_gain(plant, l),
-    }?;
-    match &requested.weight {
-        Some(weight) => design.lyapunov_weight(weight.clone()),
-        None => Ok(design),
     }
 }
 
@@ -76,7 +74,8 @@ pub(crate) fn linear_report(
         noise_deviation: noise.deviation,
         ..certified(&design.certificate, &[])
     };
-    let designed = Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone()));
+    let designed = Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone()))
+        .with_continuous(design, None);
     match bounds {
         Some(bounds) => {
             let acting = acting(bounds);

@@ -14,7 +14,7 @@ use crate::study::Study;
 
 /// The observer of the linearisation, run in deviations from the operating point, with what its certificate speaks of.
 pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, Misfit> {
-    let Designed { runnable, mut report, certificate, .. } = design;
+    let Designed { runnable, mut report, certificate, origin } = design;
     let runnable = match runnable.at(point) {
         Some(shifted) => shifted.map_err(DesignError::from)?,
         None => runnable,
@@ -34,7 +34,7 @@ pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
     };
     report.statement =
         Statement::of(format!("Linearised at the operating point {place}.")).and(&report.statement).remark(truth);
-    Ok(Designed::new(runnable, report, certificate))
+    Ok(Designed { runnable, report, certificate, origin })
 }
 
 /// The observer in deviations from the point.

@@ -1,17 +1,20 @@
 //! What the design of an observer is given.
 
+use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use luenberger_design::{GainOptions, NumericalKklError};
+use luenberger_design::{CubicDesign, CubicGain, DesignError, GainOptions, LinearDesign, NumericalKklError};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::shortest;
+use nalgebra::DMatrix;
 
 use super::explain::{self, Misfit};
+use super::linear;
 use super::{Advice, Designed, NoDesign, feedback, operating_point, other_kinds};
 use crate::results::{FailureReport, Proposal};
-use crate::study::{ObserverSpec, PlantClass, Study};
+use crate::study::{LinearSpec, ObserverSpec, PlantClass, Study};
 
 /// The study and its observer that is designed.
 #[derive(Debug, Clone, Copy)]
@@ -112,7 +115,27 @@ pub struct Sampling<'a> {
     pub designed: Option<&'a Designed>,
 }
 
-impl Sampling<'_> {
+impl<'a> Sampling<'a> {
+    /// The linear design in continuous time, that of the study if it is there.
+    pub(crate) fn linear(&self, plant: &StateSpace, gain: &LinearSpec) -> Result<Cow<'a, LinearDesign>, DesignError> {
+        match self.designed.and_then(Designed::linear) {
+            Some(linear) => Ok(Cow::Borrowed(linear)),
+            None => linear::of(plant, gain, &self.plan.options()).map(Cow::Owned),
+        }
+    }
+
+    /// The cubic design of this linear one, that of the study if it is there.
+    pub(crate) fn cubic(
+        &self,
+        linear: &LinearDesign,
+        (theta, correction): (&DMatrix<f64>, &CubicGain),
+    ) -> Result<Cow<'a, CubicDesign>, DesignError> {
+        match self.designed.and_then(Designed::cubic) {
+            Some(cubic) => Ok(Cow::Borrowed(cubic)),
+            None => CubicDesign::new(linear, theta, correction).map(Cow::Owned),
+        }
+    }
+
     /// A refusal in these words, from a closure with the names of the study.
     pub(crate) fn named<T>(&self, make: impl FnOnce() -> Result<T, String>) -> Result<T, FailureReport> {
         self.plan.study.plant.names().with(make).map_err(|why| self.plan.refused(why))

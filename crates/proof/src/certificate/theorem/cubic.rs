@@ -17,12 +17,15 @@ use super::super::members::members;
 use super::super::sentence::{Reading, Represented, decay as decay_of, disturbance, has_disturbance};
 use super::super::write::{Out, Written};
 use super::super::{Certificate, Witness};
-use super::{Fact, FileError, PlantMatrices, Statement, StructuredCubicConvergence, check_rate, decay, decrease_label};
+use super::{
+    Fact, FileError, PlantMatrices, PlantWithin, Statement, StructuredCubicConvergence, Theorem, check_rate, decay,
+    decrease_label,
+};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::number::Number;
-use crate::statement::{DeployedCubic, Reach, decay_rate, deployed_cubic, largest_eigenvalue_bound};
+use crate::statement::{DeployedCubic, Reach, decay_rate, deployed_cubic_knowing, largest_eigenvalue_bound};
 use crate::verdict::{UndecidedReason, Verdict};
 use crate::wording::{exact, if_at_most};
 
@@ -62,8 +65,18 @@ impl CubicConvergence {
     ///
     /// # Errors
     /// [`ProofError`] for shapes that do not fit, entries that are not finite, a P or theta that is not symmetric.
-    pub fn certify(mut self) -> Result<Certificate, ProofError> {
-        let deployed = self.decided()?;
+    pub fn certify(self) -> Result<Certificate, ProofError> {
+        self.certify_knowing(&Certificate::default())
+    }
+
+    /// The same; `P > 0` and (12) are taken over from a [`LinearConvergence`] of `known` with the same A, B, C, L, P and
+    /// rate.
+    ///
+    /// # Errors
+    /// As [`certify`](Self::certify).
+    pub fn certify_knowing(mut self, known: &Certificate) -> Result<Certificate, ProofError> {
+        let known = self.known(known)?;
+        let deployed = self.decided(known)?;
         self.region = match &deployed.reach {
             Reach::Everywhere { .. } => Region::Everywhere,
             Reach::Within(ellipsoid) => Region::Within(ellipsoid.level),
@@ -72,7 +85,7 @@ impl CubicConvergence {
                 return Certificate::of([StructuredCubicConvergence { plant, l, theta, p, s, rate }]);
             }
         };
-        let facts = self.facts_from(deployed)?;
+        let facts = self.facts_from(deployed, known)?;
         let mut certificate = Certificate::default();
         certificate.add(self.into(), facts);
         Ok(certificate)
@@ -86,12 +99,28 @@ impl CubicConvergence {
         }
     }
 
-    fn decided(&self) -> Result<DeployedCubic, ProofError> {
-        let PlantMatrices { a, c, .. } = &self.plant;
-        deployed_cubic(a, &self.l, c, &self.p, &self.n, &self.s, &self.theta)
+    /// The margins of `P > 0` and (12), where they are proved.
+    fn known(&self, known: &Certificate) -> Result<Option<[f64; 2]>, ProofError> {
+        for proved in known.theorems() {
+            let Theorem::LinearConvergence(linear) = proved.theorem() else { continue };
+            let PlantMatrices { a, b, c } = &self.plant;
+            let is_same = (&linear.l, &linear.p, linear.rate) == (&self.l, &self.p, self.rate);
+            if is_same && linear.plant == PlantWithin::exactly(a, b, c)? {
+                let margins: Vec<f64> = proved.facts().iter().filter_map(|fact| fact.verdict.margin()).collect();
+                return Ok(margins.try_into().ok());
+            }
+        }
+        Ok(None)
     }
 
-    fn facts_from(&self, deployed: DeployedCubic) -> Result<Vec<Fact>, ProofError> {
+    fn decided(&self, known: Option<[f64; 2]>) -> Result<DeployedCubic, ProofError> {
+        let PlantMatrices { a, c, .. } = &self.plant;
+        // (12) is the decrease at the rate 0.
+        let known = known.map(|[positive, decrease]| (positive, (self.rate == 0.0).then_some(decrease)));
+        deployed_cubic_knowing(a, &self.l, c, (&self.p, known), &self.n, &self.s, &self.theta)
+    }
+
+    fn facts_from(&self, deployed: DeployedCubic, known: Option<[f64; 2]>) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
         if let Region::Within(level) = self.region
             && !(level > 0.0 && level.is_finite())
@@ -99,8 +128,11 @@ impl CubicConvergence {
             return Err(ProofError::Sign { what: "the level of a region, which should be positive,", value: level });
         }
         let PlantMatrices { a, c, .. } = &self.plant;
-        let decrease =
-            if self.rate == 0.0 { deployed.decrease } else { decay_rate(a, &self.l, c, &self.p, self.rate)? };
+        let decrease = match known {
+            _ if self.rate == 0.0 => deployed.decrease,
+            Some([_, margin]) => Verdict::Proved { margin },
+            None => decay_rate(a, &self.l, c, &self.p, self.rate)?,
+        };
         let (reached, level) = match (&deployed.reach, self.region) {
             (Reach::Everywhere { .. }, _) => (true, f64::INFINITY),
             (Reach::Within(ellipsoid), Region::Within(level)) => (level <= ellipsoid.level, ellipsoid.level),
@@ -152,7 +184,7 @@ impl Statement for CubicConvergence {
     const NAME: &'static str = "cubic-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        self.facts_from(self.decided()?)
+        self.facts_from(self.decided(None)?, None)
     }
 
     fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {

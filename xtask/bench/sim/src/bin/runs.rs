@@ -1,4 +1,4 @@
-//! Whole runs: of a study's kind (plant in expressions, observers, feedback, noise, scores), and of ensembles.
+//! Whole runs: of a study's kind (plant in expressions, observers, feedback, noise, scores).
 //!
 //! ```text
 //! runs ekf 100 20       {"us": least time of a run in 20 rounds of 100, "end": [state and estimate at the end]}
@@ -7,18 +7,11 @@
 //! - `held`: Example 1's plant and linear observer with the input held and noise at 100 Hz, which is exact;
 //!   `integrated`: the same with an integral, so that it is integrated.
 //! - `noise`: the noise of those, one row per sample.
-//! - `cubic`, `linear`, with `-noise`: runs of an ensemble, Example 1 of the cubic-observer paper at 41 times; what is
-//!   returned is the end of the first one.
 use luenberger_expression::{ExpressionPlant, Parameters};
-use luenberger_observers::{
-    CubicObserver, ExtendedKalmanFilter, LaneObserver, LinearObserver, NoiseModel, NonlinearLuenbergerObserver,
-    Observer,
-};
+use luenberger_observers::{ExtendedKalmanFilter, LinearObserver, NoiseModel, NonlinearLuenbergerObserver};
 use luenberger_plants::double_integrator;
-use luenberger_sim::{
-    Ensemble, Errors, Integrand, Member, Noise, Purpose, Scenario, ScoreGrid, Settings, Signal, SimError,
-};
-use nalgebra::{Const, DMatrix, DVector, Matrix1, Vector2};
+use luenberger_sim::{Errors, Integrand, Noise, Purpose, Scenario, ScoreGrid, Signal, SimError};
+use nalgebra::{Const, DMatrix, DVector, Vector2};
 use serde_json::json;
 use std::error::Error;
 use std::hint::black_box;
@@ -103,36 +96,6 @@ fn held(
     Ok(run.x.row(400).iter().chain(run.observers[0].estimate.row(400).iter()).copied().collect())
 }
 
-/// As many members as `runs`, each with an initial error of its own.
-fn ensemble(
-    observer: &(impl Observer<f64> + LaneObserver),
-    noisy: bool,
-    runs: u32,
-) -> Result<Vec<f64>, Box<dyn Error>> {
-    let member = |k: u32| {
-        let angle = 2.399_963 * f64::from(k);
-        let x0 = vec![
-            3.0 * 2f64.sqrt() * (0.785_398_163_397_448_3 + angle).cos(),
-            3.0 * 2f64.sqrt() * (0.785_398_163_397_448_3 + angle).sin(),
-        ];
-        Member { x0, estimate: vec![0.0, 0.0], number: u64::from(k) }
-    };
-    let members: Vec<Member> = (0..runs).map(member).collect();
-    let settings = Settings { rtol: 1e-9, atol: 1e-12, ..Settings::default() };
-    let mut ensemble = Ensemble::new(double_integrator(), observer).until(4.0, 41).settings(settings);
-    if noisy {
-        ensemble = ensemble.noise(Noise::uniform(&[0.01], 0.1, 1));
-    }
-    let mut end = Vec::new();
-    for run in ensemble.run(&members) {
-        let run = run?;
-        if end.is_empty() {
-            end = run.x.row(40).iter().chain(run.estimate.row(40).iter()).copied().collect();
-        }
-    }
-    Ok(end)
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [who, runs, rounds] = &arguments[..] else { return Err("WHO RUNS ROUNDS".into()) };
@@ -143,22 +106,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
     let plant = cart_pole()?;
-    let (l, n) = (Vector2::new(7.0, 10.0), Vector2::new(-168.0, -196.0) / 17.0);
-    let linear = LinearObserver::of(double_integrator(), l)?;
-    let cubic = CubicObserver::of(double_integrator(), l, n, Matrix1::new(10.0))?;
-    let round = || match who.as_str() {
-        "cubic" | "cubic-noise" => ensemble(&cubic, who == "cubic-noise", runs),
-        "linear" | "linear-noise" => ensemble(&linear, who == "linear-noise", runs),
-        _ => {
-            let mut end = Vec::new();
-            for _ in 0..runs {
-                end = match who.as_str() {
-                    "held" | "integrated" => held(&linear, who == "integrated")?,
-                    _ => run(&plant, who == "lpv", 1)?,
-                };
-            }
-            Ok(end)
+    let linear = LinearObserver::of(double_integrator(), Vector2::new(7.0, 10.0))?;
+    let round = || -> Result<Vec<f64>, Box<dyn Error>> {
+        let mut end = Vec::new();
+        for _ in 0..runs {
+            end = match who.as_str() {
+                "held" | "integrated" => held(&linear, who == "integrated")?,
+                _ => run(&plant, who == "lpv", 1)?,
+            };
         }
+        Ok(end)
     };
     let mut end = Vec::new();
     let mut least = f64::INFINITY;
