@@ -118,8 +118,8 @@ impl LinearDesign {
     /// The same, certified by the Lyapunov equation with this right-hand side.
     ///
     /// # Errors
-    /// As [`with_poles`](Self::with_poles); [`DesignError::NoCovariance`] for [`LyapunovWeight::InverseCovariance`]; a Q
-    /// that is not symmetric and positive definite.
+    /// As [`with_poles`](Self::with_poles); [`DesignError::NoCovariance`] for [`LyapunovWeight::InverseCovariance`]; a
+    /// Q that is not symmetric and positive definite.
     pub fn with_poles_and_weight<Z: Into<Complex<f64>> + Copy>(
         plant: &StateSpace,
         poles: &[Z],

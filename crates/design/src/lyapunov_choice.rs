@@ -32,8 +32,8 @@ fn is_regular(p: &DMatrix<f64>) -> bool {
     p.clone().cholesky().is_some()
 }
 
-/// The first P that `certify` proves and that is [regular](is_regular): `first`, or one of the list in the head. `first`
-/// if none is.
+/// The first P that `certify` proves and that is [regular](is_regular): `first`, or one of the list in the head.
+/// `first` if none is.
 pub(crate) fn proved_or_first(
     time: TimeDomain,
     f: &DMatrix<f64>,

@@ -3,8 +3,8 @@
 //! `Dbar e = f(xhat + e) - f(xhat)` exactly, for every continuously differentiable f: that is the fundamental theorem
 //! of calculus along the segment. Dbar depends continuously on xhat and e, and nothing has to be solved for.
 //!
-//! Method: Gauss and Legendre with eight points, exact for polynomials of degree 15 in s (P. J. Davis and P. Rabinowitz,
-//! Methods of Numerical Integration, 2nd ed., 1984, section 2.7).
+//! Method: Gauss and Legendre with eight points, exact for polynomials of degree 15 in s (P. J. Davis and P.
+//! Rabinowitz, Methods of Numerical Integration, 2nd ed., 1984, section 2.7).
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};

@@ -16,7 +16,7 @@ use crate::study::Study;
 pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, Misfit> {
     let Designed { runnable, mut report, certificate, origin } = design;
     let runnable = match runnable.at(point) {
-        Some(shifted) => shifted.map_err(DesignError::from)?,
+        Some(shifted) => shifted?,
         None => runnable,
     };
     let named = |names: &[String], values: &[f64]| {
