@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::plant::{self, Arguments};
+use super::plant;
 use super::{feedback, lengths, scalar};
 use crate::Export;
 use crate::exportable_observer::Maps;
@@ -58,11 +58,8 @@ pub(super) fn start(text: &mut String, export: &Export, (maps, own): (&Maps, &Ex
     } else {
         String::new()
     };
-    let measure = if needs_output {
-        format!("    {}\n", plant::call("measurement", &maps.measurement, (&zero, "xhat", "all")))
-    } else {
-        String::new()
-    };
+    let inputs = if maps.measurement.uses_inputs() { "u" } else { "NULL" };
+    let measure = if needs_output { format!("    measurement({zero}, xhat, {inputs}, all);\n") } else { String::new() };
     _ = write!(
         text,
         "
@@ -70,13 +67,13 @@ void {name}_init({name}_state *state, const {number} *xhat)
 {{
 {output}    int i;
 
-{measure}    {begin}
+{measure}    start({zero}, xhat, {all}, state->z);
     for (i = 0; i < {n}; ++i) {{
         state->xhat[i] = xhat[i];
     }}
 {first}}}
 ",
-        begin = plant::call_with("start", &own.start, (&zero, "xhat", "all", "state->z")),
+        all = if needs_output { "all" } else { "NULL" },
         first = if export.observer.uses_time() { "    state->sample = 0;\n" } else { "" },
     );
 }
@@ -95,10 +92,7 @@ pub(super) fn step(
     let (all, known, measured) = (order + size.outputs, size.inputs + size.outputs, maps.measurement.len());
     // Unused parameters and variables are warnings.
     let (in_slope, at_end) = (own.rate.uses_inputs() || own.estimate.uses_inputs(), own.estimate.uses_inputs());
-    let of_plant = maps.motion.uses_inputs() || maps.measurement.uses_inputs();
-    let inputs = (of_plant || (in_slope && size.inputs > 0)).then_some("u");
-    let reads_time = [&maps.motion, &maps.measurement, &own.rate, &own.estimate].into_iter().any(Routine::uses_time);
-    let arguments = Arguments { time: reads_time, inputs };
+    let known_or = |is_used: bool| if is_used { "known" } else { "NULL" };
     let at_jump = own.jump.as_ref().is_some_and(Routine::uses_inputs);
     let gather = |is_used: bool| {
         if !is_used {
@@ -112,12 +106,11 @@ pub(super) fn step(
         format!("{inputs}    for (i = 0; i < {p}; ++i) {{\n        known[{m} + i] = z[{order} + i];\n    }}\n")
     };
     let array = |is_used: bool| if is_used { format!("    {number} known[{known}];\n") } else { String::new() };
-    let xhat = plant::call_with("estimate", &own.estimate, ("t", "z", "known", "xhat"));
     _ = write!(
         text,
         "
 /* The slopes of the state and of the predicted output, z = (state, w). */
-static void slope({parameters}const {number} *z, {number} *dz)
+static void slope({number} t, const {number} *z, const {number} *u, {number} *dz)
 {{
 {array}    {number} xhat[{n}];
     {number} f[{n}];
@@ -125,10 +118,10 @@ static void slope({parameters}const {number} *z, {number} *dz)
     int i;
     int j;
 
-{gather}    {xhat}
-    {motion}
-    {measurement}
-    {rate}
+{gather}    estimate(t, z, {passed}, xhat);
+    motion(t, xhat, u, f);
+    measurement(t, xhat, u, all);
+    rate(t, z, {passed}, dz);
     for (i = 0; i < {p}; ++i) {{
         {number} sum = all[{p} + (i * {n})] * f[0];
         for (j = 1; j < {n}; ++j) {{
@@ -138,14 +131,11 @@ static void slope({parameters}const {number} *z, {number} *dz)
     }}
 }}
 ",
-        parameters = arguments.parameters(number),
         array = array(in_slope),
         gather = gather(in_slope),
-        motion = plant::call("motion", &maps.motion, ("t", "xhat", "f")),
-        measurement = plant::call("measurement", &maps.measurement, ("t", "xhat", "all")),
-        rate = plant::call_with("rate", &own.rate, ("t", "z", "known", "dz")),
+        passed = known_or(in_slope),
     );
-    plant::runge_kutta(text, export, arguments, &all.to_string());
+    plant::runge_kutta(text, export, &all.to_string());
     let end = if own.estimate.uses_time() {
         let period = crate::number::c(export.scalar.round(export.observer.period()), export.scalar);
         format!("t + {period}")
@@ -159,9 +149,8 @@ static void slope({parameters}const {number} *z, {number} *dz)
 {{
 {array}    {number} z[{all}];
 {time}    int i;
-    int k;
 
-{unused}    for (i = 0; i < {order}; ++i) {{
+    for (i = 0; i < {order}; ++i) {{
         z[i] = state->z[i];
     }}
     for (i = 0; i < {p}; ++i) {{
@@ -171,19 +160,18 @@ static void slope({parameters}const {number} *z, {number} *dz)
         head = feedback::head(export),
         array = array(at_end || at_jump),
         time = super::time::time(export),
-        unused = if inputs.is_some() || ((at_end || at_jump) && size.inputs > 0) { "" } else { "    (void)u;\n" },
     );
     if let Some(jump) = &own.jump {
-        let call = plant::call_with("jump", jump, ("t", "state->z", "known", "z"));
-        _ = writeln!(text, "{}    {call}", gather(at_jump));
+        let passed = known_or(jump.uses_inputs());
+        _ = writeln!(text, "{}    jump(t, state->z, {passed}, z);", gather(at_jump));
     }
-    plant::advance(text, export, arguments, observer.substeps(), "");
     _ = write!(
         text,
-        "    for (i = 0; i < {order}; ++i) {{
+        "    move(t, u, z);
+    for (i = 0; i < {order}; ++i) {{
         state->z[i] = z[i];
     }}
-{gather}    {last}
+{gather}    estimate({end}, z, {passed}, state->xhat);
     if (xhat != NULL) {{
         for (i = 0; i < {n}; ++i) {{
             xhat[i] = state->xhat[i];
@@ -192,7 +180,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
 {tick}}}
 ",
         gather = gather(at_end),
-        last = plant::call_with("estimate", &own.estimate, (&end, "z", "known", "state->xhat")),
+        passed = known_or(at_end),
         tick = super::time::tick(export)
     );
 }

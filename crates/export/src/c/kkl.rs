@@ -2,9 +2,8 @@
 
 use std::fmt::Write;
 
-use super::plant::{self, Arguments};
+use super::plant;
 use super::{feedback, is_finite, lengths, product, scalar, table};
-use crate::exportable_observer::Maps;
 use crate::kkl::{Kkl, TableOf, Tree};
 use crate::{Export, number};
 
@@ -240,40 +239,36 @@ void {name}_init({name}_state *state, const {number} *xhat)
     _ = write!(text, "    estimate(state->z, {input}state->xhat);\n{first}}}\n");
 }
 
-pub(super) fn step(text: &mut String, export: &Export, kkl: &Kkl<f64>, maps: &Maps) {
+pub(super) fn step(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let number = scalar(export);
     let (upper, _) = lengths(export);
     let ([n, p], z) = (["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}")), targets(kkl).to_string());
-    let arguments = Arguments { inputs: Some("offset"), ..Arguments::of(maps, true) };
     // Held inputs stand behind the offset.
     let (m, size) = (kkl.held_inputs(), export.observer.dimensions().outputs);
     let (also, held) =
-        if m > 0 { ("; held inputs follow it", format!("&offset[{size}]")) } else { ("", "u".to_owned()) };
+        if m > 0 { ("; held inputs follow it", format!("&offset[{size}]")) } else { ("", "offset".to_owned()) };
     _ = write!(
         text,
         "
 /* The slopes of the target states and of the copy of the plant, v = (z, x); offset + h(x) is the predicted output{also}. */
-static void slope({parameters}const {number} *v, {number} *dv)
+static void slope({number} t, const {number} *v, const {number} *offset, {number} *dv)
 {{
     {number} w[{p}];
     int i;
     int j;
 
-    {measurement}
-    {motion}
+    measurement(t, &v[{z}], {held}, w);
+    motion(t, &v[{z}], {held}, &dv[{z}]);
     for (i = 0; i < {p}; ++i) {{
         w[i] = offset[i] + w[i];
     }}
-",
-        parameters = arguments.parameters(number),
-        measurement = plant::call_with("measurement", &maps.measurement, ("t", &format!("&v[{z}]"), &held, "w")),
-        motion = plant::call_with("motion", &maps.motion, ("t", &format!("&v[{z}]"), &held, &format!("&dv[{z}]"))),
+"
     );
     product(text, number, ("FILTER", &z, &z), "v", "dv[i] = sum;");
     product(text, number, ("B", &z, &p), "w", "dv[i] = dv[i] + sum;");
     text.push_str("}\n");
     let length = (targets(kkl) + export.observer.dimensions().estimate).to_string();
-    plant::runge_kutta(text, export, arguments, &length);
+    plant::runge_kutta(text, export, &length);
     _ = write!(
         text,
         "
@@ -282,9 +277,8 @@ static void slope({parameters}const {number} *v, {number} *dv)
     {number} offset[{all}];
     {number} z[{length}];
 {time}    int i;
-    int k;
 
-{unused}    {measurement}
+    measurement(t, state->xhat, u, offset);
     for (i = 0; i < {p}; ++i) {{
         offset[i] = y[i] - offset[i];
     }}
@@ -297,19 +291,17 @@ static void slope({parameters}const {number} *v, {number} *dv)
 ",
         head = feedback::head(export),
         all = if m > 0 { format!("{p} + {m}") } else { p.clone() },
-        unused = if m > 0 { "" } else { "    (void)u;\n" },
         copied = if m > 0 {
             format!("    for (i = 0; i < {m}; ++i) {{\n        offset[{p} + i] = u[i];\n    }}\n")
         } else {
             String::new()
         },
         time = super::time::time(export),
-        measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "offset")),
     );
-    plant::advance(text, export, arguments, kkl.substeps(), "");
     _ = write!(
         text,
-        "    for (i = 0; i < {z}; ++i) {{
+        "    move(t, offset, z);
+    for (i = 0; i < {z}; ++i) {{
         state->z[i] = z[i];
     }}
     estimate(state->z, {}state->xhat);

@@ -11,11 +11,11 @@
 //! | `cubic` | the flow of the cubic part |
 //! | `varying` | the step of an observer at varying periods: prediction and correction |
 //! | `fixed` | all files of a linear observer in fixed point |
-//! | `plant` | the right-hand sides of a nonlinear plant; Runge-Kutta steps |
+//! | `plant` | the right-hand sides of a nonlinear plant |
 //! | `extension` | the step of an observer of expressions |
 //! | `sampled_nonlinear` | the step of the observer of a nonlinear plant with a constant gain |
-//! | `kalman` | the step of the extended Kalman filter |
-//! | `unscented` | the step of the unscented Kalman filter |
+//! | `kernels` | the loops of the observers, in files of C |
+//! | `filter` | the steps of the extended and of the unscented Kalman filter |
 //! | `moving_horizon` | the step of the moving-horizon estimator |
 //! | `feedback` | the feedback around the step |
 //! | `kkl` | the step of the numerical KKL observer |
@@ -26,9 +26,10 @@
 mod cubic;
 mod extension;
 mod feedback;
+mod filter;
 mod fixed;
 mod header;
-mod kalman;
+mod kernels;
 mod kkl;
 mod linear;
 mod moving_horizon;
@@ -40,8 +41,6 @@ mod step;
 mod table;
 mod test;
 pub(crate) mod time;
-mod transition;
-mod unscented;
 mod varying;
 
 pub(crate) use header::header;

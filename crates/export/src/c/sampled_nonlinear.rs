@@ -2,32 +2,31 @@
 
 use std::fmt::Write;
 
-use super::plant::{self, Arguments};
+use super::plant;
 use super::{feedback, lengths, product, scalar};
 use crate::Export;
 use crate::exportable_observer::Maps;
 
-pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, substeps: usize) {
+pub(super) fn step(text: &mut String, export: &Export, maps: &Maps) {
     let number = scalar(export);
     let (upper, _) = lengths(export);
     let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     plant::functions(text, export, maps);
-    let arguments = Arguments::of(maps, true);
     let size = export.observer.dimensions();
     let (measured, all) = (maps.measurement.len(), (size.estimate + size.outputs).to_string());
     _ = write!(
         text,
         "
 /* The slopes of the estimate and of the predicted output, z = (xhat, w). */
-static void slope({parameters}const {number} *z, {number} *dz)
+static void slope({number} t, const {number} *z, const {number} *u, {number} *dz)
 {{
     {number} all[{measured}];
     {number} innovation[{p}];
     int i;
     int j;
 
-    {motion}
-    {measurement}
+    motion(t, z, u, dz);
+    measurement(t, z, u, all);
     for (i = 0; i < {p}; ++i) {{
         {number} sum = all[{p} + (i * {n})] * dz[0];
         for (j = 1; j < {n}; ++j) {{
@@ -44,12 +43,9 @@ static void slope({parameters}const {number} *z, {number} *dz)
         dz[i] = dz[i] + sum;
     }}
 }}
-",
-        parameters = arguments.parameters(number),
-        motion = plant::call("motion", &maps.motion, ("t", "z", "dz")),
-        measurement = plant::call("measurement", &maps.measurement, ("t", "z", "all")),
+"
     );
-    plant::runge_kutta(text, export, arguments, &all);
+    plant::runge_kutta(text, export, &all);
     _ = write!(
         text,
         "
@@ -57,9 +53,8 @@ static void slope({parameters}const {number} *z, {number} *dz)
 {{
     {number} z[{all}];
 {time}    int i;
-    int k;
 
-{unused}    for (i = 0; i < {n}; ++i) {{
+    for (i = 0; i < {n}; ++i) {{
         z[i] = state->xhat[i];
     }}
     for (i = 0; i < {p}; ++i) {{
@@ -68,12 +63,11 @@ static void slope({parameters}const {number} *z, {number} *dz)
 ",
         head = feedback::head(export),
         time = super::time::time(export),
-        unused = if arguments.inputs.is_some() { "" } else { "    (void)u;\n" },
     );
-    plant::advance(text, export, arguments, substeps, "");
     _ = write!(
         text,
-        "    for (i = 0; i < {n}; ++i) {{
+        "    move(t, u, z);
+    for (i = 0; i < {n}; ++i) {{
         state->xhat[i] = z[i];
         if (xhat != NULL) {{
             xhat[i] = z[i];
@@ -101,17 +95,14 @@ pub(super) fn discrete_step(text: &mut String, export: &Export, maps: &Maps) {
 {time}    int i;
     int j;
 
-{unused}    {measurement}
-    {motion}
+    measurement(t, state->xhat, u, innovation);
+    motion(t, state->xhat, u, next);
     for (i = 0; i < {p}; ++i) {{
         innovation[i] = y[i] - innovation[i];
     }}
 ",
         head = feedback::head(export),
         time = super::time::time(export),
-        unused = if Arguments::of(maps, true).inputs.is_some() { "" } else { "    (void)u;\n" },
-        measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "innovation")),
-        motion = plant::call("motion", &maps.motion, ("t", "state->xhat", "next")),
     );
     product(text, number, ("L", &n, &p), "innovation", "next[i] = next[i] + sum;");
     _ = write!(

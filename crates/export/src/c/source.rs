@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, moving_horizon, plant, sampled_nonlinear, scalar,
-    unscented, varying,
+    cubic, extension, feedback, filter, kkl, lengths, linear, matrix, moving_horizon, plant, sampled_nonlinear, scalar,
+    varying,
 };
 use crate::exportable_observer::{ExportableObserver, Maps};
 use crate::{Export, number};
@@ -85,23 +85,19 @@ void {name}_reset({name}_state *state)
 "
     );
     match (&export.observer, &maps) {
-        (ExportableObserver::Kalman(filter), Some(maps)) => {
-            kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
-        }
-        (ExportableObserver::Unscented(filter), Some(maps)) => unscented::step(&mut text, export, maps, filter),
+        (ExportableObserver::Kalman(_), Some(maps)) => filter::extended(&mut text, export, maps),
+        (ExportableObserver::Unscented(filter), Some(maps)) => filter::unscented(&mut text, export, maps, filter),
         (ExportableObserver::MovingHorizon(estimator), Some(maps)) => {
             moving_horizon::step(&mut text, export, maps, estimator);
         }
-        (ExportableObserver::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
+        (ExportableObserver::Kkl(observer), _) => kkl::step(&mut text, export, observer),
         (ExportableObserver::Extension(observer), Some(maps)) => {
             extension::step(&mut text, export, observer, (maps, observer.observer().routines()));
         }
         (ExportableObserver::Discrete(_), Some(maps)) => sampled_nonlinear::discrete_step(&mut text, export, maps),
         (ExportableObserver::Step(_), Some(maps)) => super::step::step(&mut text, export, maps),
         (ExportableObserver::Varying(_), _) => varying::step(&mut text, export),
-        (ExportableObserver::SampledNonlinear(observer), Some(maps)) => {
-            sampled_nonlinear::step(&mut text, export, maps, observer.substeps());
-        }
+        (ExportableObserver::SampledNonlinear(_), Some(maps)) => sampled_nonlinear::step(&mut text, export, maps),
         _ => linear::step(&mut text, export),
     }
     feedback::block(&mut text, export);

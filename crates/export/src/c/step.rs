@@ -41,7 +41,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps) {
 {inputs}    for (i = 0; i < {p}; ++i) {{
         known[{m} + i] = y[i];
     }}
-    {call}
+    motion(t, state->xhat, known, next);
     for (i = 0; i < {n}; ++i) {{
         state->xhat[i] = next[i];
         if (xhat != NULL) {{
@@ -52,7 +52,6 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps) {
 ",
         head = feedback::head(export),
         time = super::time::time(export),
-        call = plant::call_with("motion", next, ("t", "state->xhat", "known", "next")),
         tick = super::time::tick(export),
     );
 }

@@ -3,12 +3,12 @@
 use super::scalar;
 use crate::{Export, number};
 
-/// The time of the sample as a variable of the step, if the plant depends on it.
+/// The time of the sample as a variable of the step; 0 if the plant does not depend on it.
 pub(crate) fn time(export: &Export) -> String {
-    if !export.observer.uses_time() {
-        return String::new();
-    }
     let number = scalar(export);
+    if !export.observer.uses_time() {
+        return format!("    const {number} t = {};\n", number::c(0.0, export.scalar));
+    }
     let period = number::c(export.scalar.round(export.observer.period()), export.scalar);
     format!("    const {number} t = ({number})state->sample * {period};\n")
 }

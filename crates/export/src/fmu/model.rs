@@ -72,22 +72,19 @@ void {name}_innovation(const {name}_state *state, const {number} *u, const {numb
             "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n",
         );
         c::plant::measurement(&mut text, export, &maps);
-        let time = if maps.measurement.uses_time() { c::time::time(export) } else { String::new() };
+        let time = c::time::time(export);
         _ = write!(
             text,
             "{head}    {number} all[{}];
 {time}    int i;
 
-    (void)state;
-    (void)u;
-    {}
+    measurement(t, state->xhat, u, all);
     for (i = 0; i < {p}; ++i) {{
         innovation[i] = y[i] - all[i];
     }}
 }}
 ",
             maps.measurement.len(),
-            c::plant::call("measurement", &maps.measurement, ("t", "state->xhat", "all")),
         );
         return text;
     }

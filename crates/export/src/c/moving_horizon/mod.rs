@@ -5,20 +5,17 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `motion` | the plant over a period with its Jacobian and noise |
 //! | `pass` | one Gauss-Newton step: a Kalman filter forward and its adjoint backward |
 //! | `interior` | the interior-point method |
 
 mod interior;
-mod motion;
 mod pass;
 
 use std::fmt::Write;
 
-use luenberger_expression::Routine;
-
+use super::kernels::Macros;
 use super::plant;
-use super::{feedback, is_finite, kalman, lengths, root, scalar};
+use super::{feedback, filter, is_finite, lengths, root, scalar};
 use crate::exportable_observer::Maps;
 use crate::moving_horizon::{Bound, MovingHorizon, bounds};
 use crate::{Export, number};
@@ -48,6 +45,36 @@ impl Writer<'_> {
     fn is_timed(&self) -> bool {
         self.export.observer.uses_time()
     }
+
+    /// The time and the inputs of a sample of the window.
+    fn of(&self, sample: &str) -> (String, String) {
+        let time = if self.is_timed() { format!("{sample}t") } else { self.literal(0.0) };
+        (time, if self.has_inputs() { format!("{sample}u") } else { "NULL".to_owned() })
+    }
+
+    /// The call of the outputs and their Jacobian.
+    fn measurement(&self, sample: &str, x: &str) -> String {
+        let (t, u) = self.of(sample);
+        format!("measurement({t}, {x}, {u}, all);")
+    }
+
+    /// A call of `linearise`.
+    fn linearise(&self, sample: &str, x: &str) -> String {
+        let (t, u) = self.of(sample);
+        format!("linearise({t}, {x}, {u}, z);")
+    }
+
+    /// An entry of A in the motion z = (F(x), Q, A) of `linearise`.
+    fn forward(&self, row: &str, column: &str) -> String {
+        let n = &self.n;
+        format!("z[{}]", plant::index(&format!("{n} + ({n} * {n})"), (row, column), n))
+    }
+
+    /// The length of z.
+    fn motion(&self) -> String {
+        let n = &self.n;
+        format!("{n} + (2 * {n} * {n})")
+    }
 }
 
 pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, estimator: &MovingHorizon<f64>) {
@@ -57,8 +84,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, estimator: &
     let writer = Writer { export, maps, estimator, bounds: bounds(estimator), number, n: n.clone(), p, window };
     writer.constants(text);
     plant::functions(text, export, maps);
-    kalman::symmetrise(text, export, &n);
-    writer.linearised(text);
+    filter::transition(text, export, &Macros::of(export));
     writer.pass(text);
     if !writer.bounds.is_empty() {
         writer.interior(text);
@@ -84,7 +110,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, estimator: &
 {tick}}}
 ",
         head = feedback::head(export),
-        variable = super::time::time(export),
+        variable = if time { super::time::time(export) } else { String::new() },
         unused = if inputs { "" } else { "    (void)u;\n" },
         given = arguments(inputs, time),
         trailing = if inputs || time {
@@ -205,15 +231,14 @@ static int is_definite(const {name}_state *state, const {name}_sample *at)
 {unused}    {measurement}
 ",
             length = maps.measurement.len(),
-            unused =
-                if maps.measurement.uses_inputs() || maps.measurement.uses_time() { "" } else { "    (void)at;\n" },
-            measurement = measurement(&maps.measurement, "at->", "state->xhat"),
+            unused = if self.has_inputs() || self.is_timed() { "" } else { "    (void)at;\n" },
+            measurement = self.measurement("at->", "state->xhat"),
         );
         let product = |k: &str| format!("{} * state->P[{k}][j]", entry("i", k));
         plant::contraction(text, number, (p, n, n), product, "cp[i][j] = sum;");
         let product = |k: &str| format!("cp[i][{k}] * {}", entry("j", k));
         plant::contraction(text, number, (p, p, n), product, "s[i][j] = sum + V[i][j];");
-        kalman::factor(text, self.export, p);
+        filter::factor(text, self.export, p);
         _ = write!(
             text,
             "    return definite;
@@ -339,16 +364,10 @@ static void predict({name}_state *state{trailing})
 ",
             length = self.motion(),
             known = self.known(),
-            linearise_first = self.linearise("state->samples[0]", "state->samples[0].x", "z"),
-            linearise = self.linearise("(*at)", "at->x", "z").replace("(*at).", "at->"),
+            linearise_first = self.linearise("state->samples[0].", "state->samples[0].x"),
+            linearise = self.linearise("at->", "at->x"),
             finite_x = is_finite(self.export, "z[i]"),
             finite_p = is_finite(self.export, "P[i][j]"),
         );
     }
-}
-
-/// The call of the outputs and their Jacobian for a sample of the window.
-fn measurement(routine: &Routine, sample: &str, x: &str) -> String {
-    let (t, u) = (format!("{sample}t"), format!("{sample}u"));
-    plant::call_with("measurement", routine, (&t, x, &u, "all"))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Writer, is_finite, measurement};
+use super::{Writer, is_finite};
 use crate::c::plant::{contraction, index};
 
 impl Writer<'_> {
@@ -152,7 +152,7 @@ static int measure(const {name}_sample *sample, const {number} *x, filtered *at)
 ",
             name = export.identifier,
             length = maps.measurement.len(),
-            measurement = measurement(&maps.measurement, "sample->", "x"),
+            measurement = self.measurement("sample->", "x"),
             entry = index(p, ("i", "j"), n),
             other = index(p, ("k", "j"), n),
         );
@@ -263,7 +263,7 @@ static void drift(const filtered *at, const {number} *x, const {number} *z, {num
             }}
         }}
 ",
-                linearise = self.linearise("state->samples[i]", &format!("&x[i * {n}]"), "z"),
+                linearise = self.linearise("state->samples[i].", &format!("&x[i * {n}]")),
                 forward = self.forward("j", "k"),
             )
         };

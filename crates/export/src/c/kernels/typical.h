@@ -1,0 +1,105 @@
+/* What an export defines before its kernels, for a small plant: with this header each kernel compiles on its own. Options
+ * are 0 here; a compiler sets them with -D. */
+#ifndef TYPICAL_H
+#define TYPICAL_H
+
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* The format of the numbers. */
+#ifndef BINARY32
+#define BINARY32 0
+#endif
+#if BINARY32
+#define NUMBER float
+#define REAL(x) x##f
+#define ROOT sqrtf
+#define MAGNITUDE fabsf
+#define LARGEST FLT_MAX
+#else
+#define NUMBER double
+#define REAL(x) x
+#define ROOT sqrt
+#define MAGNITUDE fabs
+#define LARGEST DBL_MAX
+#endif
+
+#define STATES 2
+#define INPUTS 1
+#define OUTPUTS 2
+
+/* Whether the plant depends on the time; the period. */
+#ifndef TIMED
+#define TIMED 0
+#endif
+#define PERIOD REAL(0.125)
+
+/* A plant in discrete time has the next state for a slope. Otherwise a period has SUBSTEPS steps TAU of the Runge-Kutta
+ * method; SEVERAL_STEPS is 1 for more than one. */
+#ifndef DISCRETE
+#define DISCRETE 0
+#endif
+#ifndef SEVERAL_STEPS
+#define SEVERAL_STEPS 0
+#endif
+#define SUBSTEPS (1 + SEVERAL_STEPS)
+#define TAU REAL(0.0625)
+#define HALF_TAU REAL(0.03125)
+#define QUARTER_TAU REAL(0.015625)
+#define SIXTH_TAU REAL(0.0104166667)
+#define THIRD REAL(0.333333333)
+
+/* The times in a period that begins at t, at which nothing is added where the plant does not depend on the time: of step
+ * number `step`, and in a step that begins at t of its middle and its end. */
+#define T_STEP (t + (TAU * (NUMBER)step))
+#define T_MIDDLE (t + HALF_TAU)
+#define T_END (t + TAU)
+
+/* A gate at so many standard deviations of the innovation, squared. */
+#ifndef GATED
+#define GATED 0
+#endif
+#define GATE_SQUARED REAL(9.0)
+
+/* The sigma points of the unscented filter; whether the centre has a negative weight. */
+#ifndef NEGATIVE_CENTRE
+#define NEGATIVE_CENTRE 0
+#endif
+#define DISTANCE REAL(1.5)
+#define OUTER_WEIGHT REAL(0.25)
+#define HALF_WEIGHT REAL(0.5)
+#define CENTRE_WEIGHT REAL(0.125)
+#define NOISE_WEIGHT REAL(0.102062073)
+#define TWICE_NOISE_WEIGHT REAL(0.204124145)
+
+/* The covariances of the noise, and their factors. */
+static const NUMBER W[STATES][STATES] = { { REAL(0.5), REAL(0.0) }, { REAL(0.0), REAL(0.25) } };
+static const NUMBER V[OUTPUTS][OUTPUTS] = { { REAL(0.5), REAL(0.0) }, { REAL(0.0), REAL(0.25) } };
+
+static const NUMBER ROOT_W[STATES][STATES] = { { REAL(0.75), REAL(0.0) }, { REAL(0.125), REAL(0.5) } };
+static const NUMBER ROOT_V[OUTPUTS][OUTPUTS] = { { REAL(0.75), REAL(0.0) }, { REAL(0.125), REAL(0.5) } };
+
+typedef struct {
+    NUMBER xhat[STATES];
+    NUMBER P[STATES][STATES];
+    NUMBER S[STATES][STATES];
+    uint64_t sample;
+} observer_state;
+
+/* f, and its Jacobian row by row after it. MOTION is the function of the two that has both. */
+void motion(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
+#define MOTION motion
+
+/* What the Runge-Kutta method integrates. */
+void slope(NUMBER t, const NUMBER *z, const NUMBER *u, NUMBER *dz);
+#define SLOPE slope
+#define LENGTH STATES
+
+/* h, and its Jacobian row by row after it. */
+void measurement(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
+
+void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat);
+
+#endif
