@@ -1,20 +1,19 @@
 //! The steps of the extended and of the unscented Kalman filter.
 
-use std::fmt::Write;
-
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::UnscentedKalmanFilter;
 use nalgebra::Dyn;
 
 use super::kernels::{self, Macros};
-use super::{plant, root, scalar};
+use super::plant;
+use crate::Export;
 use crate::exportable_observer::Maps;
-use crate::{Export, number};
 
 pub(super) fn extended(text: &mut String, export: &Export, maps: &Maps) {
     plant::functions(text, export, maps);
     let macros = Macros::of(export);
     transition(text, export, &macros);
+    macros.write(text, kernels::INNOVATION);
     macros.write(text, kernels::KALMAN);
     macros.write(text, kernels::FILTER_STEP);
 }
@@ -57,28 +56,4 @@ pub(super) fn unscented(text: &mut String, export: &Export, maps: &Maps, filter:
     }
     macros.write(text, kernels::UNSCENTED);
     macros.write(text, kernels::FILTER_STEP);
-}
-
-/// The factor of s in place of its lower triangle; `definite` becomes 0 where a pivot is not positive.
-pub(super) fn factor(text: &mut String, export: &Export, p: &str) {
-    let (number, root, zero) = (scalar(export), root(export), number::c(0.0, export.scalar));
-    _ = write!(
-        text,
-        "    for (j = 0; (j < {p}) && (definite != 0); ++j) {{
-        for (i = j; (i < {p}) && (definite != 0); ++i) {{
-            {number} entry = s[i][j];
-            for (k = 0; k < j; ++k) {{
-                entry = entry - (s[i][k] * s[j][k]);
-            }}
-            if (i > j) {{
-                s[i][j] = entry / s[j][j];
-            }} else if (entry > {zero}) {{
-                s[j][j] = {root}(entry);
-            }} else {{
-                definite = 0;
-            }}
-        }}
-    }}
-"
-    );
 }

@@ -78,36 +78,3 @@ pub(super) fn runge_kutta(text: &mut String, export: &Export, length: &str) {
     macros.set("LENGTH", length);
     macros.write(text, kernels::RUNGE_KUTTA);
 }
-
-/// `target = sum over k of term(i, j, k)`, from the first k to the last, for i and j, and `after` with the sum.
-pub(super) fn contraction(
-    text: &mut String,
-    number: &str,
-    (rows, columns, inner): (&str, &str, &str),
-    term: impl Fn(&str) -> String,
-    after: &str,
-) {
-    _ = write!(
-        text,
-        "    for (i = 0; i < {rows}; ++i) {{
-        for (j = 0; j < {columns}; ++j) {{
-            {number} sum = {};
-            for (k = 1; k < {inner}; ++k) {{
-                sum = sum + ({});
-            }}
-            {after}
-        }}
-    }}
-",
-        term("0"),
-        term("k")
-    );
-}
-
-/// The index of an entry of a matrix that is stored by rows behind `offset` other numbers.
-pub(super) fn index(offset: &str, (row, column): (&str, &str), stride: &str) -> String {
-    let row = if row == "0" { String::new() } else { format!("({row} * {stride})") };
-    let column = if column == "0" { "" } else { column };
-    let parts: Vec<&str> = [offset, &row, column].into_iter().filter(|part| !part.is_empty()).collect();
-    if parts.is_empty() { "0".to_owned() } else { parts.join(" + ") }
-}

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::kernels::{self, Macros};
 use super::{
     cubic, extension, feedback, filter, kkl, lengths, linear, matrix, moving_horizon, plant, sampled_nonlinear, scalar,
     varying,
@@ -43,7 +44,6 @@ pub(super) fn source(export: &Export) -> String {
         }
     }
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, export.scalar)).collect();
-    let start = start(export);
     _ = writeln!(text, "static const {number} INITIAL[{n}] = {{ {} }};", initial.join(", "));
     if matches!(export.observer, ExportableObserver::Cubic(_) | ExportableObserver::Varying(_)) {
         cubic::flow(&mut text, export);
@@ -60,30 +60,9 @@ pub(super) fn source(export: &Export) -> String {
             extension::functions(&mut text, export, own);
             extension::start(&mut text, export, (maps, own));
         }
-        _ => {
-            _ = write!(
-                text,
-                "
-void {name}_init({name}_state *state, const {number} *xhat)
-{{
-    int i;
-    for (i = 0; i < {n}; ++i) {{
-        state->xhat[i] = xhat[i];
-    }}
-{start}}}
-"
-            );
-        }
+        _ => start(&mut text, export),
     }
-    _ = write!(
-        text,
-        "
-void {name}_reset({name}_state *state)
-{{
-    {name}_init(state, INITIAL);
-}}
-"
-    );
+    Macros::of(export).write(&mut text, kernels::RESET);
     match (&export.observer, &maps) {
         (ExportableObserver::Kalman(_), Some(maps)) => filter::extended(&mut text, export, maps),
         (ExportableObserver::Unscented(filter), Some(maps)) => filter::unscented(&mut text, export, maps, filter),
@@ -104,42 +83,15 @@ void {name}_reset({name}_state *state)
     text
 }
 
-/// The rest of the state at the start.
-fn start(export: &Export) -> String {
-    let (upper, _) = lengths(export);
-    let n = format!("{upper}_STATES");
-    let mut text = String::new();
-    if export.is_filter() {
-        _ = write!(
-            text,
-            "    for (i = 0; i < {n}; ++i) {{
-        state->prediction[i] = xhat[i];
-    }}
-"
-        );
-    }
-    let covariance = match export.observer {
-        ExportableObserver::Kalman(_) => Some(("P", "P0")),
-        ExportableObserver::Unscented(_) => Some(("S", "ROOT_P0")),
-        _ => None,
-    };
-    if let Some((field, first)) = covariance {
-        _ = write!(
-            text,
-            "    for (i = 0; i < {n}; ++i) {{
-        int j;
-        for (j = 0; j < {n}; ++j) {{
-            state->{field}[i][j] = {first}[i][j];
-        }}
-    }}
-"
-        );
-    }
-    if matches!(export.observer, ExportableObserver::MovingHorizon(_)) {
-        text.push_str(&moving_horizon::start(export));
-    }
-    if export.observer.uses_time() {
-        text.push_str("    state->sample = 0;\n");
-    }
-    text
+/// The start from a first estimate.
+fn start(text: &mut String, export: &Export) {
+    let mut macros = Macros::of(export);
+    macros.option("FILTER_FORM", export.is_filter());
+    macros.option(
+        "HAS_COVARIANCE",
+        matches!(export.observer, ExportableObserver::Kalman(_) | ExportableObserver::MovingHorizon(_)),
+    );
+    macros.option("HAS_FACTOR", matches!(export.observer, ExportableObserver::Unscented(_)));
+    macros.option("HAS_WINDOW", matches!(export.observer, ExportableObserver::MovingHorizon(_)));
+    macros.write(text, kernels::START);
 }

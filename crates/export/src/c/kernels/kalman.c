@@ -1,34 +1,7 @@
 /* The extended Kalman filter: update in Joseph's form, then prediction. The export defines motion (f and its Jacobian),
  * measurement (h and its Jacobian) and the covariances W and V; the state has xhat and its covariance P. */
 #include "transition.c"
-
-/* The covariance s = H P H' + V of the innovation, and H P; H stands in all behind h. */
-static void spread_of_innovation(const NUMBER *all, const NUMBER *P, const NUMBER *noise, NUMBER *hp, NUMBER *s)
-{
-    const NUMBER *const H = &all[OUTPUTS];
-    int i;
-    int j;
-    int k;
-
-    for (i = 0; i < OUTPUTS; ++i) {
-        for (j = 0; j < STATES; ++j) {
-            NUMBER sum = H[i * STATES] * P[j];
-            for (k = 1; k < STATES; ++k) {
-                sum = sum + (H[(i * STATES) + k] * P[(k * STATES) + j]);
-            }
-            hp[(i * STATES) + j] = sum;
-        }
-    }
-    for (i = 0; i < OUTPUTS; ++i) {
-        for (j = 0; j < OUTPUTS; ++j) {
-            NUMBER sum = hp[i * STATES] * H[j * STATES];
-            for (k = 1; k < STATES; ++k) {
-                sum = sum + (hp[(i * STATES) + k] * H[(j * STATES) + k]);
-            }
-            s[(i * OUTPUTS) + j] = sum + noise[(i * OUTPUTS) + j];
-        }
-    }
-}
+#include "innovation.c"
 
 /* The measurement update, in Joseph's form. The estimate stays as it is where there is no result: y is not finite, the
  * covariance of the innovation is not positive definite in floating point, or a number overflows. */
@@ -82,20 +55,8 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
         }
     }
     /* s = g g', the factor in place of the lower triangle. */
-    for (j = 0; (j < OUTPUTS) && (definite != 0); ++j) {
-        for (i = j; (i < OUTPUTS) && (definite != 0); ++i) {
-            NUMBER entry = s[i][j];
-            for (k = 0; k < j; ++k) {
-                entry = entry - (s[i][k] * s[j][k]);
-            }
-            if (i > j) {
-                s[i][j] = entry / s[j][j];
-            } else if (entry > REAL(0.0)) {
-                s[j][j] = ROOT(entry);
-            } else {
-                definite = 0;
-            }
-        }
+    if (definite != 0) {
+        definite = factorise(s);
     }
     if (definite != 0) {
         NUMBER gain[OUTPUTS][STATES]; /* transposed */

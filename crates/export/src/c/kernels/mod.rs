@@ -16,9 +16,15 @@ use crate::{Export, number};
 pub(super) const CLASSICAL: &str = include_str!("classical.c");
 pub(super) const COLUMNS: &str = include_str!("columns.c");
 pub(super) const FILTER_STEP: &str = include_str!("filter_step.c");
+pub(super) const GAUSS_NEWTON: &str = include_str!("gauss_newton.c");
+pub(super) const INNOVATION: &str = include_str!("innovation.c");
+pub(super) const INTERIOR_POINT: &str = include_str!("interior_point.c");
 pub(super) const KALMAN: &str = include_str!("kalman.c");
+pub(super) const MOVING_HORIZON: &str = include_str!("moving_horizon.c");
 pub(super) const NOISE: &str = include_str!("noise.c");
+pub(super) const RESET: &str = include_str!("reset.c");
 pub(super) const RUNGE_KUTTA: &str = include_str!("runge_kutta.c");
+pub(super) const START: &str = include_str!("start.c");
 pub(super) const SYMMETRIC: &str = include_str!("symmetric.c");
 pub(super) const TRANSITION: &str = include_str!("transition.c");
 pub(super) const UNSCENTED: &str = include_str!("unscented.c");
@@ -44,10 +50,11 @@ impl Macros {
             Scalar::Binary64 => "DBL_MAX",
         };
         all.set("LARGEST", largest);
-        for size in ["STATES", "INPUTS", "OUTPUTS"] {
+        for size in ["STATES", "INPUTS", "OUTPUTS", "WINDOW"] {
             all.set(size, format!("{upper}_{size}"));
         }
         all.set("observer_", format!("{name}_"));
+        all.option("HAS_INPUTS", !export.names.inputs.is_empty());
         all.option("TIMED", export.observer.uses_time());
         all.number("PERIOD", export.observer.period());
         all.set("MOTION", "motion");

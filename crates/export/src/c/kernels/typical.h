@@ -26,11 +26,15 @@
 #define LARGEST DBL_MAX
 #endif
 
+/* Sizes. */
 #define STATES 2
 #define INPUTS 1
 #define OUTPUTS 2
 
-/* Whether the plant depends on the time; the period. */
+/* Whether the plant has inputs, and whether it depends on the time; the period. */
+#ifndef HAS_INPUTS
+#define HAS_INPUTS 0
+#endif
 #ifndef TIMED
 #define TIMED 0
 #endif
@@ -74,17 +78,78 @@
 #define NOISE_WEIGHT REAL(0.102062073)
 #define TWICE_NOISE_WEIGHT REAL(0.204124145)
 
-/* The covariances of the noise, and their factors. */
+/* The window of the moving-horizon estimator, its Gauss-Newton steps, time and inputs of a sample where the plant depends
+ * on them, its bounds and the constants of the interior-point method. */
+#ifndef SEVERAL_SAMPLES
+#define SEVERAL_SAMPLES 0
+#endif
+#define WINDOW (1 + (2 * SEVERAL_SAMPLES))
+#define ITERATIONS 2
+#ifndef DRIVEN
+#define DRIVEN 0
+#endif
+#if DRIVEN
+#define AT_TIME at->t
+#define AT_INPUTS at->u
+#else
+#define AT_TIME REAL(0.0)
+#define AT_INPUTS NULL
+#endif
+#ifndef HAS_BOUNDS
+#define HAS_BOUNDS 0
+#endif
+#define BOUND_COUNT 2
+static const NUMBER BOUNDS[1][BOUND_COUNT] = { { REAL(-1.0), REAL(0.5) } };
+static const int BOUNDED[BOUND_COUNT] = { 0, 1 };
+static const NUMBER SIDE[BOUND_COUNT] = { REAL(1.0), REAL(-1.0) };
+#define INTERIOR_POINT_STEPS 12
+#define LEAST_MU REAL(1e-4)
+#define LEAST_VARIANCE REAL(1e-8)
+#define FRACTION_TO_BOUNDARY REAL(0.995)
+#define LEFT_AT_BOUNDARY REAL(0.005)
+#define TENTH REAL(0.1)
+
+/* What the state has besides the estimate. */
+#ifndef FILTER_FORM
+#define FILTER_FORM 0
+#endif
+#ifndef HAS_COVARIANCE
+#define HAS_COVARIANCE 0
+#endif
+#ifndef HAS_FACTOR
+#define HAS_FACTOR 0
+#endif
+#ifndef HAS_WINDOW
+#define HAS_WINDOW 0
+#endif
+
+/* The first estimate; the covariances of its error and of the noise, and their factors. */
 static const NUMBER W[STATES][STATES] = { { REAL(0.5), REAL(0.0) }, { REAL(0.0), REAL(0.25) } };
 static const NUMBER V[OUTPUTS][OUTPUTS] = { { REAL(0.5), REAL(0.0) }, { REAL(0.0), REAL(0.25) } };
 
+static const NUMBER P0[STATES][STATES] = { { REAL(1.0), REAL(0.0) }, { REAL(0.0), REAL(1.0) } };
+static const NUMBER INITIAL[STATES] = { REAL(0.25), REAL(-0.5) };
+static const NUMBER ROOT_P0[STATES][STATES] = { { REAL(1.0), REAL(0.0) }, { REAL(0.0), REAL(1.0) } };
 static const NUMBER ROOT_W[STATES][STATES] = { { REAL(0.75), REAL(0.0) }, { REAL(0.125), REAL(0.5) } };
 static const NUMBER ROOT_V[OUTPUTS][OUTPUTS] = { { REAL(0.75), REAL(0.0) }, { REAL(0.125), REAL(0.5) } };
+
+typedef struct {
+    NUMBER x[STATES];
+    NUMBER u[INPUTS];
+    NUMBER y[OUTPUTS];
+    NUMBER t;
+    int measured;
+} observer_sample;
 
 typedef struct {
     NUMBER xhat[STATES];
     NUMBER P[STATES][STATES];
     NUMBER S[STATES][STATES];
+    NUMBER prediction[STATES];
+    NUMBER prior[STATES];
+    NUMBER prior_P[STATES][STATES];
+    observer_sample samples[WINDOW];
+    int count;
     uint64_t sample;
 } observer_state;
 
@@ -100,6 +165,8 @@ void slope(NUMBER t, const NUMBER *z, const NUMBER *u, NUMBER *dz);
 /* h, and its Jacobian row by row after it. */
 void measurement(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
 
+void observer_init(observer_state *state, const NUMBER *xhat);
+void observer_reset(observer_state *state);
 void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat);
 
 #endif
