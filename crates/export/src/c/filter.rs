@@ -47,7 +47,7 @@ pub(super) fn unscented(text: &mut String, export: &Export, maps: &Maps, filter:
     }
     macros.set("MOTION", "centre");
     macros.set("SLOPE", "motion");
-    macros.set("LENGTH", export.observer.dimensions().estimate.to_string());
+    macros.integer("LENGTH", export.observer.dimensions().estimate);
     macros.write(text, kernels::COLUMNS);
     if filter.substeps().is_some() {
         macros.write(text, kernels::RUNGE_KUTTA);

@@ -18,8 +18,7 @@
 //! | `filter` | the steps of the extended and of the unscented Kalman filter |
 //! | `moving_horizon` | the step of the moving-horizon estimator |
 //! | `feedback` | the feedback around the step |
-//! | `kkl` | the step of the numerical KKL observer |
-//! | `table` | its left inverse by a table of splines and a search |
+//! | `kkl` | the step of the numerical KKL observer, and the constants of its left inverse |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
@@ -38,7 +37,6 @@ mod project;
 mod sampled_nonlinear;
 pub(crate) mod source;
 mod step;
-mod table;
 mod test;
 pub(crate) mod time;
 mod varying;
@@ -89,15 +87,6 @@ fn magnitude(export: &Export) -> &'static str {
         Scalar::Binary32 => "fabsf",
         Scalar::Binary64 => "fabs",
     }
-}
-
-/// Whether `x` is finite.
-fn is_finite(export: &Export, x: &str) -> String {
-    let largest = match export.scalar {
-        Scalar::Binary32 => "FLT_MAX",
-        Scalar::Binary64 => "DBL_MAX",
-    };
-    format!("{}({x}) <= {largest}", magnitude(export))
 }
 
 /// Text that cannot end a comment.

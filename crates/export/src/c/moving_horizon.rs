@@ -18,14 +18,14 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, estimator: &
     let mut macros = Macros::of(export);
     let horizon = estimator.horizon();
     macros.option("SEVERAL_SAMPLES", horizon.window > 1);
-    macros.set("ITERATIONS", horizon.iterations.to_string());
+    macros.integer("ITERATIONS", horizon.iterations);
     let (timed, driven) = (export.observer.uses_time(), !export.names.inputs.is_empty());
     macros.option("DRIVEN", timed || driven);
     macros.set("AT_TIME", if timed { "at->t".to_owned() } else { number::c(0.0, export.scalar) });
     macros.set("AT_INPUTS", if driven { "at->u" } else { "NULL" });
     macros.option("HAS_BOUNDS", !bounds.is_empty());
-    macros.set("BOUND_COUNT", bounds.len().to_string());
-    macros.set("INTERIOR_POINT_STEPS", INTERIOR_POINT_STEPS.to_string());
+    macros.integer("BOUND_COUNT", bounds.len());
+    macros.integer("INTERIOR_POINT_STEPS", INTERIOR_POINT_STEPS);
     let names = ["LEAST_MU", "LEAST_VARIANCE", "FRACTION_TO_BOUNDARY", "LEFT_AT_BOUNDARY"];
     for (name, x) in names.into_iter().zip(interior_point(export.scalar)).chain([("TENTH", 0.1)]) {
         macros.number(name, x);

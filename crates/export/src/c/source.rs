@@ -51,7 +51,6 @@ pub(super) fn source(export: &Export) -> String {
     match (&export.observer, &maps) {
         (ExportableObserver::Kkl(observer), Some(maps)) => {
             plant::functions(&mut text, export, maps);
-            kkl::inverse(&mut text, export, observer);
             kkl::start(&mut text, export, observer);
         }
         (ExportableObserver::Extension(observer), Some(maps)) => {

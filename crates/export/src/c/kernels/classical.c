@@ -61,7 +61,7 @@ static void classical(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *next, 
             m4[i][j] = f4[STATES + (i * STATES) + j] + (sum * TAU);
         }
     }
-    /* h = I + a (I + a (I + a/3)/2) for a = (tau/2) Df between the middle and the end: a in m2, the brackets in m3, m4. */
+    /* h = I + a (I + a (I + a/3)/2) for a = (tau/2) Df from the middle to the end: a in m2, the brackets in m3, m4. */
     for (i = 0; i < STATES; ++i) {
         for (j = 0; j < STATES; ++j) {
             const NUMBER identity = (i == j) ? REAL(1.0) : REAL(0.0);

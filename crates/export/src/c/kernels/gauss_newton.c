@@ -46,8 +46,8 @@ static void begin(filtered *at, const NUMBER *mean, const NUMBER *P)
     }
 }
 
-/* The update by one measurement c x with its innovation and the variance of its noise; 0 if the innovation has no positive
- * variance. */
+/* The update by one measurement c x with its innovation and the variance of its noise; 0 if the innovation has no
+ * positive variance. */
 static int correct(filtered *at, const NUMBER *c, NUMBER innovation, NUMBER variance)
 {
     NUMBER gain[STATES];
@@ -191,8 +191,8 @@ static void drift(const filtered *at, const NUMBER *x, const NUMBER *z, NUMBER *
     }
 }
 
-/* One Gauss-Newton step from x: the solution of the problem linearised along it, and the covariance of its last state; 0
- * if there is none in floating point. */
+/* One Gauss-Newton step from x: the solution of the problem linearised along it, and the covariance of its last
+ * state; 0 if there is none in floating point. */
 static int pass(const observer_state *state, const NUMBER *x,
 #if HAS_BOUNDS
                 const NUMBER *s, const NUMBER *multipliers, NUMBER mu,

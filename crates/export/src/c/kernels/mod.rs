@@ -13,17 +13,26 @@ use super::{magnitude, root, scalar};
 use crate::scalar::Scalar;
 use crate::{Export, number};
 
+pub(super) const BETWEEN: &str = include_str!("between.c");
 pub(super) const CLASSICAL: &str = include_str!("classical.c");
 pub(super) const COLUMNS: &str = include_str!("columns.c");
 pub(super) const FILTER_STEP: &str = include_str!("filter_step.c");
 pub(super) const GAUSS_NEWTON: &str = include_str!("gauss_newton.c");
+pub(super) const HORNER: &str = include_str!("horner.c");
+pub(super) const HORNER_NEXT: &str = include_str!("horner_next.c");
 pub(super) const INNOVATION: &str = include_str!("innovation.c");
 pub(super) const INTERIOR_POINT: &str = include_str!("interior_point.c");
 pub(super) const KALMAN: &str = include_str!("kalman.c");
+pub(super) const KKL: &str = include_str!("kkl.c");
+pub(super) const KKL_SLOPE: &str = include_str!("kkl_slope.c");
+pub(super) const KKL_STEP: &str = include_str!("kkl_step.c");
 pub(super) const MOVING_HORIZON: &str = include_str!("moving_horizon.c");
+pub(super) const NEAREST: &str = include_str!("nearest.c");
 pub(super) const NOISE: &str = include_str!("noise.c");
+pub(super) const POLYNOMIAL_TREE: &str = include_str!("polynomial_tree.c");
 pub(super) const RESET: &str = include_str!("reset.c");
 pub(super) const RUNGE_KUTTA: &str = include_str!("runge_kutta.c");
+pub(super) const SPLINE_TABLE: &str = include_str!("spline_table.c");
 pub(super) const START: &str = include_str!("start.c");
 pub(super) const SYMMETRIC: &str = include_str!("symmetric.c");
 pub(super) const TRANSITION: &str = include_str!("transition.c");
@@ -71,7 +80,7 @@ impl Macros {
         let substeps = export.observer.substeps();
         all.option("DISCRETE", substeps.is_none());
         all.option("SEVERAL_STEPS", substeps.is_some_and(|count| count > 1));
-        all.set("SUBSTEPS", substeps.unwrap_or_default().to_string());
+        all.integer("SUBSTEPS", substeps.unwrap_or_default());
         let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
         all.option("GATED", gate.is_some());
         all.number("GATE_SQUARED", gate.map_or(0.0, |(_, gate)| export.scalar.multiply(gate, gate)));
@@ -85,6 +94,10 @@ impl Macros {
     /// A part that is there or not.
     pub(crate) fn option(&mut self, name: &'static str, is_there: bool) {
         self.set(name, if is_there { "1" } else { "0" });
+    }
+
+    pub(crate) fn integer(&mut self, name: &'static str, x: usize) {
+        self.set(name, x.to_string());
     }
 
     /// A number, rounded to the format.

@@ -1,6 +1,6 @@
-/* The moving-horizon estimator: measurement, prediction, and the arrival cost. The window is in arrays of fixed lengths,
- * and every loop has a fixed bound: the Gauss-Newton steps of the study, and where a bound is active as many of the
- * interior-point method as the estimator in Rust takes. */
+/* The moving-horizon estimator: measurement, prediction, and the arrival cost. The window is in arrays of fixed
+ * lengths, and every loop has a fixed bound: the Gauss-Newton steps of the study, and where a bound is active as
+ * many of the interior-point method as the estimator in Rust takes. */
 #include "typical.h"
 #include "innovation.c"
 #if HAS_BOUNDS
@@ -21,8 +21,8 @@ static void stored(const observer_state *state, NUMBER *x)
     }
 }
 
-/* The trajectory that solves the problem of the window, and the covariance of its last state without regard to bounds; 0
- * if there is none in floating point. */
+/* The trajectory that solves the problem of the window, and the covariance of its last state without regard to
+ * bounds; 0 if there is none in floating point. */
 static int solve(const observer_state *state, NUMBER *x, NUMBER *P)
 {
     NUMBER solution[WINDOW * STATES];

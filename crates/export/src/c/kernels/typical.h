@@ -1,5 +1,5 @@
-/* What an export defines before its kernels, for a small plant: with this header each kernel compiles on its own. Options
- * are 0 here; a compiler sets them with -D. */
+/* What an export defines before its kernels, for a small plant: with this header each kernel compiles on its own.
+ * Options are 0 here; a compiler sets them with -D. */
 #ifndef TYPICAL_H
 #define TYPICAL_H
 
@@ -28,7 +28,7 @@
 
 /* Sizes. */
 #define STATES 2
-#define INPUTS 1
+#define INPUTS 2
 #define OUTPUTS 2
 
 /* Whether the plant has inputs, and whether it depends on the time; the period. */
@@ -55,8 +55,8 @@
 #define SIXTH_TAU REAL(0.0104166667)
 #define THIRD REAL(0.333333333)
 
-/* The times in a period that begins at t, at which nothing is added where the plant does not depend on the time: of step
- * number `step`, and in a step that begins at t of its middle and its end. */
+/* The times in a period that begins at t, at which nothing is added where the plant does not depend on the time: of
+ * step number `step`, and in a step that begins at t of its middle and its end. */
 #define T_STEP (t + (TAU * (NUMBER)step))
 #define T_MIDDLE (t + HALF_TAU)
 #define T_END (t + TAU)
@@ -78,8 +78,8 @@
 #define NOISE_WEIGHT REAL(0.102062073)
 #define TWICE_NOISE_WEIGHT REAL(0.204124145)
 
-/* The window of the moving-horizon estimator, its Gauss-Newton steps, time and inputs of a sample where the plant depends
- * on them, its bounds and the constants of the interior-point method. */
+/* The window of the moving-horizon estimator, its Gauss-Newton steps, time and inputs of a sample where the plant
+ * depends on them, its bounds and the constants of the interior-point method. */
 #ifndef SEVERAL_SAMPLES
 #define SEVERAL_SAMPLES 0
 #endif
@@ -99,9 +99,9 @@
 #define HAS_BOUNDS 0
 #endif
 #define BOUND_COUNT 2
-static const NUMBER BOUNDS[1][BOUND_COUNT] = { { REAL(-1.0), REAL(0.5) } };
-static const int BOUNDED[BOUND_COUNT] = { 0, 1 };
-static const NUMBER SIDE[BOUND_COUNT] = { REAL(1.0), REAL(-1.0) };
+extern const NUMBER BOUNDS[1][BOUND_COUNT];
+extern const int BOUNDED[BOUND_COUNT];
+extern const NUMBER SIDE[BOUND_COUNT];
 #define INTERIOR_POINT_STEPS 12
 #define LEAST_MU REAL(1e-4)
 #define LEAST_VARIANCE REAL(1e-8)
@@ -124,14 +124,97 @@ static const NUMBER SIDE[BOUND_COUNT] = { REAL(1.0), REAL(-1.0) };
 #endif
 
 /* The first estimate; the covariances of its error and of the noise, and their factors. */
-static const NUMBER W[STATES][STATES] = { { REAL(0.5), REAL(0.0) }, { REAL(0.0), REAL(0.25) } };
-static const NUMBER V[OUTPUTS][OUTPUTS] = { { REAL(0.5), REAL(0.0) }, { REAL(0.0), REAL(0.25) } };
+extern const NUMBER INITIAL[STATES];
+extern const NUMBER P0[STATES][STATES];
+extern const NUMBER W[STATES][STATES];
+extern const NUMBER V[OUTPUTS][OUTPUTS];
+extern const NUMBER ROOT_P0[STATES][STATES];
+extern const NUMBER ROOT_W[STATES][STATES];
+extern const NUMBER ROOT_V[OUTPUTS][OUTPUTS];
 
-static const NUMBER P0[STATES][STATES] = { { REAL(1.0), REAL(0.0) }, { REAL(0.0), REAL(1.0) } };
-static const NUMBER INITIAL[STATES] = { REAL(0.25), REAL(-0.5) };
-static const NUMBER ROOT_P0[STATES][STATES] = { { REAL(1.0), REAL(0.0) }, { REAL(0.0), REAL(1.0) } };
-static const NUMBER ROOT_W[STATES][STATES] = { { REAL(0.75), REAL(0.0) }, { REAL(0.125), REAL(0.5) } };
-static const NUMBER ROOT_V[OUTPUTS][OUTPUTS] = { { REAL(0.75), REAL(0.0) }, { REAL(0.125), REAL(0.5) } };
+/* The numerical KKL observer: its target states with their coordinates, the box of the estimate, the family of held
+ * inputs, and the filter. */
+#define TARGETS 3
+extern const NUMBER MEAN[TARGETS][1];
+extern const NUMBER WHITEN[TARGETS][TARGETS];
+extern const NUMBER COLOUR[TARGETS][TARGETS];
+extern const NUMBER LOWER[STATES][1];
+extern const NUMBER UPPER[STATES][1];
+extern const NUMBER LEAST_INPUT[INPUTS][1];
+extern const NUMBER MOST_INPUT[INPUTS][1];
+extern const NUMBER FIRST_INPUT[INPUTS][1];
+extern const NUMBER FILTER[TARGETS][TARGETS];
+extern const NUMBER B[TARGETS][OUTPUTS];
+
+/* A tree of polynomials: variables and results, the degree of the polynomials, the numbers of a leaf, and the widths
+ * of a cell from its centre at which a polynomial is held. */
+void inverse(const NUMBER *point, NUMBER *out);
+void forward(const NUMBER *point, NUMBER *out);
+#ifndef HAS_COMPARISONS
+#define HAS_COMPARISONS 0
+#endif
+#define TREE tree
+#define HORNER horner_2
+#define INNER horner_1
+#define VARIABLE 1
+#define VARIABLES 2
+#define RESULTS 2
+#define DEGREE 2
+#define COEFFICIENTS 6
+#define LEAF_LENGTH 20
+#define REACH REAL(1.125)
+extern const int TREE_AXIS[1];
+extern const NUMBER TREE_THRESHOLD[1];
+extern const int TREE_BELOW[1];
+extern const int TREE_ABOVE[1];
+extern const NUMBER TREE_LEAVES[2 * LEAF_LENGTH];
+
+/* The splines of T: on a grid, of which the axes but the last have CORNERS combinations of splines near a point, or
+ * of low rank; or several tables on a grid, one for each combination of the nodes of held inputs. */
+#ifndef HAS_TABLE
+#define HAS_TABLE 0
+#endif
+#ifndef SEVERAL_TABLES
+#define SEVERAL_TABLES 0
+#endif
+#ifndef LOW_RANK
+#define LOW_RANK 0
+#elif SEVERAL_TABLES
+#undef LOW_RANK
+#define LOW_RANK 0
+#endif
+#define CORNERS 4
+#define MOST_RANK 3
+#define TABLES 4
+#define TABLE_SIZE 48
+#define NODE_COUNT 2
+#define SIXTH REAL(0.166666667)
+#define TWO_THIRDS REAL(0.666666667)
+extern const int CELLS[STATES];
+extern const int STRIDE[STATES];
+extern const int RANK[STATES + 1];
+extern const int CORE[STATES];
+extern const NUMBER NODES[INPUTS][NODE_COUNT];
+extern const NUMBER TABLE[TABLES * TABLE_SIZE];
+
+/* The search in the table, with HAS_RESTARTS also from the best points of a coarse grid. */
+#ifndef HAS_SEARCH
+#define HAS_SEARCH 0
+#endif
+#ifndef HAS_RESTARTS
+#define HAS_RESTARTS 0
+#endif
+#define MOST_EVALUATIONS 8
+#define RESTARTS 3
+#define GRID_POINTS 3
+#define GRID_CELLS 9
+#define TOLERANCE REAL(0.125)
+#define EPSILON REAL(1e-7)
+#define RESOLUTION REAL(4e-7)
+#define FIRST_DAMPING REAL(1e-4)
+#define LEAST_DAMPING REAL(1e-6)
+#define LESS_DAMPING REAL(0.1)
+extern const NUMBER SHARE[GRID_POINTS];
 
 typedef struct {
     NUMBER x[STATES];
@@ -145,6 +228,7 @@ typedef struct {
     NUMBER xhat[STATES];
     NUMBER P[STATES][STATES];
     NUMBER S[STATES][STATES];
+    NUMBER z[TARGETS];
     NUMBER prediction[STATES];
     NUMBER prior[STATES];
     NUMBER prior_P[STATES][STATES];
@@ -158,15 +242,10 @@ void motion(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
 #define MOTION motion
 
 /* What the Runge-Kutta method integrates. */
-void slope(NUMBER t, const NUMBER *z, const NUMBER *u, NUMBER *dz);
-#define SLOPE slope
-#define LENGTH STATES
+#define SLOPE motion
+#define LENGTH (TARGETS + STATES)
 
 /* h, and its Jacobian row by row after it. */
 void measurement(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
-
-void observer_init(observer_state *state, const NUMBER *xhat);
-void observer_reset(observer_state *state);
-void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat);
 
 #endif

@@ -1,6 +1,6 @@
 /* The unscented Kalman filter in square-root form. The export defines motion (f), measurement (h), centre (f and its
- * Jacobian, in continuous time), and the factors ROOT_W and ROOT_V of the covariances; the state has xhat and the factor
- * S of its covariance. The weights are those of UnscentedKalmanFilter in Rust. */
+ * Jacobian, in continuous time), and the factors ROOT_W and ROOT_V of the covariances; the state has xhat and the
+ * factor S of its covariance. The weights are those of UnscentedKalmanFilter in Rust. */
 #include "typical.h"
 #if DISCRETE
 #include "columns.c"
@@ -156,8 +156,8 @@ static int joint(const observer_state *state, NUMBER t, const NUMBER *u,
     return is_right;
 }
 
-/* The measurement update. The estimate stays as it is where there is no result: y is not finite, the covariances have no
- * factor in floating point, or a number overflows. */
+/* The measurement update. The estimate stays as it is where there is no result: y is not finite, the covariances
+ * have no factor in floating point, or a number overflows. */
 static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBER *y)
 {
     NUMBER expected[OUTPUTS];
