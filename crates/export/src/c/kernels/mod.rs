@@ -17,6 +17,7 @@ pub(super) const BETWEEN: &str = include_str!("between.c");
 pub(super) const CLASSICAL: &str = include_str!("classical.c");
 pub(super) const COLUMNS: &str = include_str!("columns.c");
 pub(super) const FILTER_STEP: &str = include_str!("filter_step.c");
+pub(super) const FIXED_POINT: &str = include_str!("fixed_point.c");
 pub(super) const GAUSS_NEWTON: &str = include_str!("gauss_newton.c");
 pub(super) const HORNER: &str = include_str!("horner.c");
 pub(super) const HORNER_NEXT: &str = include_str!("horner_next.c");
