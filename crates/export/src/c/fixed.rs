@@ -150,9 +150,7 @@ static const int64_t SMALLEST = {};
     }
     let initial: Vec<String> = export.initial.iter().map(|x| literal(*x)).collect();
     _ = writeln!(text, "static const int32_t INITIAL[{n}] = {{ {} }};", initial.join(", "));
-    let mut macros = Macros::of(design);
-    macros.option("HAS_FEEDTHROUGH", export.observer.gains().d.is_some() && !design.names.inputs.is_empty());
-    macros.write(&mut text, kernels::FIXED_POINT);
+    Macros::of(design).write(&mut text, kernels::FIXED_POINT);
     text
 }
 

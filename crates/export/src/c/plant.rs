@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use luenberger_expression::{Dialect, Language, Routine};
 
-use super::kernels::{self, Macros};
 use super::scalar;
 use crate::c_math;
 use crate::exportable_observer::{Maps, tables};
@@ -70,11 +69,4 @@ pub(super) fn function(
         _ = writeln!(text, "    (void){name};");
     }
     _ = writeln!(text, "{}}}", routine.source(dialect));
-}
-
-/// The Runge-Kutta steps between two samples of what has the function `slope` and `length` entries.
-pub(super) fn runge_kutta(text: &mut String, export: &Export, length: &str) {
-    let mut macros = Macros::of(export);
-    macros.set("LENGTH", length);
-    macros.write(text, kernels::RUNGE_KUTTA);
 }

@@ -9,13 +9,18 @@
 
 use std::collections::BTreeMap;
 
-use super::{magnitude, root, scalar};
+use super::scalar;
 use crate::scalar::Scalar;
 use crate::{Export, number};
 
 pub(super) const BETWEEN: &str = include_str!("between.c");
 pub(super) const CLASSICAL: &str = include_str!("classical.c");
 pub(super) const COLUMNS: &str = include_str!("columns.c");
+pub(super) const CONSTANT_GAIN: &str = include_str!("constant_gain.c");
+pub(super) const CONSTANT_GAIN_STEP: &str = include_str!("constant_gain_step.c");
+pub(super) const CUBIC_FLOW: &str = include_str!("cubic_flow.c");
+pub(super) const DISCRETE_GAIN_STEP: &str = include_str!("discrete_gain_step.c");
+pub(super) const FEEDBACK: &str = include_str!("feedback.c");
 pub(super) const FILTER_STEP: &str = include_str!("filter_step.c");
 pub(super) const FIXED_POINT: &str = include_str!("fixed_point.c");
 pub(super) const GAUSS_NEWTON: &str = include_str!("gauss_newton.c");
@@ -27,17 +32,25 @@ pub(super) const KALMAN: &str = include_str!("kalman.c");
 pub(super) const KKL: &str = include_str!("kkl.c");
 pub(super) const KKL_SLOPE: &str = include_str!("kkl_slope.c");
 pub(super) const KKL_STEP: &str = include_str!("kkl_step.c");
+pub(super) const LINEAR: &str = include_str!("linear.c");
 pub(super) const MOVING_HORIZON: &str = include_str!("moving_horizon.c");
 pub(super) const NEAREST: &str = include_str!("nearest.c");
 pub(super) const NOISE: &str = include_str!("noise.c");
+pub(crate) const OUTPUT_ERROR: &str = include_str!("output_error.c");
 pub(super) const POLYNOMIAL_TREE: &str = include_str!("polynomial_tree.c");
+pub(super) const RECORDED_FLOW: &str = include_str!("recorded_flow.c");
+pub(super) const RECORDED_SLOPE: &str = include_str!("recorded_slope.c");
+pub(super) const RECORDED_START: &str = include_str!("recorded_start.c");
+pub(super) const RECORDED_STEP: &str = include_str!("recorded_step.c");
 pub(super) const RESET: &str = include_str!("reset.c");
 pub(super) const RUNGE_KUTTA: &str = include_str!("runge_kutta.c");
+pub(super) const SEMI_IMPLICIT: &str = include_str!("semi_implicit.c");
 pub(super) const SPLINE_TABLE: &str = include_str!("spline_table.c");
 pub(super) const START: &str = include_str!("start.c");
 pub(super) const SYMMETRIC: &str = include_str!("symmetric.c");
 pub(super) const TRANSITION: &str = include_str!("transition.c");
 pub(super) const UNSCENTED: &str = include_str!("unscented.c");
+pub(super) const VARYING: &str = include_str!("varying.c");
 
 /// What the macros of the kernels stand for in an export.
 pub(crate) struct Macros {
@@ -53,18 +66,20 @@ impl Macros {
         let mut all = Self { values: BTreeMap::new(), scalar: export.scalar, is_part: export.feedback.is_some() };
         let (name, upper) = (&export.identifier, export.identifier.to_uppercase());
         all.set("NUMBER", scalar(export));
-        all.set("ROOT", root(export));
-        all.set("MAGNITUDE", magnitude(export));
-        let largest = match export.scalar {
-            Scalar::Binary32 => "FLT_MAX",
-            Scalar::Binary64 => "DBL_MAX",
+        let [root, magnitude, largest] = match export.scalar {
+            Scalar::Binary32 => ["sqrtf", "fabsf", "FLT_MAX"],
+            Scalar::Binary64 => ["sqrt", "fabs", "DBL_MAX"],
         };
+        all.set("ROOT", root);
+        all.set("MAGNITUDE", magnitude);
         all.set("LARGEST", largest);
         for size in ["STATES", "INPUTS", "OUTPUTS", "WINDOW"] {
             all.set(size, format!("{upper}_{size}"));
         }
         all.set("observer_", format!("{name}_"));
         all.option("HAS_INPUTS", !export.names.inputs.is_empty());
+        all.option("HAS_FEEDTHROUGH", export.observer.feedthrough().is_some() && !export.names.inputs.is_empty());
+        all.option("FILTER_FORM", export.is_filter());
         all.option("TIMED", export.observer.uses_time());
         all.number("PERIOD", export.observer.period());
         all.set("MOTION", "motion");
@@ -111,7 +126,8 @@ impl Macros {
     pub(crate) fn write(&self, text: &mut String, kernel: &str) {
         let head = kernel.rfind("\n#include \"").map_or(0, |at| at + 1);
         let body = kernel[head..].find("\n\n").map_or("", |end| &kernel[head + end + 1..]);
-        let part = body.replace("void observer_step(", "static void observe(");
+        let head = "(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat)";
+        let part = body.replace(&format!("void observer_step{head}"), &format!("static void observe{head}"));
         let body = if self.is_part { &part } else { body };
         // Whether the lines are there, for each condition around them.
         let mut conditions: Vec<bool> = Vec::new();

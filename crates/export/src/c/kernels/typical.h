@@ -31,9 +31,12 @@
 #define INPUTS 2
 #define OUTPUTS 2
 
-/* Whether the plant has inputs, and whether it depends on the time; the period. */
+/* Whether the plant has inputs and a feedthrough, and whether it depends on the time; the period. */
 #ifndef HAS_INPUTS
 #define HAS_INPUTS 0
+#endif
+#ifndef HAS_FEEDTHROUGH
+#define HAS_FEEDTHROUGH 0
 #endif
 #ifndef TIMED
 #define TIMED 0
@@ -60,6 +63,33 @@
 #define T_STEP (t + (TAU * (NUMBER)step))
 #define T_MIDDLE (t + HALF_TAU)
 #define T_END (t + TAU)
+
+/* The matrices of a linear plant, and of a feedback. */
+extern const NUMBER A[STATES][STATES];
+extern const NUMBER B[3][3];
+extern const NUMBER C[OUTPUTS][STATES];
+extern const NUMBER D[OUTPUTS][3];
+extern const NUMBER L[STATES][OUTPUTS];
+extern const NUMBER K[INPUTS][STATES];
+
+/* In filter form the update; the cubic part with its bounds; the prediction over a varying time. */
+#ifndef FILTER_FORM
+#define FILTER_FORM 0
+#endif
+extern const NUMBER UPDATE[STATES][OUTPUTS];
+#ifndef CUBIC
+#define CUBIC 0
+#endif
+extern const NUMBER N[STATES][OUTPUTS];
+extern const NUMBER THETA[OUTPUTS][OUTPUTS];
+extern const NUMBER G[OUTPUTS][OUTPUTS];
+extern const NUMBER GAIN[STATES][OUTPUTS];
+#define CUBIC_RATE REAL(1.5)
+#define LARGE_REACH REAL(1e6)
+#define MOST_PULL REAL(1e18)
+#define PARTS REAL(2.0)
+#define PART_COUNT 2
+#define SERIES_DEGREE 8
 
 /* A gate at so many standard deviations of the innovation, squared. */
 #ifndef GATED
@@ -110,9 +140,6 @@ extern const NUMBER SIDE[BOUND_COUNT];
 #define TENTH REAL(0.1)
 
 /* What the state has besides the estimate. */
-#ifndef FILTER_FORM
-#define FILTER_FORM 0
-#endif
 #ifndef HAS_COVARIANCE
 #define HAS_COVARIANCE 0
 #endif
@@ -144,7 +171,6 @@ extern const NUMBER LEAST_INPUT[INPUTS][1];
 extern const NUMBER MOST_INPUT[INPUTS][1];
 extern const NUMBER FIRST_INPUT[INPUTS][1];
 extern const NUMBER FILTER[TARGETS][TARGETS];
-extern const NUMBER B[TARGETS][OUTPUTS];
 
 /* A tree of polynomials: variables and results, the degree of the polynomials, the numbers of a leaf, and the widths
  * of a cell from its centre at which a polynomial is held. */
@@ -245,7 +271,28 @@ void motion(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
 #define SLOPE motion
 #define LENGTH (TARGETS + STATES)
 
-/* h, and its Jacobian row by row after it. */
+/* h, and its Jacobian row by row after it; MEASURED numbers. */
+#ifndef NONLINEAR
+#define NONLINEAR 0
+#endif
+#define MEASURED (OUTPUTS + (OUTPUTS * STATES))
 void measurement(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
+
+/* A recorded observer of ORDER states: its right-hand side, estimate, jump and start, and the time of the estimate. */
+#define ORDER TARGETS
+#define T_ESTIMATE (t + PERIOD)
+#ifndef HAS_JUMP
+#define HAS_JUMP 0
+#endif
+#ifndef STARTS_WITH_OUTPUT
+#define STARTS_WITH_OUTPUT 0
+#endif
+void rate(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
+void estimate(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
+void jump(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
+void start(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
+
+/* The step around which a feedback is. */
+void observe(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat);
 
 #endif

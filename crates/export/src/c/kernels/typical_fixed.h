@@ -1,5 +1,5 @@
-/* What an export in fixed point defines before its kernel, for a small plant: with this header the kernel compiles on its
- * own. Options are 0 here; a compiler sets them with -D. */
+/* What an export in fixed point defines before its kernel, for a small plant: with this header the kernel compiles
+ * on its own. Options are 0 here; a compiler sets them with -D. */
 #ifndef TYPICAL_FIXED_H
 #define TYPICAL_FIXED_H
 
