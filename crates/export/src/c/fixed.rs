@@ -5,6 +5,7 @@ use std::fmt::Write;
 use luenberger_observers::FixedPointFormats;
 use nalgebra::DMatrix;
 
+use super::kernels::{self, Macros};
 use super::project::cmake;
 use super::{columns, harmless, lengths, wrapped};
 use crate::File;
@@ -123,22 +124,10 @@ fn matrix(text: &mut String, name: &str, m: &DMatrix<i32>) {
     text.push_str("};\n");
 }
 
-/// Adds or subtracts the products of row i.
-fn accumulate(text: &mut String, sign: char, matrix: &str, columns: &str, vector: &str) {
-    _ = writeln!(
-        text,
-        "        for (j = 0; j < {columns}; ++j) {{
-            sum = sum {sign} ((int64_t){matrix}[i][j] * (int64_t){vector}[j]);
-        }}"
-    );
-}
-
 fn source(export: &FixedPointExport<'_>) -> String {
     let design = export.design;
     let id = &design.identifier;
-    let (upper, lengths) = lengths(design);
-    let [n, m, p] = lengths.map(|(what, _)| format!("{upper}_{what}"));
-    let has_inputs = lengths[1].1 > 0;
+    let n = format!("{}_STATES", id.to_uppercase());
     let FixedPointFormats { gains, signals } = export.observer.formats();
     let one = 1_i64 << gains.fraction_bits();
     let mut text = format!("/** @file {id}.c\n * See {id}.h. */\n#include \"{id}.h\"\n\n#include <stddef.h>\n\n");
@@ -147,7 +136,7 @@ fn source(export: &FixedPointExport<'_>) -> String {
         "/* The gains are their numbers times this. */
 static const int64_t ONE = {one};
 static const int64_t HALF = {};
-static const int64_t LARGEST = {};
+static const int64_t GREATEST = {};
 static const int64_t SMALLEST = {};
 ",
         one / 2,
@@ -160,81 +149,8 @@ static const int64_t SMALLEST = {};
         }
     }
     let initial: Vec<String> = export.initial.iter().map(|x| literal(*x)).collect();
-    _ = write!(
-        text,
-        "static const int32_t INITIAL[{n}] = {{ {} }};
-
-/* The integer nearest to sum / ONE, ties upwards, within the range. Shifts of negative integers differ from compiler to
- * compiler, divisions do not. */
-static int32_t rounded(int64_t sum, uint32_t *saturations)
-{{
-    const int64_t above = sum + HALF;
-    int64_t result = above / ONE;
-
-    if ((above % ONE) < 0) {{
-        result = result - 1;
-    }}
-    if ((result > LARGEST) || (result < SMALLEST)) {{
-        result = (result > LARGEST) ? LARGEST : SMALLEST;
-        if (*saturations < UINT32_MAX) {{
-            *saturations = *saturations + 1u;
-        }}
-    }}
-    return (int32_t)result;
-}}
-
-void {id}_init({id}_state *state, const int32_t *xhat)
-{{
-    int i;
-    for (i = 0; i < {n}; ++i) {{
-        state->xhat[i] = xhat[i];
-    }}
-    state->saturations = 0u;
-}}
-
-void {id}_reset({id}_state *state)
-{{
-    {id}_init(state, INITIAL);
-}}
-
-void {id}_step({id}_state *state, const int32_t *u, const int32_t *y, int32_t *xhat)
-{{
-    int32_t innovation[{p}];
-    int32_t next[{n}];
-    int i;
-    int j;
-
-",
-        initial.join(", ")
-    );
-    if !has_inputs {
-        text.push_str("    (void)u;\n");
-    }
-    _ = writeln!(text, "    for (i = 0; i < {p}; ++i) {{\n        int64_t sum = (int64_t)y[i] * ONE;");
-    accumulate(&mut text, '-', "C", &n, "state->xhat");
-    if export.observer.gains().d.is_some() && has_inputs {
-        accumulate(&mut text, '-', "D", &m, "u");
-    }
-    text.push_str("        innovation[i] = rounded(sum, &state->saturations);\n    }\n");
-    _ = writeln!(text, "    for (i = 0; i < {n}; ++i) {{\n        int64_t sum = 0;");
-    accumulate(&mut text, '+', "A", &n, "state->xhat");
-    if has_inputs {
-        accumulate(&mut text, '+', "B", &m, "u");
-    }
-    accumulate(&mut text, '+', "L", &p, "innovation");
-    _ = write!(
-        text,
-        "        next[i] = rounded(sum, &state->saturations);
-    }}
-    for (i = 0; i < {n}; ++i) {{
-        state->xhat[i] = next[i];
-        if (xhat != NULL) {{
-            xhat[i] = next[i];
-        }}
-    }}
-}}
-"
-    );
+    _ = writeln!(text, "static const int32_t INITIAL[{n}] = {{ {} }};", initial.join(", "));
+    Macros::of(design).write(&mut text, kernels::FIXED_POINT);
     text
 }
 

@@ -69,7 +69,7 @@ pub(crate) fn header(export: &Export) -> String {
         _ = writeln!(fields, "    {number} z[{}]; /**< Target states. */", super::kkl::targets(observer));
     }
     if let ExportableObserver::Extension(observer) = &export.observer {
-        _ = writeln!(fields, "    {number} z[{}]; /**< State of the observer. */", super::extension::order(observer));
+        _ = writeln!(fields, "    {number} z[{}]; /**< State of the observer. */", super::recorded::order(observer));
     }
     if timed {
         fields.push_str(

@@ -1,11 +1,16 @@
-//! The step of the numerical KKL observer, and its left inverse by trees of polynomials.
+//! The numerical KKL observer: its left inverse by trees of polynomials, with or without tables and a search, and its
+//! step.
 
 use std::fmt::Write;
 
-use super::plant::{self, Arguments};
-use super::{feedback, is_finite, lengths, product, scalar, table};
-use crate::exportable_observer::Maps;
+use luenberger_observers::numerical_kkl::least_squares::RESTARTS;
+use luenberger_observers::numerical_kkl::{Node, Search};
+use nalgebra::DMatrix;
+
+use super::kernels::{self, Macros};
+use super::scalar;
 use crate::kkl::{Kkl, TableOf, Tree};
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// Target states.
@@ -34,293 +39,163 @@ fn is_emitted(tree: &str, table: Option<&TableOf>) -> bool {
     table.is_none() || tree == "inverse"
 }
 
-/// The trees and the left inverse, which the start needs as well.
-pub(super) fn inverse(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
-    let number = scalar(export);
-    let (upper, _) = lengths(export);
-    let (n, z) = (format!("{upper}_STATES"), targets(kkl).to_string());
-    let zero = number::c(0.0, export.scalar);
-    _ = write!(
-        text,
-        "
-/* The number of [low, high] nearest to x. */
-static {number} between({number} x, {number} low, {number} high)
-{{
-    const {number} raised = (x > low) ? x : low;
-    return (raised < high) ? raised : high;
-}}
-"
-    );
+/// The left inverse, and the start, which needs it as well.
+pub(super) fn start(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
+    let macros = macros(export, kkl);
+    macros.write(text, kernels::BETWEEN);
     let table = kkl.table(export.scalar);
-    for (name, tree) in kkl.trees() {
-        if is_emitted(name, table.as_ref()) {
-            self::tree(text, export, name, &tree);
-        }
+    let trees: Vec<_> = kkl.trees().into_iter().filter(|(name, _)| is_emitted(name, table.as_ref())).collect();
+    horner(text, export, trees.iter().map(|(_, tree)| tree.inputs).max().unwrap_or_default());
+    for (name, tree) in &trees {
+        self::tree(text, export, name, tree);
     }
     if let Some(table) = &table {
-        table::functions(text, export, table);
+        coefficients(text, export, table);
+        macros.write(text, kernels::SPLINE_TABLE);
+        if table.search.is_some() {
+            macros.write(text, kernels::NEAREST);
+        }
     }
-    let (m, held) = (kkl.held_inputs(), kkl.held_inputs() > 0);
-    let searched = table.as_ref().filter(|table| table.search.is_some());
-    _ = write!(
-        text,
-        "
-/* The estimate: the state whose image {}is z, in its box. */
-static void estimate(const {number} *z, {}{number} *xhat)
-{{
-    {number} shifted[{z}];
-    {number} w[{}];
-{}    int i;
-    int j;
-
-    for (i = 0; i < {z}; ++i) {{
-        shifted[i] = z[i] - MEAN[i][0];
-    }}
-",
-        if held { "at the input u " } else { "" },
-        if held { format!("const {number} *u, ") } else { String::new() },
-        targets(kkl) + m,
-        searched.map_or_else(String::new, |table| table::shares(export, table)),
-    );
-    product(
-        text,
-        number,
-        ("WHITEN", &z, &z),
-        "shifted",
-        &format!("w[i] = ({}) ? sum : {zero};", is_finite(export, "sum")),
-    );
-    if held {
-        text.push_str(&into_family(m, "u[i]", &format!("w[{z} + i]")));
-    }
-    _ = write!(
-        text,
-        "    inverse(w, xhat);
-    for (i = 0; i < {n}; ++i) {{
-        xhat[i] = between(xhat[i], LOWER[i][0], UPPER[i][0]);
-    }}
-{}}}
-",
-        searched.map_or_else(String::new, |table| table::call(table, &format!("&w[{z}]")))
-    );
+    macros.write(text, kernels::KKL);
 }
 
-/// The inputs `from` taken into their family, as `to`.
-fn into_family(m: usize, from: &str, to: &str) -> String {
-    format!(
-        "    for (i = 0; i < {m}; ++i) {{\n        {to} = between({from}, LEAST_INPUT[i][0], MOST_INPUT[i][0]);\n    }}\n"
-    )
+pub(super) fn step(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
+    let macros = macros(export, kkl);
+    for kernel in [kernels::KKL_SLOPE, kernels::RUNGE_KUTTA, kernels::KKL_STEP] {
+        macros.write(text, kernel);
+    }
 }
 
-/// A tree of polynomials as a function.
+fn macros(export: &Export, kkl: &Kkl<f64>) -> Macros {
+    let mut all = Macros::of(export);
+    let (states, targets) = (export.observer.dimensions().estimate, targets(kkl));
+    all.integer("TARGETS", targets);
+    all.integer("LENGTH", targets + states);
+    let table = kkl.table(export.scalar);
+    all.option("HAS_TABLE", table.is_some());
+    let Some(table) = table else { return all };
+    all.option("LOW_RANK", !table.ranks.is_empty());
+    all.integer("MOST_RANK", table.ranks.iter().copied().max().unwrap_or(1));
+    all.integer("CORNERS", 4_usize.pow(states as u32 - 1));
+    all.number("SIXTH", 1.0 / 6.0);
+    all.number("TWO_THIRDS", 2.0 / 3.0);
+    all.option("SEVERAL_TABLES", !table.nodes.is_empty());
+    all.integer("TABLES", table.tables());
+    all.integer("TABLE_SIZE", table.coefficients.len() / table.tables());
+    all.integer("NODE_COUNT", table.nodes.first().map_or(0, Vec::len));
+    all.option("HAS_SEARCH", table.search.is_some());
+    let Some(Search { max_evaluations, tolerance, fallback }) = table.search else { return all };
+    all.integer("MOST_EVALUATIONS", max_evaluations);
+    all.option("HAS_RESTARTS", fallback > 0);
+    all.integer("RESTARTS", RESTARTS);
+    all.integer("GRID_POINTS", fallback);
+    all.integer("GRID_CELLS", fallback.pow(states as u32));
+    let epsilon = match export.scalar {
+        Scalar::Binary32 => f64::from(f32::EPSILON),
+        Scalar::Binary64 => f64::EPSILON,
+    };
+    for (name, x) in [
+        ("TOLERANCE", tolerance),
+        ("EPSILON", epsilon),
+        ("RESOLUTION", 4.0 * epsilon),
+        ("FIRST_DAMPING", 1e-4),
+        ("LEAST_DAMPING", 1e-6),
+        ("LESS_DAMPING", 0.1),
+    ] {
+        all.number(name, x);
+    }
+    all
+}
+
+/// A constant array of so many numbers a line.
+fn list(text: &mut String, kind: &str, name: &str, entries: &[String]) {
+    _ = writeln!(text, "static const {kind} {name}[{}] = {{", entries.len());
+    for line in entries.chunks(6) {
+        _ = writeln!(text, "    {},", line.join(", "));
+    }
+    text.push_str("};\n");
+}
+
+/// Polynomials in one variable, in two, and so on.
+fn horner(text: &mut String, export: &Export, variables: usize) {
+    let mut macros = Macros::of(export);
+    macros.write(text, kernels::HORNER);
+    for variable in 1..variables {
+        macros.set("INNER", format!("horner_{variable}"));
+        macros.set("HORNER", format!("horner_{}", variable + 1));
+        macros.integer("VARIABLE", variable);
+        macros.write(text, kernels::HORNER_NEXT);
+    }
+}
+
+/// A tree of polynomials as constants and a function.
 fn tree(text: &mut String, export: &Export, name: &str, tree: &Tree) {
-    let number = scalar(export);
-    let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
-    let list = |text: &mut String, kind: &str, what: &str, entries: Vec<String>| {
-        _ = writeln!(text, "static const {kind} {what}[{}] = {{", entries.len());
-        for line in entries.chunks(6) {
-            _ = writeln!(text, "    {},", line.join(", "));
-        }
-        text.push_str("};\n");
+    let literals = |numbers: &mut dyn Iterator<Item = f64>| -> Vec<String> {
+        numbers.map(|x| number::c(export.scalar.round(x), export.scalar)).collect()
     };
-    let upper = name.to_uppercase();
+    let mut macros = Macros::of(export);
+    macros.set("TREE", name);
+    macros.set("HORNER", format!("horner_{}", tree.inputs));
+    let [axis, threshold, below, above, leaves] =
+        ["AXIS", "THRESHOLD", "BELOW", "ABOVE", "LEAVES"].map(|what| format!("{}_{what}", name.to_uppercase()));
     text.push('\n');
-    let has_nodes = !tree.nodes.is_empty();
-    if has_nodes {
-        let codes = |of: fn(&luenberger_observers::numerical_kkl::Node<f64>) -> i32| -> Vec<String> {
-            tree.nodes.iter().map(|node| of(node).to_string()).collect()
-        };
-        list(text, "int", &format!("{upper}_AXIS"), codes(|node| i32::from(node.axis)));
-        let thresholds = tree.nodes.iter().map(|node| literal(node.threshold)).collect();
-        list(text, number, &format!("{upper}_THRESHOLD"), thresholds);
-        list(text, "int", &format!("{upper}_BELOW"), codes(|node| Tree::code(node.below)));
-        list(text, "int", &format!("{upper}_ABOVE"), codes(|node| Tree::code(node.above)));
+    if !tree.nodes.is_empty() {
+        let codes =
+            |of: fn(&Node<f64>) -> i32| -> Vec<String> { tree.nodes.iter().map(|node| of(node).to_string()).collect() };
+        list(text, "int", &axis, &codes(|node| i32::from(node.axis)));
+        list(text, scalar(export), &threshold, &literals(&mut tree.nodes.iter().map(|node| node.threshold)));
+        list(text, "int", &below, &codes(|node| Tree::code(node.below)));
+        list(text, "int", &above, &codes(|node| Tree::code(node.above)));
     }
-    list(text, number, &format!("{upper}_LEAVES"), tree.leaves.iter().map(|x| literal(*x)).collect());
-    let Tree { inputs, outputs, degree, .. } = tree;
-    let (stride, coefficients) = (tree.stride(), tree.coefficients());
-    let zero = literal(0.0);
-    // Nested Horner: the last variable outside, the degree that is left for the others grows.
-    let mut horner = String::new();
-    for depth in (0..*inputs).rev() {
-        let indent = "    ".repeat(inputs - depth + 1);
-        let bound = if depth + 1 == *inputs { degree.to_string() } else { format!("d{}", depth + 1) };
-        _ = writeln!(
-            horner,
-            "{indent}{number} s{depth} = {zero};\n{indent}int d{depth};\n{indent}for (d{depth} = 0; d{depth} <= {bound}; ++d{depth}) {{"
-        );
+    list(text, scalar(export), &leaves, &literals(&mut tree.leaves.iter().copied()));
+    macros.option("HAS_COMPARISONS", !tree.nodes.is_empty());
+    let names = ["TREE_AXIS", "TREE_THRESHOLD", "TREE_BELOW", "TREE_ABOVE", "TREE_LEAVES"];
+    for (macro_name, name) in names.into_iter().zip([axis, threshold, below, above, leaves]) {
+        macros.set(macro_name, name);
     }
-    let indent = "    ".repeat(inputs + 2);
-    _ = writeln!(horner, "{indent}s0 = (s0 * local[0]) + leaf[k];\n{indent}++k;");
-    for depth in 0..*inputs {
-        let indent = "    ".repeat(inputs - depth + 1);
-        _ = writeln!(horner, "{indent}}}");
-        if depth + 1 < *inputs {
-            _ = writeln!(horner, "{indent}s{} = (s{} * local[{}]) + s{depth};", depth + 1, depth + 1, depth + 1);
-        }
+    for (name, value) in [
+        ("VARIABLES", tree.inputs),
+        ("RESULTS", tree.outputs),
+        ("DEGREE", tree.degree),
+        ("COEFFICIENTS", tree.coefficients()),
+        ("LEAF_LENGTH", tree.stride()),
+    ] {
+        macros.integer(name, value);
     }
-    let walk = if has_nodes {
-        format!(
-            "    int branch = 0;
-    const {number} *leaf;
-    int i;
-    int k = {first};
+    macros.number("REACH", 1.125);
+    macros.write(text, kernels::POLYNOMIAL_TREE);
+}
 
-    while (branch >= 0) {{
-        branch = (point[{upper}_AXIS[branch]] < {upper}_THRESHOLD[branch]) ? {upper}_BELOW[branch] : {upper}_ABOVE[branch];
-    }}
-    leaf = &{upper}_LEAVES[(-1 - branch) * {stride}];
-",
-            first = 2 * (inputs + outputs),
-        )
+/// The coefficients of the splines with their sizes, the starts of a search, and the inputs with a table.
+fn coefficients(text: &mut String, export: &Export, table: &TableOf) {
+    let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
+    let order = if table.ranks.is_empty() { "the last axis fastest" } else { "axis by axis, a matrix for each" };
+    _ = writeln!(text, "\n/* Coefficients of the splines, {order}. */");
+    list(text, scalar(export), "TABLE", &table.coefficients.iter().map(|x| literal(*x)).collect::<Vec<_>>());
+    let row = |text: &mut String, kind: &str, name: &str, entries: Vec<String>| {
+        _ = writeln!(text, "static const {kind} {name}[{}] = {{ {} }};", entries.len(), entries.join(", "));
+    };
+    let axes = |of: &dyn Fn(usize) -> usize| table.points.iter().map(|count| of(*count).to_string()).collect();
+    let n = table.points.len();
+    row(text, "int", "CELLS", axes(&|count| count - 1));
+    if table.ranks.is_empty() {
+        row(text, "int", "STRIDE", axes(&|count| count + 2));
     } else {
-        format!("    const {number} *leaf = {upper}_LEAVES;\n    int i;\n    int k = {};\n\n", 2 * (inputs + outputs))
-    };
-    _ = write!(
-        text,
-        "
-/* Polynomials of total degree {degree}, {coefficients} coefficients each, on the cells of a tree. */
-static void {name}(const {number} *point, {number} *out)
-{{
-    {number} local[{inputs}];
-{walk}    for (i = 0; i < {inputs}; ++i) {{
-        local[i] = between((point[i] - leaf[i]) * leaf[{inputs} + i], {low}, {high});
-    }}
-    for (i = 0; i < {outputs}; ++i) {{
-{horner}        out[i] = between(s{last}, leaf[{least} + i], leaf[{most} + i]);
-    }}
-}}
-",
-        low = literal(-1.125),
-        high = literal(1.125),
-        last = inputs - 1,
-        least = 2 * inputs,
-        most = 2 * inputs + outputs,
-    );
-}
-
-/// The start: z from the first estimate, at the first input.
-pub(super) fn start(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
-    let (name, number) = (&export.identifier, scalar(export));
-    let (upper, _) = lengths(export);
-    let (n, z) = (format!("{upper}_STATES"), targets(kkl).to_string());
-    let (states, m) = (export.observer.dimensions().estimate, kkl.held_inputs());
-    let (forward, variables) = match kkl.table(export.scalar) {
-        Some(table) => {
-            let all = targets(kkl) * states;
-            let inputs = if m > 0 { format!("    {number} u[{m}];\n") } else { String::new() };
-            let variables = format!("{inputs}    {number} jacobian[{all}];\n{}", table::shares(export, &table));
-            (table::start(&table), variables)
-        }
-        None => ("    forward(x, w);\n".to_owned(), String::new()),
-    };
-    let is_tree = kkl.table(export.scalar).is_none();
-    let (length, inputs) = match (m, is_tree) {
-        (0, _) => (n.clone(), String::new()),
-        (m, true) => (format!("{n} + {m}"), into_family(m, "FIRST_INPUT[i][0]", &format!("x[{n} + i]"))),
-        (m, false) => (n.clone(), into_family(m, "FIRST_INPUT[i][0]", "u[i]")),
-    };
-    _ = write!(
-        text,
-        "
-void {name}_init({name}_state *state, const {number} *xhat)
-{{
-    {number} x[{length}];
-    {number} w[{z}];
-{variables}    int i;
-    int j;
-
-    for (i = 0; i < {n}; ++i) {{
-        x[i] = between(xhat[i], LOWER[i][0], UPPER[i][0]);
-    }}
-{inputs}{forward}"
-    );
-    product(text, number, ("COLOUR", &z, &z), "w", "state->z[i] = MEAN[i][0] + sum;");
-    let first = if export.observer.uses_time() { "    state->sample = 0;\n" } else { "" };
-    let input = if m > 0 { "&FIRST_INPUT[0][0], " } else { "" };
-    _ = write!(text, "    estimate(state->z, {input}state->xhat);\n{first}}}\n");
-}
-
-pub(super) fn step(text: &mut String, export: &Export, kkl: &Kkl<f64>, maps: &Maps) {
-    let number = scalar(export);
-    let (upper, _) = lengths(export);
-    let ([n, p], z) = (["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}")), targets(kkl).to_string());
-    let arguments = Arguments { inputs: Some("offset"), ..Arguments::of(maps, true) };
-    // Held inputs stand behind the offset.
-    let (m, size) = (kkl.held_inputs(), export.observer.dimensions().outputs);
-    let (also, held) =
-        if m > 0 { ("; held inputs follow it", format!("&offset[{size}]")) } else { ("", "u".to_owned()) };
-    _ = write!(
-        text,
-        "
-/* The slopes of the target states and of the copy of the plant, v = (z, x); offset + h(x) is the predicted output{also}. */
-static void slope({parameters}const {number} *v, {number} *dv)
-{{
-    {number} w[{p}];
-    int i;
-    int j;
-
-    {measurement}
-    {motion}
-    for (i = 0; i < {p}; ++i) {{
-        w[i] = offset[i] + w[i];
-    }}
-",
-        parameters = arguments.parameters(number),
-        measurement = plant::call_with("measurement", &maps.measurement, ("t", &format!("&v[{z}]"), &held, "w")),
-        motion = plant::call_with("motion", &maps.motion, ("t", &format!("&v[{z}]"), &held, &format!("&dv[{z}]"))),
-    );
-    product(text, number, ("FILTER", &z, &z), "v", "dv[i] = sum;");
-    product(text, number, ("B", &z, &p), "w", "dv[i] = dv[i] + sum;");
-    text.push_str("}\n");
-    let length = (targets(kkl) + export.observer.dimensions().estimate).to_string();
-    plant::runge_kutta(text, export, arguments, &length);
-    _ = write!(
-        text,
-        "
-{head}
-{{
-    {number} offset[{all}];
-    {number} z[{length}];
-{time}    int i;
-    int k;
-
-{unused}    {measurement}
-    for (i = 0; i < {p}; ++i) {{
-        offset[i] = y[i] - offset[i];
-    }}
-{copied}    for (i = 0; i < {z}; ++i) {{
-        z[i] = state->z[i];
-    }}
-    for (i = 0; i < {n}; ++i) {{
-        z[{z} + i] = state->xhat[i];
-    }}
-",
-        head = feedback::head(export),
-        all = if m > 0 { format!("{p} + {m}") } else { p.clone() },
-        unused = if m > 0 { "" } else { "    (void)u;\n" },
-        copied = if m > 0 {
-            format!("    for (i = 0; i < {m}; ++i) {{\n        offset[{p} + i] = u[i];\n    }}\n")
-        } else {
-            String::new()
-        },
-        time = super::time::time(export),
-        measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "offset")),
-    );
-    plant::advance(text, export, arguments, kkl.substeps(), "");
-    _ = write!(
-        text,
-        "    for (i = 0; i < {z}; ++i) {{
-        state->z[i] = z[i];
-    }}
-    estimate(state->z, {}state->xhat);
-    if (xhat != NULL) {{
-        for (i = 0; i < {n}; ++i) {{
-            xhat[i] = state->xhat[i];
-        }}
-    }}
-{}}}
-",
-        if m > 0 { "u, " } else { "" },
-        super::time::tick(export)
-    );
+        text.push_str("/* Rows of the matrices of each axis, and the columns of the last. */\n");
+        row(text, "int", "RANK", table.ranks.iter().chain([&1]).map(usize::to_string).collect());
+        let ends = (0..n).scan(0, |end, axis| {
+            *end += (table.points[axis] + 2) * table.ranks[axis] * table.columns(axis);
+            Some(end.to_string())
+        });
+        row(text, "int", "CORE", [String::from("0")].into_iter().chain(ends).take(n).collect());
+    }
+    if let Some(Search { fallback: count @ 1.., .. }) = table.search {
+        let shares = (0..count).map(|k| literal((k as f64 + 0.5) / count as f64)).collect();
+        row(text, scalar(export), "SHARE", shares);
+    }
+    if let Some(first) = table.nodes.first() {
+        text.push_str("\n/* The values of each input with a table. */\n");
+        let nodes = DMatrix::from_fn(table.nodes.len(), first.len(), |i, j| table.nodes[i][j]);
+        super::matrix(text, export, "NODES", &nodes);
+    }
 }

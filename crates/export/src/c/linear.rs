@@ -1,65 +1,54 @@
-//! The step of an observer of a linear plant, with or without a cubic part.
+//! The steps of observers of a linear plant: with a constant gain, in filter form, with a cubic part, at varying periods.
 
-use std::fmt::Write;
+use luenberger_observers::SampledCubicObserver;
+use luenberger_observers::semi_implicit::reach;
+use luenberger_observers::varying_period::DEGREE;
+use nalgebra::{DMatrix, Dyn};
 
-use super::{feedback, lengths, product, scalar};
+use super::kernels::{self, Macros};
 use crate::Export;
 use crate::exportable_observer::ExportableObserver;
+use crate::scalar::Scalar;
 
 pub(super) fn step(text: &mut String, export: &Export) {
-    let number = scalar(export);
-    let (upper, lengths) = lengths(export);
-    let [n, m, p] = lengths.map(|(what, _)| format!("{upper}_{what}"));
-    let (n, m, p) = (n.as_str(), m.as_str(), p.as_str());
-    let (inputs, fed) = (lengths[1].1 > 0, export.observer.feedthrough().is_some());
-    let cubic = matches!(export.observer, ExportableObserver::Cubic(_));
-    _ = write!(
-        text,
-        "
-{}
-{{
-    {number} innovation[{p}];
-    {number} next[{n}];
-",
-        feedback::head(export)
-    );
-    if cubic {
-        _ = writeln!(text, "    {number} impulse[{p}];\n    {number} moved[{n}];");
-    }
-    text.push_str("    int i;\n    int j;\n\n");
-    if !inputs {
-        text.push_str("    (void)u;\n");
-    }
-    let xhat = if export.is_filter() { "state->prediction" } else { "state->xhat" };
-    product(text, number, ("C", p, n), xhat, "innovation[i] = y[i] - sum;");
-    if fed {
-        product(text, number, ("D", p, m), "u", "innovation[i] = innovation[i] - sum;");
-    }
-    if export.is_filter() {
-        product(text, number, ("UPDATE", n, p), "innovation", "state->xhat[i] = state->prediction[i] + sum;");
-    }
-    let moved = if cubic {
-        text.push_str("    flow(innovation, impulse);\n");
-        product(text, number, ("N", n, p), "impulse", "moved[i] = state->xhat[i] - sum;");
-        "moved"
-    } else {
-        xhat
+    let mut macros = Macros::of(export);
+    let cubic = match &export.observer {
+        ExportableObserver::Cubic(observer) => Some(observer),
+        ExportableObserver::Varying(step) => Some(step.observer().nominal()),
+        _ => None,
     };
-    product(text, number, ("A", n, n), moved, "next[i] = sum;");
-    if inputs {
-        product(text, number, ("B", n, m), "u", "next[i] = next[i] + sum;");
+    macros.option("CUBIC", cubic.is_some());
+    if let Some(cubic) = cubic {
+        flow(text, export, &mut macros, cubic);
     }
-    product(text, number, ("L", n, p), "innovation", "next[i] = next[i] + sum;");
-    _ = write!(
-        text,
-        "    for (i = 0; i < {n}; ++i) {{
-        {xhat}[i] = next[i];
-        if (xhat != NULL) {{
-            xhat[i] = {};
-        }}
-    }}
-}}
-",
-        if export.is_filter() { "state->xhat[i]" } else { "next[i]" }
-    );
+    if export.observer.takes_time() {
+        let parts = export.observer.prediction_substeps(export.scalar);
+        macros.number("PARTS", parts as f64);
+        macros.integer("PART_COUNT", parts);
+        macros.integer("SERIES_DEGREE", DEGREE);
+        macros.write(text, kernels::VARYING);
+    } else {
+        macros.write(text, kernels::LINEAR);
+    }
+}
+
+/// The flow of the cubic part, exact or in a semi-implicit step.
+fn flow(text: &mut String, export: &Export, macros: &mut Macros, cubic: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>) {
+    let (epsilon, largest) = match export.scalar {
+        Scalar::Binary32 => (f64::from(f32::EPSILON), f64::from(f32::MAX.sqrt())),
+        Scalar::Binary64 => (f64::EPSILON, f64::MAX.sqrt()),
+    };
+    let largest = cubic.coupling().map_or(largest, |coupling| reach_of(coupling, export.scalar));
+    macros.number("CUBIC_RATE", cubic.w());
+    macros.number("LARGE_REACH", 1.0 / epsilon);
+    macros.number("MOST_PULL", largest);
+    macros.write(text, if cubic.coupling().is_some() { kernels::SEMI_IMPLICIT } else { kernels::CUBIC_FLOW });
+}
+
+/// The largest s of a semi-implicit step, as it is computed in the format.
+fn reach_of(coupling: &DMatrix<f64>, scalar: Scalar) -> f64 {
+    match scalar {
+        Scalar::Binary32 => f64::from(reach(&coupling.map(|x| x as f32))),
+        Scalar::Binary64 => reach(coupling),
+    }
 }

@@ -7,41 +7,31 @@
 //! |---|---|
 //! | `header` | the header |
 //! | `source` | the source: constants, start, step |
+//! | `kernels` | the loops of the observers, in files of C |
 //! | `linear` | the step of an observer of a linear plant |
-//! | `cubic` | the flow of the cubic part |
-//! | `varying` | the step of an observer at varying periods: prediction and correction |
 //! | `fixed` | all files of a linear observer in fixed point |
-//! | `plant` | the right-hand sides of a nonlinear plant; Runge-Kutta steps |
-//! | `extension` | the step of an observer of expressions |
-//! | `sampled_nonlinear` | the step of the observer of a nonlinear plant with a constant gain |
-//! | `kalman` | the step of the extended Kalman filter |
-//! | `unscented` | the step of the unscented Kalman filter |
+//! | `plant` | the right-hand sides of a nonlinear plant |
+//! | `recorded` | the step of a recorded observer |
+//! | `filter` | the steps of the extended and of the unscented Kalman filter |
 //! | `moving_horizon` | the step of the moving-horizon estimator |
-//! | `feedback` | the feedback around the step |
-//! | `kkl` | the step of the numerical KKL observer |
-//! | `table` | its left inverse by a table of splines and a search |
+//! | `feedback`, `varying` | declarations of the feedback, and of a step at varying periods |
+//! | `kkl` | the step of the numerical KKL observer, and the constants of its left inverse |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
-mod cubic;
-mod extension;
 mod feedback;
+mod filter;
 mod fixed;
 mod header;
-mod kalman;
+pub(crate) mod kernels;
 mod kkl;
 mod linear;
 mod moving_horizon;
 pub(crate) mod plant;
 mod project;
-mod sampled_nonlinear;
+mod recorded;
 pub(crate) mod source;
-mod step;
-mod table;
 mod test;
-pub(crate) mod time;
-mod transition;
-mod unscented;
 mod varying;
 
 pub(crate) use header::header;
@@ -74,31 +64,6 @@ pub(crate) fn scalar(export: &Export) -> &'static str {
         Scalar::Binary32 => "float",
         Scalar::Binary64 => "double",
     }
-}
-
-/// The square root, for numbers of the format.
-fn root(export: &Export) -> &'static str {
-    match export.scalar {
-        Scalar::Binary32 => "sqrtf",
-        Scalar::Binary64 => "sqrt",
-    }
-}
-
-/// The absolute value.
-fn magnitude(export: &Export) -> &'static str {
-    match export.scalar {
-        Scalar::Binary32 => "fabsf",
-        Scalar::Binary64 => "fabs",
-    }
-}
-
-/// Whether `x` is finite.
-fn is_finite(export: &Export, x: &str) -> String {
-    let largest = match export.scalar {
-        Scalar::Binary32 => "FLT_MAX",
-        Scalar::Binary64 => "DBL_MAX",
-    };
-    format!("{}({x}) <= {largest}", magnitude(export))
 }
 
 /// Text that cannot end a comment.
@@ -145,25 +110,4 @@ pub(crate) fn matrix(text: &mut String, export: &Export, name: &str, m: &DMatrix
         _ = writeln!(text, "    {{ {} }},", row.join(", "));
     }
     text.push_str("};\n");
-}
-
-/// `target[i] = sum over j of matrix[i][j] vector[j]`, and then `after`, for the rows of the matrix.
-pub(crate) fn product(
-    text: &mut String,
-    number: &str,
-    (matrix, rows, columns): (&str, &str, &str),
-    vector: &str,
-    after: &str,
-) {
-    _ = write!(
-        text,
-        "    for (i = 0; i < {rows}; ++i) {{
-        {number} sum = {matrix}[i][0] * {vector}[0];
-        for (j = 1; j < {columns}; ++j) {{
-            sum = ({matrix}[i][j] * {vector}[j]) + sum;
-        }}
-        {after}
-    }}
-"
-    );
 }

@@ -2,17 +2,14 @@
 
 use std::fmt::Write;
 
-use super::{
-    cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, moving_horizon, plant, sampled_nonlinear, scalar,
-    unscented, varying,
-};
+use super::kernels::{self, Macros};
+use super::{filter, kkl, linear, matrix, moving_horizon, plant, recorded, scalar};
 use crate::exportable_observer::{ExportableObserver, Maps};
 use crate::{Export, number};
 
 pub(super) fn source(export: &Export) -> String {
     let (name, number) = (&export.identifier, scalar(export));
-    let (upper, _) = lengths(export);
-    let n = format!("{upper}_STATES");
+    let upper = name.to_uppercase();
     let mut text = format!("/** @file {name}.c\n * See {name}.h. */\n#include \"{name}.h\"\n\n#include <float.h>\n");
     let maps = export.observer.maps();
     if maps.is_some() || matches!(export.observer, ExportableObserver::Cubic(_) | ExportableObserver::Varying(_)) {
@@ -43,107 +40,62 @@ pub(super) fn source(export: &Export) -> String {
         }
     }
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, export.scalar)).collect();
-    let start = start(export);
-    _ = writeln!(text, "static const {number} INITIAL[{n}] = {{ {} }};", initial.join(", "));
-    if matches!(export.observer, ExportableObserver::Cubic(_) | ExportableObserver::Varying(_)) {
-        cubic::flow(&mut text, export);
-    }
+    _ = writeln!(text, "static const {number} INITIAL[{upper}_STATES] = {{ {} }};", initial.join(", "));
+    start(&mut text, export, maps.as_ref());
+    let macros = Macros::of(export);
+    macros.write(&mut text, kernels::RESET);
     match (&export.observer, &maps) {
-        (ExportableObserver::Kkl(observer), Some(maps)) => {
-            plant::functions(&mut text, export, maps);
-            kkl::inverse(&mut text, export, observer);
-            kkl::start(&mut text, export, observer);
-        }
-        (ExportableObserver::Extension(observer), Some(maps)) => {
-            let own = observer.observer().routines();
-            plant::functions(&mut text, export, maps);
-            extension::functions(&mut text, export, own);
-            extension::start(&mut text, export, (maps, own));
-        }
-        _ => {
-            _ = write!(
-                text,
-                "
-void {name}_init({name}_state *state, const {number} *xhat)
-{{
-    int i;
-    for (i = 0; i < {n}; ++i) {{
-        state->xhat[i] = xhat[i];
-    }}
-{start}}}
-"
-            );
-        }
-    }
-    _ = write!(
-        text,
-        "
-void {name}_reset({name}_state *state)
-{{
-    {name}_init(state, INITIAL);
-}}
-"
-    );
-    match (&export.observer, &maps) {
-        (ExportableObserver::Kalman(filter), Some(maps)) => {
-            kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
-        }
-        (ExportableObserver::Unscented(filter), Some(maps)) => unscented::step(&mut text, export, maps, filter),
+        (ExportableObserver::Kalman(_), Some(maps)) => filter::extended(&mut text, export, maps),
+        (ExportableObserver::Unscented(filter), Some(maps)) => filter::unscented(&mut text, export, maps, filter),
         (ExportableObserver::MovingHorizon(estimator), Some(maps)) => {
             moving_horizon::step(&mut text, export, maps, estimator);
         }
-        (ExportableObserver::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
-        (ExportableObserver::Extension(observer), Some(maps)) => {
-            extension::step(&mut text, export, observer, (maps, observer.observer().routines()));
+        (ExportableObserver::Kkl(observer), _) => kkl::step(&mut text, export, observer),
+        (ExportableObserver::Extension(observer), _) => {
+            recorded::flow(&mut text, export, observer, observer.observer().routines());
         }
-        (ExportableObserver::Discrete(_), Some(maps)) => sampled_nonlinear::discrete_step(&mut text, export, maps),
-        (ExportableObserver::Step(_), Some(maps)) => super::step::step(&mut text, export, maps),
-        (ExportableObserver::Varying(_), _) => varying::step(&mut text, export),
-        (ExportableObserver::SampledNonlinear(observer), Some(maps)) => {
-            sampled_nonlinear::step(&mut text, export, maps, observer.substeps());
+        (ExportableObserver::Step(_), Some(maps)) => recorded::step(&mut text, export, &maps.motion),
+        (ExportableObserver::Discrete(_), Some(maps)) => {
+            plant::functions(&mut text, export, maps);
+            macros.write(&mut text, kernels::DISCRETE_GAIN_STEP);
         }
+        (ExportableObserver::SampledNonlinear(_), Some(maps)) => constant_gain(&mut text, export, maps),
         _ => linear::step(&mut text, export),
     }
-    feedback::block(&mut text, export);
+    if export.feedback.is_some() {
+        macros.write(&mut text, kernels::FEEDBACK);
+    }
     text
 }
 
-/// The rest of the state at the start.
-fn start(export: &Export) -> String {
-    let (upper, _) = lengths(export);
-    let n = format!("{upper}_STATES");
-    let mut text = String::new();
-    if export.is_filter() {
-        _ = write!(
-            text,
-            "    for (i = 0; i < {n}; ++i) {{
-        state->prediction[i] = xhat[i];
-    }}
-"
-        );
+/// The start from a first estimate, with what it needs.
+fn start(text: &mut String, export: &Export, maps: Option<&Maps>) {
+    match (&export.observer, maps) {
+        (ExportableObserver::Kkl(observer), Some(maps)) => {
+            plant::functions(text, export, maps);
+            kkl::start(text, export, observer);
+        }
+        (ExportableObserver::Extension(observer), Some(maps)) => {
+            recorded::start(text, export, maps, observer.observer().routines());
+        }
+        (observer, _) => {
+            let mut macros = Macros::of(export);
+            let has_window = matches!(observer, ExportableObserver::MovingHorizon(_));
+            macros.option("HAS_COVARIANCE", has_window || matches!(observer, ExportableObserver::Kalman(_)));
+            macros.option("HAS_FACTOR", matches!(observer, ExportableObserver::Unscented(_)));
+            macros.option("HAS_WINDOW", has_window);
+            macros.write(text, kernels::START);
+        }
     }
-    let covariance = match export.observer {
-        ExportableObserver::Kalman(_) => Some(("P", "P0")),
-        ExportableObserver::Unscented(_) => Some(("S", "ROOT_P0")),
-        _ => None,
-    };
-    if let Some((field, first)) = covariance {
-        _ = write!(
-            text,
-            "    for (i = 0; i < {n}; ++i) {{
-        int j;
-        for (j = 0; j < {n}; ++j) {{
-            state->{field}[i][j] = {first}[i][j];
-        }}
-    }}
-"
-        );
+}
+
+/// The step of the copy of a nonlinear plant with a constant gain.
+fn constant_gain(text: &mut String, export: &Export, maps: &Maps) {
+    plant::functions(text, export, maps);
+    let mut macros = Macros::of(export);
+    let size = export.observer.dimensions();
+    macros.integer("LENGTH", size.estimate + size.outputs);
+    for kernel in [kernels::CONSTANT_GAIN, kernels::RUNGE_KUTTA, kernels::CONSTANT_GAIN_STEP] {
+        macros.write(text, kernel);
     }
-    if matches!(export.observer, ExportableObserver::MovingHorizon(_)) {
-        text.push_str(&moving_horizon::start(export));
-    }
-    if export.observer.uses_time() {
-        text.push_str("    state->sample = 0;\n");
-    }
-    text
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::c;
+use crate::c::kernels::{self, Macros};
 use crate::number;
 use crate::scalar::Scalar;
 use crate::{Export, File};
@@ -58,52 +59,22 @@ void {name}_innovation(const {name}_state *state, const {number} *u, const {numb
 }
 
 fn source(export: &Export) -> String {
-    let (name, number, upper) = (&export.identifier, c::scalar(export), export.identifier.to_uppercase());
-    let [n, m, p] = ["STATES", "INPUTS", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     let mut text = "#include \"model.h\"\n\n".to_owned();
-    let head = format!(
-        "
-void {name}_innovation(const {name}_state *state, const {number} *u, const {number} *y, {number} *innovation)
-{{
-"
-    );
-    if let Some(maps) = export.observer.maps() {
+    let mut macros = Macros::of(export);
+    let maps = export.observer.maps();
+    macros.option("NONLINEAR", maps.is_some());
+    if let Some(maps) = &maps {
         text.push_str(
             "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n",
         );
-        c::plant::measurement(&mut text, export, &maps);
-        let time = if maps.measurement.uses_time() { c::time::time(export) } else { String::new() };
-        _ = write!(
-            text,
-            "{head}    {number} all[{}];
-{time}    int i;
-
-    (void)state;
-    (void)u;
-    {}
-    for (i = 0; i < {p}; ++i) {{
-        innovation[i] = y[i] - all[i];
-    }}
-}}
-",
-            maps.measurement.len(),
-            c::plant::call("measurement", &maps.measurement, ("t", "state->xhat", "all")),
-        );
-        return text;
+        c::plant::measurement(&mut text, export, maps);
+        macros.integer("MEASURED", maps.measurement.len());
     }
-    let matrices = export.matrices();
-    let named = |wanted: &str| matrices.iter().find(|(name, values)| *name == wanted && values.ncols() > 0);
-    for (name, values) in [named("C"), named("D")].into_iter().flatten() {
-        c::matrix(&mut text, export, name, values);
+    for (name, values) in export.matrices() {
+        if ["C", "D"].contains(&name) && values.ncols() > 0 {
+            c::matrix(&mut text, export, name, &values);
+        }
     }
-    _ = write!(text, "{head}    int i;\n    int j;\n\n");
-    let xhat = if export.is_filter() { "state->prediction" } else { "state->xhat" };
-    c::product(&mut text, number, ("C", &p, &n), xhat, "innovation[i] = y[i] - sum;");
-    if named("D").is_some() {
-        c::product(&mut text, number, ("D", &p, &m), "u", "innovation[i] = innovation[i] - sum;");
-    } else {
-        text.push_str("    (void)u;\n");
-    }
-    text.push_str("}\n");
+    macros.write(&mut text, kernels::OUTPUT_ERROR);
     text
 }

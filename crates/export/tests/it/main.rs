@@ -6,6 +6,7 @@ mod emitted;
 mod fixed_point;
 mod fmu;
 mod fuzz;
+mod kernels;
 mod kkl;
 mod moving_horizon;
 mod names;

@@ -1,0 +1,59 @@
+//! The steps of the extended and of the unscented Kalman filter.
+
+use luenberger_expression::ExpressionPlant;
+use luenberger_observers::UnscentedKalmanFilter;
+use nalgebra::Dyn;
+
+use super::kernels::{self, Macros};
+use super::plant;
+use crate::Export;
+use crate::exportable_observer::Maps;
+
+pub(super) fn extended(text: &mut String, export: &Export, maps: &Maps) {
+    plant::functions(text, export, maps);
+    let macros = Macros::of(export);
+    transition(text, export, &macros);
+    macros.write(text, kernels::INNOVATION);
+    macros.write(text, kernels::KALMAN);
+    macros.write(text, kernels::FILTER_STEP);
+}
+
+/// The plant over a period.
+pub(super) fn transition(text: &mut String, export: &Export, macros: &Macros) {
+    macros.write(text, kernels::SYMMETRIC);
+    if export.observer.substeps().is_some() {
+        macros.write(text, kernels::CLASSICAL);
+    }
+    macros.write(text, kernels::TRANSITION);
+}
+
+type Unscented = UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>;
+
+pub(super) fn unscented(text: &mut String, export: &Export, maps: &Maps, filter: &Unscented) {
+    plant::functions(text, export, maps);
+    let mut macros = Macros::of(export);
+    let weights = filter.weights();
+    macros.option("NEGATIVE_CENTRE", weights.is_negative);
+    let noise = export.observer.noise_weight(export.scalar);
+    for (name, x) in [
+        ("DISTANCE", weights.distance),
+        ("OUTER_WEIGHT", weights.outer),
+        ("HALF_WEIGHT", weights.half),
+        ("CENTRE_WEIGHT", weights.centre),
+        ("NOISE_WEIGHT", noise),
+        ("TWICE_NOISE_WEIGHT", 2.0 * noise),
+    ] {
+        macros.number(name, x);
+    }
+    macros.set("MOTION", "centre");
+    macros.set("SLOPE", "motion");
+    macros.integer("LENGTH", export.observer.dimensions().estimate);
+    macros.write(text, kernels::COLUMNS);
+    if filter.substeps().is_some() {
+        macros.write(text, kernels::RUNGE_KUTTA);
+        macros.write(text, kernels::CLASSICAL);
+        macros.write(text, kernels::NOISE);
+    }
+    macros.write(text, kernels::UNSCENTED);
+    macros.write(text, kernels::FILTER_STEP);
+}

@@ -1,0 +1,181 @@
+/* The extended Kalman filter: update in Joseph's form, then prediction. The export defines motion (f and its Jacobian),
+ * measurement (h and its Jacobian) and the covariances W and V; the state has xhat and its covariance P. */
+#include "transition.c"
+#include "innovation.c"
+
+/* The measurement update, in Joseph's form. The estimate stays as it is where there is no result: y is not finite, the
+ * covariance of the innovation is not positive definite in floating point, or a number overflows. */
+static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBER *y)
+{
+    NUMBER all[OUTPUTS + (OUTPUTS * STATES)];
+    const NUMBER *const H = &all[OUTPUTS];
+    NUMBER innovation[OUTPUTS];
+    NUMBER hp[OUTPUTS][STATES];
+    NUMBER s[OUTPUTS][OUTPUTS];
+    NUMBER keep[STATES][STATES];
+    NUMBER kp[STATES][STATES];
+    NUMBER next[STATES][STATES];
+    NUMBER kv[STATES][OUTPUTS];
+    NUMBER noise[OUTPUTS][OUTPUTS];
+    int definite = 1;
+    int i;
+    int j;
+    int k;
+
+    measurement(t, state->xhat, u, all);
+    for (i = 0; i < OUTPUTS; ++i) {
+        innovation[i] = y[i] - all[i];
+        for (j = 0; j < OUTPUTS; ++j) {
+            noise[i][j] = V[i][j];
+        }
+    }
+    spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);
+#if GATED
+    /* An output whose innovation is beyond the gate, or NaN, counts as not measured. */
+    for (i = 0; i < OUTPUTS; ++i) {
+        if (!((innovation[i] * innovation[i]) <= (GATE_SQUARED * s[i][i]))) {
+            innovation[i] = REAL(0.0);
+            for (j = 0; j < STATES; ++j) {
+                all[OUTPUTS + (i * STATES) + j] = REAL(0.0);
+            }
+            for (j = 0; j < OUTPUTS; ++j) {
+                noise[i][j] = REAL(0.0);
+                noise[j][i] = REAL(0.0);
+            }
+            noise[i][i] = REAL(1.0);
+        }
+    }
+    spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);
+#endif
+    for (i = 0; i < OUTPUTS; ++i) {
+        for (j = 0; j < OUTPUTS; ++j) {
+            if (!(MAGNITUDE(s[i][j]) <= LARGEST)) {
+                definite = 0;
+            }
+        }
+    }
+    /* s = g g', the factor in place of the lower triangle. */
+    if (definite != 0) {
+        definite = factorise(s);
+    }
+    if (definite != 0) {
+        NUMBER gain[OUTPUTS][STATES]; /* transposed */
+        NUMBER estimate[STATES];
+        for (j = 0; j < STATES; ++j) {
+            for (i = 0; i < OUTPUTS; ++i) {
+                NUMBER entry = hp[i][j];
+                for (k = 0; k < i; ++k) {
+                    entry = entry - (s[i][k] * gain[k][j]);
+                }
+                gain[i][j] = entry / s[i][i];
+            }
+            for (i = OUTPUTS - 1; i >= 0; --i) {
+                NUMBER entry = gain[i][j];
+                for (k = i + 1; k < OUTPUTS; ++k) {
+                    entry = entry - (s[k][i] * gain[k][j]);
+                }
+                gain[i][j] = entry / s[i][i];
+            }
+        }
+        /* I - K H. */
+        for (i = 0; i < STATES; ++i) {
+            for (j = 0; j < STATES; ++j) {
+                NUMBER sum = gain[0][i] * H[j];
+                for (k = 1; k < OUTPUTS; ++k) {
+                    sum = sum + (gain[k][i] * H[(k * STATES) + j]);
+                }
+                keep[i][j] = ((i == j) ? REAL(1.0) : REAL(0.0)) - sum;
+            }
+        }
+        for (i = 0; i < STATES; ++i) {
+            NUMBER sum = gain[0][i] * innovation[0];
+            for (k = 1; k < OUTPUTS; ++k) {
+                sum = sum + (gain[k][i] * innovation[k]);
+            }
+            estimate[i] = state->xhat[i] + sum;
+        }
+        /* (I - K H) P (I - K H)' + K V K'. */
+        for (i = 0; i < STATES; ++i) {
+            for (j = 0; j < STATES; ++j) {
+                NUMBER sum = keep[i][0] * state->P[0][j];
+                for (k = 1; k < STATES; ++k) {
+                    sum = sum + (keep[i][k] * state->P[k][j]);
+                }
+                kp[i][j] = sum;
+            }
+        }
+        for (i = 0; i < STATES; ++i) {
+            for (j = 0; j < STATES; ++j) {
+                NUMBER sum = kp[i][0] * keep[j][0];
+                for (k = 1; k < STATES; ++k) {
+                    sum = sum + (kp[i][k] * keep[j][k]);
+                }
+                next[i][j] = sum;
+            }
+        }
+        for (i = 0; i < STATES; ++i) {
+            for (j = 0; j < OUTPUTS; ++j) {
+                NUMBER sum = gain[0][i] * noise[0][j];
+                for (k = 1; k < OUTPUTS; ++k) {
+                    sum = sum + (gain[k][i] * noise[k][j]);
+                }
+                kv[i][j] = sum;
+            }
+        }
+        for (i = 0; i < STATES; ++i) {
+            for (j = 0; j < STATES; ++j) {
+                NUMBER sum = kv[i][0] * gain[0][j];
+                for (k = 1; k < OUTPUTS; ++k) {
+                    sum = sum + (kv[i][k] * gain[k][j]);
+                }
+                next[i][j] = next[i][j] + sum;
+            }
+        }
+        symmetrise(&next[0][0]);
+        for (i = 0; i < STATES; ++i) {
+            if (!(MAGNITUDE(estimate[i]) <= LARGEST)) {
+                definite = 0;
+            }
+            for (j = 0; j < STATES; ++j) {
+                if (!(MAGNITUDE(next[i][j]) <= LARGEST)) {
+                    definite = 0;
+                }
+            }
+        }
+        for (i = 0; (i < STATES) && (definite != 0); ++i) {
+            state->xhat[i] = estimate[i];
+            for (j = 0; j < STATES; ++j) {
+                state->P[i][j] = next[i][j];
+            }
+        }
+    }
+}
+
+/* The prediction for the next sample; NaN where it has no result in floating point. */
+static void predict(observer_state *state, NUMBER t, const NUMBER *u)
+{
+    NUMBER z[STATES + (2 * STATES * STATES)];
+    NUMBER next[STATES][STATES];
+    int is_right = 1;
+    int i;
+    int j;
+
+    linearise(t, state->xhat, u, z);
+    spread(&state->P[0][0], z, &next[0][0]);
+    for (i = 0; i < STATES; ++i) {
+        if (!(MAGNITUDE(z[i]) <= LARGEST)) {
+            is_right = 0;
+        }
+        for (j = 0; j < STATES; ++j) {
+            if (!(MAGNITUDE(next[i][j]) <= LARGEST)) {
+                is_right = 0;
+            }
+        }
+    }
+    for (i = 0; i < STATES; ++i) {
+        state->xhat[i] = (is_right != 0) ? z[i] : (NUMBER)NAN;
+        for (j = 0; (j < STATES) && (is_right != 0); ++j) {
+            state->P[i][j] = next[i][j];
+        }
+    }
+}
