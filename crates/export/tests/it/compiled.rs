@@ -444,6 +444,41 @@ fn what_is_not_finite_stays() {
     }
 }
 
+/// A name of several lines is one line of the comment at the head, whichever way its lines end.
+#[test]
+fn a_name_cannot_end_a_line_of_a_comment() {
+    for end in ["\n", "\r\n", "\r"] {
+        let mut names = Names::numbered(2, 1, 1);
+        names.states[1] = format!("b{end}#error");
+        names.inputs[0] = format!("u{end}#error");
+        names.outputs[0] = format!("y{end}#error");
+        names.units = vec![format!("m{end}#error"), String::new()];
+        names.time_unit = format!("s{end}#error");
+        let export = Export::new("plant", program(9, (2, 1, 1), true, false), Scalar::Binary32, &[0.0, 0.0], names);
+        let export = export.unwrap().source(&format!("a{end}#error"), "0123");
+        let header = &export.c().unwrap()[0].text;
+        assert_eq!(header.matches("#error").count(), 6, "{header}");
+        let head = header.lines().skip(1).take_while(|line| line.trim() != "*/");
+        for line in head {
+            assert!(line.starts_with(" *") && !line.contains('\r'), "{end:?} in {line:?} of {header}");
+        }
+    }
+}
+
+/// Most inputs and outputs have a magnitude up to 2, which no column leaves that is a hundred times smaller; one in
+/// sixteen steps has one up to 2000, where sums round differently.
+#[test]
+fn some_golden_vectors_of_a_linear_plant_are_large() {
+    for scalar in [Scalar::Binary32, Scalar::Binary64] {
+        let steps = golden::steps(&export(program(13, (3, 2, 2), false, false), scalar), 64).unwrap();
+        let largest = |step: &golden::Step| step.u.iter().chain(&step.y).fold(0.0, |most: f64, x| most.max(x.abs()));
+        let (large, usual): (Vec<_>, Vec<_>) = (0..64).partition(|k| k % 16 == 7);
+        assert!(usual.iter().all(|&k| largest(&steps[k]) <= 2.0));
+        assert!(large.iter().all(|&k| (20.0..=2000.0).contains(&largest(&steps[k]))));
+        assert_eq!(large.len(), 4);
+    }
+}
+
 #[test]
 fn names_cannot_end_a_comment() {
     let mut names = Names::numbered(2, 1, 1);

@@ -184,6 +184,26 @@ fn the_description_has_names_units_and_start_values() {
     }
 }
 
+/// XML 1.0 has no control characters but the three of white space, and in attributes these become spaces.
+#[test]
+fn the_description_has_no_control_characters() {
+    let mut names = Names::numbered(2, 1, 1);
+    names.states[0] = "a\u{1}b".to_owned();
+    names.inputs[0] = "c\nd".to_owned();
+    names.outputs[0] = "e\u{7f}\tf".to_owned();
+    names.units = vec!["m\u{8}".to_owned(), String::new()];
+    let program = program(3, (2, 1, 1), false, false);
+    let export = Export::new("plant", program, Scalar::Binary64, &[0.0, 0.0], names).unwrap();
+    for version in VERSIONS {
+        let text = read(&export.fmu(version).unwrap().archive().unwrap(), "modelDescription.xml");
+        assert!(text.chars().all(|c| c == '\n' || !c.is_control()), "{version:?} {text:?}");
+        for name in ["\"xhat.a b\"", "\"u.c d\"", "\"y.e  f\"", "\"initial.a b\""] {
+            let line = text.lines().find(|line| line.contains(&format!("name={name}")));
+            assert!(line.is_some(), "{name} is not in a line of\n{text}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_an_fmu_is_an_error() {
     let program = program(3, (2, 1, 1), false, false);

@@ -430,6 +430,25 @@ fn units_of_the_state_decades_apart_are_no_singularity() {
     assert!((back(found.p) - &reference.p).norm() <= bound(3) * reference.condition * reference.p.norm());
 }
 
+/// Scalars with exact solutions have no residual: the bound is its rounding EPSILON times `(2 |a| + q/p) / separation`,
+/// which is 2 for `-2 p + 2 = 0`, relative to the exact solution; of Stein's `p/4 - p + 3 = 0` it is
+/// `2 (1/4 + 1)/(1 - 1/4) = 10/3`; of Sylvester's `-2 x + 2 = 0` three times 2, because its separation is an estimate.
+#[test]
+fn bounds_of_scalars_in_closed_form() {
+    let one = |x: f64| DMatrix::from_element(1, 1, x);
+    let (found, known) = (lyapunov(&one(-1.0), &one(2.0)).unwrap(), stein(&one(0.5), &one(3.0)).unwrap());
+    let plain = sylvester(&one(-1.0), &one(-1.0), &one(-2.0)).unwrap();
+    assert_eq!((found.p[(0, 0)], known.p[(0, 0)], plain.x[(0, 0)]), (1.0, 4.0, 1.0));
+    let bounds = [found.forward_error(), known.forward_error(), plain.forward_error()];
+    for (bound, factor) in bounds.into_iter().zip([2.0, 10.0 / 3.0, 6.0]) {
+        assert!(
+            (bound / f64::EPSILON - factor).abs() <= 1e-9 * factor,
+            "{:e}, expected {factor}",
+            bound / f64::EPSILON
+        );
+    }
+}
+
 #[test]
 fn orders_zero_and_one() {
     let empty = DMatrix::zeros(0, 0);

@@ -176,6 +176,16 @@ fn scalar_equations_in_closed_form() {
     assert_eq!(dare(&DMatrix::zeros(2, 2), &identity(2), &q, &identity(2)).unwrap().x, q);
 }
 
+/// `-x^2 + 1 = 0` is solved exactly. What may be left of the defect is its rounding c: `2 EPSILON` of q = 1 and twice
+/// of the product that is subtracted from it, 1. With `H0 = 1/2` the bound `2 c H0` is `6 EPSILON`.
+#[test]
+fn the_bound_of_a_scalar_in_closed_form() {
+    let one = DMatrix::from_element(1, 1, 1.0);
+    let found = care(&DMatrix::zeros(1, 1), &one, &one, &one).unwrap();
+    assert_eq!((found.x[(0, 0)], found.k[(0, 0)], found.residual), (1.0, 1.0, 0.0));
+    assert!((found.forward_error / f64::EPSILON - 6.0).abs() <= 1e-9, "{:e}", found.forward_error / f64::EPSILON);
+}
+
 #[test]
 fn unstable_modes_without_a_weight_are_mirrored() {
     let a = dmatrix![1.0, 1.0, 0.0; 0.0, 1.0, 1.0; 0.0, 0.0, -2.0];

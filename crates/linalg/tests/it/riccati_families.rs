@@ -334,6 +334,20 @@ fn the_condition_bounds_perturbations() {
     }
 }
 
+/// Kenney and Hewer's condition in closed form. Continuous, a = 3, g = b^2/r = 4, q = 4: x = (3 + 5)/4 = 2, F = -5,
+/// H0 = 1/10, H2 = x^2/10 = 2/5, so that `(H0 q + 2 sqrt(H0 H2) a + H2 g)/x = (0.4 + 1.2 + 1.6)/2`. Discrete, a = 2,
+/// g = 1, q = 0: x = 3, F = 1/2, H0 = 4/3, H2 = F^2 x^2 H0 = 3, and `(0 + 2 sqrt(4) 2 + 3)/3`.
+#[test]
+fn the_condition_of_scalars_in_closed_form() {
+    let one = |x: f64| DMatrix::from_element(1, 1, x);
+    let continuous = care(&one(3.0), &one(2.0), &one(4.0), &one(1.0)).unwrap();
+    let discrete = dare(&one(2.0), &one(1.0), &one(0.0), &one(1.0)).unwrap();
+    for (found, x, condition) in [(continuous, 2.0, 1.6), (discrete, 3.0, 11.0 / 3.0)] {
+        assert!((found.x[(0, 0)] - x).abs() <= 1e-14 * x, "{found:?}");
+        assert!((found.condition - condition).abs() <= 1e-13 * condition, "{found:?}, expected {condition}");
+    }
+}
+
 /// Cheap control: inputs so strong that some modes are 1e8 and more times faster than the others, which rounding throws
 /// together with their mirror images about the axis.
 #[test]

@@ -218,6 +218,26 @@ fn near_the_boundary_an_error_is_within_its_bound_or_named() {
     assert!(solve(0.5).as_ref().is_err_and(is_named));
 }
 
+/// Of the same equation: only where the linear term dominates the quadratic one, `4 c ||H0|| tr(H0 |G|) <= 1`, does the
+/// bound 2 c H0 of the error hold, and there is a solution. `H0 = 1/(2 |F|)` with the pole F of the closed loop, `|G| =
+/// 1/gamma^2 - 1`, and c follows from the bound.
+#[test]
+fn a_bound_is_given_only_where_the_linear_term_dominates() {
+    let one = dmatrix![1.0];
+    let mut largest: f64 = 0.0;
+    for k in 190..=260 {
+        let square = 0.5 * (1.0 + 2.0_f64.powf(-0.2 * f64::from(k)));
+        let Ok(found) = care(&-&one, &dmatrix![1.0, 1.0], &one, &dmatrix![1.0, 0.0; 0.0, -square]) else { continue };
+        let h0 = -0.5 / found.poles[0].re;
+        let defect = found.forward_error * found.x[(0, 0)] / (2.0 * h0);
+        let quadratic = 4.0 * defect * h0 * h0 * (1.0 / square - 1.0);
+        assert!(quadratic <= 1.0 + 1e-6, "{k}: {quadratic:e}");
+        largest = largest.max(quadratic);
+    }
+    // The examples come close to the limit.
+    assert!(largest > 0.5, "{largest:e}");
+}
+
 /// `R = diag(1, -1)` and `B = [1 1]` cancel: `2 X + Q = 0` for a = 1, whose closed loop is unstable; the stable
 /// eigenvector of the Hamiltonian matrix is `[0; 1]`.
 #[test]

@@ -3,6 +3,7 @@
 use approx::assert_abs_diff_eq;
 use luenberger_observers::{KalmanFilter, KalmanModel, LinearObserver, ObserverDimensions, SampledObserver};
 use luenberger_plants::{LinearPlant, double_integrator};
+use luenberger_sim::samples::{SampleInterpolation, Samples};
 use luenberger_sim::{Comparison, ErrorMetrics, Errors, Scenario, ScoreGrid, SimError, solve};
 use nalgebra::{Matrix2, Vector1, Vector2, dmatrix};
 
@@ -310,10 +311,42 @@ fn a_common_grid_is_the_least_common_multiple() {
     };
     assert_eq!(period(&[0.3, 0.1, 0.2], 6.0).unwrap().map(|p| (p * 1e9).round()), Some(6e8));
     assert_eq!(period(&[0.01, 0.01], 0.05).unwrap(), Some(0.01));
+    // 0.6 ten times in 6, and not in what is a hundredth shorter.
+    assert_eq!(period(&[0.2, 0.3], 6.0).unwrap().map(|p| (p * 1e9).round()), Some(6e8));
+    assert!(matches!(period(&[0.2, 0.3], 5.94), Err(SimError::NoCommonGrid { .. })));
+    // After 10 s two periods that differ by 0.005 % are half a millisecond apart: they are two.
+    for other in [0.100005, 0.300015] {
+        assert!(matches!(period(&[0.1, other], 100.0), Err(SimError::NoCommonGrid { .. })), "{other}");
+    }
     // Of 21 and 0.97 the least common multiple is 2037: not ten times in 100.
     assert!(matches!(period(&[21.0, 0.97], 100.0), Err(SimError::NoCommonGrid { .. })));
     assert!(matches!(period(&[0.0], 1.0), Err(SimError::NotPositive { .. })));
     assert_eq!(ScoreGrid::Samples { period: 0.01 }.to_string(), "Scores at the samples, every 0.01");
+}
+
+/// The time of the run counts from its start: e = e^-2(t-3) (1, 1) from t = 3 to 6, whose integrals are exact.
+#[test]
+fn a_run_that_starts_later_has_the_same_root_mean_squares() {
+    let plant = double_integrator();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(3.0, 2.0)).unwrap();
+    let run = Scenario::new(&plant)
+        .initial_state(&X0)
+        .observer("linear", &linear, &[0.0, 0.0])
+        .start(3.0)
+        .until(6.0, 2)
+        .run()
+        .unwrap();
+    // sqrt(1/T int e^-4t dt) over [0, 3] and over [1.5, 3].
+    let (all, late) = (((1.0 - (-12f64).exp()) / 12.0).sqrt(), (((-6f64).exp() - (-12f64).exp()) / 4.0 / 1.5).sqrt());
+    let errors = Errors::of(&run, "linear", ScoreGrid::Continuous).unwrap();
+    for state in errors.states().unwrap() {
+        assert_abs_diff_eq!(state.rmse, all, epsilon = 1e-9);
+        assert_abs_diff_eq!(state.steady_rmse, late, epsilon = 1e-9);
+        assert_abs_diff_eq!(state.settling_5.unwrap(), 3.0 + 20f64.ln() / 2.0, epsilon = 1e-8);
+    }
+    let norm = errors.norm(None, 0.05).unwrap();
+    assert_abs_diff_eq!(norm.rmse, 2f64.sqrt() * all, epsilon = 1e-9);
+    assert_abs_diff_eq!(norm.steady_rmse, 2f64.sqrt() * late, epsilon = 1e-9);
 }
 
 /// Estimates of a state that is 0, such that the errors are these.
@@ -372,4 +405,39 @@ fn scores_of_samples() {
     assert_eq!((settling(0.001), settling(2.0)), ((None, None), (Some(0.0), Some(0.0))));
     let constant = Errors::of(&run, "constant", ScoreGrid::Samples { period: 1.0 }).unwrap();
     assert_eq!(constant.state(0).unwrap().overshoot, 0.0);
+}
+
+/// Of nothing no band is a share: an error that starts at 0 and returns to it, or stays there, has no settling time.
+#[test]
+fn an_error_of_samples_that_starts_at_zero_has_no_settling_time() {
+    let still = LinearPlant::new(Vector1::new(0.0), Vector1::new(0.0), Vector1::new(1.0)).unwrap();
+    let run = Scenario::new(still)
+        .sampled_observer("returns", Script([0.0, 1.0, 0.0, 0.0, 0.0]), &[0.0])
+        .sampled_observer("exact", Script([0.0; 5]), &[0.0])
+        .until(4.0, 5)
+        .run()
+        .unwrap();
+    for (name, peak) in [("returns", 1.0), ("exact", 0.0)] {
+        let errors = Errors::of(&run, name, ScoreGrid::Samples { period: 1.0 }).unwrap();
+        let (state, norm) = (errors.state(0).unwrap(), errors.norm(None, 0.05).unwrap());
+        assert_eq!((state.initial, state.peak, norm.initial, norm.peak), (0.0, peak, 0.0, peak), "{name}");
+        assert_eq!((state.settling_5, state.settling_2), (None, None), "{name}");
+        assert_eq!((norm.settling_first, norm.settling_last), (None, None), "{name}");
+    }
+}
+
+/// Before its first sample a table is what it is there, held or interpolated; after its last one likewise.
+#[test]
+fn beyond_its_ends_a_table_holds_its_ends() {
+    for between in [SampleInterpolation::ZeroOrderHold, SampleInterpolation::Linear] {
+        let table = Samples::new(vec![1.0, 2.0, 4.0], dmatrix![5.0; 7.0; 1.0], between).unwrap();
+        let at = |t: f64| {
+            let mut value = [f64::NAN];
+            table.at(t, &mut value);
+            value[0]
+        };
+        assert_eq!((at(-3.0), at(0.5), at(1.0), at(4.0), at(9.0)), (5.0, 5.0, 5.0, 1.0, 1.0), "{between:?}");
+        let middle = if between == SampleInterpolation::Linear { [6.0, 4.0] } else { [5.0, 7.0] };
+        assert_eq!([at(1.5), at(3.0)], middle, "{between:?}");
+    }
 }

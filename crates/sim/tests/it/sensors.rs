@@ -180,6 +180,15 @@ fn counts_of_measurements_on_samples() {
     assert_eq!(slow.on_samples(0.1, 0.1), (0, 0));
 }
 
+/// From the offset on, and not before it, where a period divides the offset, too.
+#[test]
+fn a_sensor_does_not_measure_before_its_offset() {
+    let run =
+        Scenario::new(integrator()).sensor(Sensor::new(0, 0.2).offset(0.5)).start(1.0).until(2.0, 3).run().unwrap();
+    let measured: Vec<i32> = (10..=20).filter(|tenths| run.is_measured(0, f64::from(*tenths) / 10.0)).collect();
+    assert_eq!(measured, [15, 17, 19]);
+}
+
 #[test]
 fn what_does_not_fit_is_an_error() {
     let failed = |sensors: Vec<Sensor>| {

@@ -178,6 +178,122 @@ fn the_order_is_that_of_the_criterion() {
     assert!(verdicts[0] && verdicts.windows(2).all(|pair| pair[0] >= pair[1]), "{verdicts:?}");
 }
 
+/// The scores of the runs of an observer in `runs.csv`: rms and that of the second half.
+fn runs(text: &str, observer: &str) -> (Vec<f64>, Vec<f64>) {
+    let lines = text.lines().filter(|line| line.starts_with(&format!("\"{observer}\",")));
+    let cells = lines.map(|line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        (cells[2].parse::<f64>().unwrap(), cells[5].parse::<f64>().unwrap())
+    });
+    cells.unzip()
+}
+
+/// What is said of runs, computed anew from the table of the runs: 5th and 95th percentile by nearest rank, which of 21
+/// are the second and the last but one, and the root mean squares of both halves. The mean square of a run is the mean
+/// of those of its halves.
+#[test]
+fn what_is_said_of_the_runs_is_in_their_table() {
+    let folder = scratch("advise-runs");
+    let run = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let text = "[plant]\na = [[-1]]\nc = [[1]]\n[simulation]\nx0 = [1]\nduration = 2\n\
+                noise = { distribution = \"gaussian\", amplitude = [0.1], period = 0.1 }\n\
+                [advise]\ninitial = [0.5]\nw = 0.01\nensemble = 21\nregion = { states = [[-2, 2]] }\n";
+    let advice = advice(text, &AdviseOptions { run, ..by("error") });
+    let table = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
+    let rms = |squares: &[f64]| (squares.iter().map(|x| x * x).sum::<f64>() / squares.len() as f64).sqrt();
+    let halves = |name: &str| {
+        let (all, late) = runs(&table, name);
+        ((2.0 * rms(&all).powi(2) - rms(&late).powi(2)).sqrt(), rms(&late))
+    };
+    for one in &advice.ranking {
+        let (mut all, _) = runs(&table, &one.name);
+        all.sort_by(f64::total_cmp);
+        assert_eq!(all.len(), 21, "{}", one.name);
+        assert_eq!(one.medians.rms_range, [Some(all[1]), Some(all[19])], "{}", one.name);
+        assert_eq!(one.medians.rms, Some(all[10]), "{}", one.name);
+    }
+    let best = &advice.ranking[0].name;
+    let (early, late) = halves(best);
+    let mut compared = 0;
+    for (rank, other) in advice.ranking.iter().enumerate().skip(1) {
+        let start = format!("{}. {}: ", rank + 1, other.name);
+        let Some(said) = advice.explanation.iter().find(|sentence| sentence.starts_with(&start)) else { continue };
+        let (before, rest) = said.split_once(&format!(" times that of {best} in the first half of the run, ")).unwrap();
+        let of = |text: &str, at: usize| text.split(' ').nth(at).unwrap().parse::<f64>().unwrap();
+        let found = [before.rsplit(' ').next().unwrap().parse::<f64>().unwrap(), of(rest, 0)];
+        let (first, second) = halves(&other.name);
+        for (found, expected) in found.into_iter().zip([first / early, second / late]) {
+            // Three digits.
+            assert!((found - expected).abs() <= 5.1e-3 * expected, "{found}, expected {expected} in {said}");
+        }
+        compared += 1;
+    }
+    assert!(compared >= 3, "{:?}", advice.explanation);
+}
+
+/// The first two are called as good as each other where their scores differ by less than 5 %, and only there.
+#[test]
+fn a_tie_is_a_difference_below_five_percent() {
+    let mut found = [0, 0, 0];
+    for criteria in ["error", "error=4,cost=1"] {
+        let advice = advice(SCALAR, &by(criteria));
+        let scores: Vec<f64> = advice.ranking.iter().map(|one| one.score.unwrap()).take(2).collect();
+        let said = advice.explanation.iter().any(|sentence| sentence.contains("differ by less than 5 %"));
+        let ratio = scores[1] / scores[0];
+        assert_eq!(said, ratio < 1.05, "{criteria}: {scores:?} {:?}", advice.explanation);
+        found[if ratio < 1.05 {
+            0
+        } else if ratio < 1.5 {
+            1
+        } else {
+            2
+        }] += 1;
+    }
+    assert!(found[0] > 0 && found[1] > 0, "{found:?}");
+}
+
+/// x+ = 0.9 x + w, every half of a unit.
+const SCALAR: &str = "
+[plant]
+a = [[0.9]]
+c = [[1]]
+dt = 0.5
+[simulation]
+x0 = [1]
+duration = 10
+noise = { distribution = \"gaussian\", amplitude = [0.1], period = 0.5 }
+[advise]
+w = 0.2
+ensemble = 1
+";
+
+/// The numbers of a key of an observer in the study that is written.
+fn written(advice: &Advice, observer: &str, key: &str) -> Vec<f64> {
+    let block = advice.study.split("[[observer]]").find(|block| block.contains(&format!("name = \"{observer}\"")));
+    let block = block.unwrap_or_else(|| panic!("{observer} in {}", advice.study));
+    let value = block.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = ")).unwrap();
+    value.trim_matches(['[', ']']).split(", ").map(|x| x.parse().unwrap()).collect()
+}
+
+/// The normalised cubic term of one state adds `gamma y~'theta y~` to L = a - pole. At an output error of one standard
+/// deviation, 0.1, the product with theta is 1, and gamma is an eighth of L.
+#[test]
+fn the_cubic_term_adds_an_eighth_at_one_standard_deviation() {
+    let advice = advice(SCALAR, &by("error"));
+    let number = |key: &str| written(&advice, "sampled-cubic", key)[0];
+    assert!((number("theta") * 0.1 * 0.1 - 1.0).abs() < 1e-3);
+    let share = number("gamma") / (0.9 - number("poles"));
+    // Numbers are written with four digits.
+    assert!((share - 0.125).abs() < 1e-4, "{share}");
+}
+
+/// The covariance of the process noise of a sample is the intensity 0.2 times the period 0.5.
+#[test]
+fn the_process_noise_of_a_sample_is_intensity_times_period() {
+    let advice = advice(SCALAR, &by("error"));
+    assert_eq!(written(&advice, "extended-kalman", "w"), [0.1]);
+}
+
 /// A pendulum whose acceleration differs by at most 2 9.81 + 0.2 24 = 24.42 over its region, under one torque.
 const PENDULUM: &str = r#"
 [plant]

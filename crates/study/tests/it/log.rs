@@ -303,6 +303,64 @@ initial = [0.5, 0]
     );
 }
 
+/// The innovations of a report are those of the second half of the log: of 20 rows, in which three outliers by 50 are
+/// rejected, the two of the second half are counted beside its eight other measurements. The warning counts all.
+#[test]
+fn rejected_measurements_are_those_of_the_second_half() {
+    let mut csv = "t,speed,position\n".to_owned();
+    for k in 0..20 {
+        let outlier = if [3, 12, 15].contains(&k) { 50.0 } else { 0.0 };
+        _ = writeln!(csv, "{k},0.5,{}", 0.5 * f64::from(k) + outlier);
+    }
+    let results = run(&bench("rejected", &csv), &format!("{CART}{FILTER}period = 1\ngate = 5\n"));
+    let log = results.log.as_ref().unwrap();
+    let [output] = &log.rows[0].outputs[..] else { panic!("{:?}", log.rows[0].outputs) };
+    assert_eq!((output.samples, output.rejected, output.samples_in_words().as_str()), (8, 2, "8 (2 rejected)"));
+    assert!(output.peak < 1e-12, "{output:?}");
+    let warned = results.warnings.iter().find(|warning| warning.contains("gate")).unwrap();
+    assert!(warned.contains("rejects 3 of 20 measurements of position"), "{warned}");
+}
+
+/// A constant, measured N times without process noise: after k measurements the variance is p0 v/(v + k p0), and that
+/// of the estimate from the whole log is the last of these at every row.
+#[test]
+fn the_deviations_of_a_smoothed_log_are_root_mean_squares_over_its_rows() {
+    let rows = 30;
+    let csv: String = (0..rows).map(|k| format!("{k},0,{}\n", 0.1 * f64::from(k % 3))).collect();
+    let filter = FILTER.replace("w = [[0.01]]", "w = [[0]]");
+    let text = format!("{CART}{filter}period = 1\nsmooth = true\n");
+    let results = run(&bench("constant", &format!("t,speed,position\n{csv}")), &text);
+    let (p0, v) = (1.0, 0.04);
+    let variance = |k: i32| p0 * v / (v + f64::from(k) * p0);
+    let mean = (1..=rows).map(variance).sum::<f64>() / f64::from(rows);
+    let smoothed = results.log.as_ref().unwrap().rows[0].smoothed.as_ref().unwrap();
+    let [found] = &smoothed.deviations[..] else { panic!("{:?}", smoothed.deviations) };
+    assert!((found.filtered - mean.sqrt()).abs() < 1e-9, "{found:?}, expected {}", mean.sqrt());
+    assert!((found.smoothed - variance(rows).sqrt()).abs() < 1e-9, "{found:?}, expected {}", variance(rows).sqrt());
+}
+
+/// The band of a stationary filter is that of a measurement in every row, P = sqrt(W V) of x' = w: a log in which one
+/// is missing has none.
+#[test]
+fn a_log_with_a_missing_measurement_has_no_stationary_band() {
+    let kalman = "\n[[observer]]\nname = \"stationary\"\nkind = \"kalman\"\nw = 0.09\nv = 0.04\n";
+    let full = (0..20).fold("t,speed,position\n".to_owned(), |csv, k| csv + &format!("{k},0,0.5\n"));
+    let header = |name: &str, csv: &str| {
+        let folder = bench(name, csv);
+        let results = run(&folder, &format!("{CART}{kalman}"));
+        assert_eq!(results.failures(), Vec::<String>::new());
+        let text = std::fs::read_to_string(folder.join("out/trajectories/log-stationary.csv")).unwrap();
+        (folder, text.lines().next().unwrap().to_owned())
+    };
+    let (folder, columns) = header("stationary", &full);
+    assert!(columns.contains("x_2sigma"), "{columns}");
+    for band in column(&folder, "log-stationary.csv", "x_2sigma") {
+        assert!((band.unwrap() - 2.0 * (0.09f64 * 0.04).sqrt().sqrt()).abs() < 1e-9, "{band:?}");
+    }
+    let (_, columns) = header("stationary-missing", &full.replace("\n7,0,0.5\n", "\n7,0,\n"));
+    assert!(columns.contains("x_hat") && !columns.contains("2sigma"), "{columns}");
+}
+
 /// A filter that is too sure of its first estimate rejects every measurement, and the report says so.
 #[test]
 fn a_gate_that_locks_a_filter_out_is_named() {

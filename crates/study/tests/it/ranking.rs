@@ -27,6 +27,15 @@ fn scores_are_geometric_means_of_ratios() {
     assert_eq!((order[0], scores[3]), (1, f64::INFINITY));
 }
 
+/// Observers of one cost: the one of the smaller error first, whatever order they come in.
+#[test]
+fn a_tie_is_broken_by_the_error() {
+    let cost: Criteria = "cost".parse().unwrap();
+    let all = [One(3.0, 50.0, true), One(1.0, 50.0, true), One(2.0, 50.0, true), One(9.0, 40.0, true)];
+    let (scores, order) = rank(&all, &cost);
+    assert_eq!((scores, order), (vec![1.25, 1.25, 1.25, 1.0], vec![3, 1, 2, 0]));
+}
+
 #[test]
 fn criteria_are_read_and_written() {
     for text in ["error", "error=2,cost=1", "proved", "peak=0.5,noise=1,settling=3"] {

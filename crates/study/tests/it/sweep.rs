@@ -101,3 +101,19 @@ fn the_observer_that_is_fed_back_follows_the_plant() {
         assert!((row.states[0].rmse - expected(0.5 + k)).abs() < 1e-8, "{row:?}");
     }
 }
+
+/// A sampled observer in the loop puts the scores of the others on its samples, whether it is compared or not: of
+/// e = 2 exp(-(k + L) t) at t = 0, 0.5, .., 3.
+#[test]
+fn the_samples_of_the_observer_in_the_loop_are_those_of_the_scores() {
+    let fed = DECAY
+        .replace("[input]\nexpressions = [\"1\"]\n", "[input]\nfeedback = { k = [[3]], observer = \"fed\" }\n")
+        + "[[observer]]\nname = \"fed\"\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.5\ninitial = [2]\n";
+    let text = format!("{fed}[sweep]\nparameter = \"plant.k\"\nvalues = [0.5, 1.5]\nobservers = [\"by hand\"]\n");
+    let sweep = run(&text).sweep.unwrap();
+    for (row, k) in sweep.rows.iter().zip([0.5, 1.5]) {
+        let squares: f64 = (0..7).map(|sample| 4.0 * (-(0.5 + k) * f64::from(sample)).exp()).sum();
+        let expected = (squares / 7.0).sqrt();
+        assert!((row.states[0].rmse - expected).abs() < 1e-8, "{row:?}, expected {expected}");
+    }
+}

@@ -176,6 +176,20 @@ fn gaps_saturation_and_dropouts_are_seen() {
     assert_eq!(suspicions(&log(|_, y| y.signum(), even)), []);
 }
 
+/// Four samples at the limit are a saturation and ten in a row within the range a dropout; one sample less is neither.
+#[test]
+fn a_few_equal_samples_are_no_fault() {
+    let even = |k: usize| 0.01 * k as f64;
+    let limit = |count: usize| suspicions(&log(|k, y| if (48..48 + count).contains(&k) { 1.5 } else { y }, even));
+    assert_eq!((limit(2), limit(3)), (vec![], vec![]));
+    let [Suspicion::Saturated { value: 1.5, samples: 4, longest: (0.48, 0.51), .. }] = limit(4)[..] else {
+        panic!("{:?}", limit(4))
+    };
+    let within = |count: usize| suspicions(&log(|k, y| if (100..100 + count).contains(&k) { 0.125 } else { y }, even));
+    assert_eq!(within(9), []);
+    assert!(matches!(within(10)[..], [Suspicion::Frozen { samples: 10, .. }]), "{:?}", within(10));
+}
+
 proptest! {
     /// Any text gives a table or an error.
     #[test]
