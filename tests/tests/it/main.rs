@@ -11,6 +11,7 @@ mod falsify;
 mod generators;
 mod glossary;
 mod golden_trajectories;
+mod kinds_page;
 mod moving_horizon;
 mod numerical_kkl;
 mod pages;

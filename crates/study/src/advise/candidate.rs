@@ -14,8 +14,7 @@ use crate::execute::Scored;
 use crate::kinds::Rule;
 use crate::statistics;
 use crate::study::{ObserverSpec, Study};
-use crate::tuning::Context;
-use crate::tuning::{Information, InformationKind};
+use crate::tuning::{Context, Information, InformationKind};
 
 /// An observer that has a design.
 pub(super) struct Candidate {

@@ -14,26 +14,22 @@ use nalgebra::{DMatrix, Dyn};
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA};
 use super::{Kind, of};
-use crate::designed::SampledDesign;
-use crate::designed::{At, Runnable, Running, StepOf, continuous};
-use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{At, NonlinearStep, Refusal, Runnable, Running, SampledDesign, StepOf, continuous};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::{alternatives, general, theta};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
 use crate::results::{DesignReport, FailureReport};
-use crate::study::ObserverKind;
-use crate::study::{ActingBounds, LinearSpec, Study};
-use crate::study::{PlantClass, Specification, Time};
+use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::error_bound::{acting, bounded};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::noise_gain::NoiseGain;
 use crate::synthesis::operating_point::{at, page_point};
-use crate::synthesis::{Designed, NoDesign, certified, feedback, matrix, number, poles, proved_of};
-use crate::synthesis::{Plan, Sampling};
-use crate::tuning::{CUBIC_SHARE, Context, continuous as in_continuous_time, listed, placed, short, unit_strength};
-use crate::tuning::{Keys, Value};
+use crate::synthesis::{Designed, NoDesign, Plan, Sampling, certified, feedback, matrix, number, poles, proved_of};
+use crate::tuning::{
+    CUBIC_SHARE, Context, Keys, Value, continuous as in_continuous_time, listed, placed, short, unit_strength,
+};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

@@ -16,19 +16,18 @@ use nalgebra::{DMatrix, Dyn};
 
 use super::Kind;
 use super::{extended_state, proportional_integral};
-use crate::designed::SampledDesign;
-use crate::designed::{Runnable, Running, continuous};
+use crate::designed::{Runnable, Running, SampledDesign, continuous};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Noted, Reader, gain};
 use crate::results::{DesignReport, FailureReport};
 use crate::steps::{self};
-use crate::study::ObserverKind;
-use crate::study::{ActingBounds, LinearSpec, PlantClass, Specification, Study};
+use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study};
 use crate::synthesis::error_bound::{acting, bounded};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::{self, measurement};
-use crate::synthesis::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
-use crate::synthesis::{Plan, Sampling};
+use crate::synthesis::{
+    Designed, NoDesign, Plan, Sampling, asymptotic_rate, certified, matrix, number, poles, proved_of,
+};
 
 /// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`.
 pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;

@@ -13,20 +13,14 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
 use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
 use super::{Kind, of};
-use crate::designed::Filter;
-use crate::designed::rows;
-use crate::designed::{NonlinearStep, Refusal};
-use crate::designed::{Running, StepOf, sampled};
+use crate::designed::{Filter, NonlinearStep, Refusal, Running, StepOf, rows, sampled};
 use crate::model::Model;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, Statement};
 use crate::steps::filter_step;
-use crate::study::ObserverKind;
-use crate::study::Study;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::study::{ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, matrix, number, uncertified};
+use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, uncertified};
 use crate::tuning;
 
 /// The kind.

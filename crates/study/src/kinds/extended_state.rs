@@ -6,10 +6,8 @@ use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES
 use super::of;
 use crate::keys::{Range, Type, optional};
 use crate::reader::{Given, Reader};
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Time};
-use crate::tuning::{Context, chain_settling, disturbance as unknown, linear as is_linear, short};
-use crate::tuning::{Keys, Value};
+use crate::study::{ObserverKind, PlantClass, Time};
+use crate::tuning::{Context, Keys, Value, chain_settling, disturbance as unknown, linear as is_linear, short};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

@@ -12,18 +12,14 @@ use nalgebra::{Complex, DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Tuning};
 use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal};
-use crate::designed::{Running, StepOf, continuous};
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous};
+use crate::study::{GainSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Time};
+use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, poles, uncertified};
 
 use crate::keys::{Type, required};
 use crate::reader::{Given, Reader, check, gain};
 use crate::results::{DesignReport, Statement};
-use crate::study::{GainSpec, SamplingSpec};
 use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, matrix, number, poles, uncertified};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

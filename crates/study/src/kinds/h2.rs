@@ -7,8 +7,7 @@ use super::keys::{BOUND_OF_NORM, COUNTED, ENTERING, MAX_GAIN, MEASURED_NOISE, TH
 use super::norm_filter::{self, NormFilterSpec};
 use super::of;
 use crate::reader::{Given, Reader};
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Time};
+use crate::study::{ObserverKind, PlantClass, Time};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

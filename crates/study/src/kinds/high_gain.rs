@@ -14,14 +14,11 @@ use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal};
-use crate::designed::{Running, StepOf, continuous};
+use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous};
 use crate::steps::recorded::{recorded, refused};
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
-use crate::tuning::{Context, chain_settling, compositions, short};
-use crate::tuning::{Keys, Value};
+use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
+use crate::synthesis::{Advice, Designed, NoDesign, Plan, matrix, number, other_kinds, uncertified};
+use crate::tuning::{Context, Keys, Value, chain_settling, compositions, short};
 
 use crate::keys::{Range, Type, optional, required};
 use crate::maps::high_gain::place;
@@ -31,9 +28,7 @@ use crate::reader::maps::list;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
 use crate::results::{DesignReport, FailureReport, Statement};
-use crate::study::{ObserverSpec, Study};
 use crate::synthesis::explain::{self, Misfit, no_chains};
-use crate::synthesis::{Advice, Designed, NoDesign, matrix, number, other_kinds, uncertified};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

@@ -14,27 +14,21 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
 use super::{Kind, of as kind};
-use crate::designed::rows;
-use crate::designed::{IntervalDeployment, SampledDesign};
-use crate::designed::{Running, continuous, sampled};
+use crate::designed::{IntervalDeployment, Running, SampledDesign, continuous, rows, sampled};
 use crate::keys::{Range, Type, optional, required};
 use crate::operation;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check, gain};
 use crate::results::{DesignReport, FailureReport, NamedNumber};
 use crate::steps::{self, SampledPlant, WITH_FEEDTHROUGH, bounds, sampled_design};
-use crate::study::ObserverKind;
-use crate::study::{ActingBounds, LinearSpec, Study};
-use crate::study::{PlantClass, Specification, Time};
+use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::error_bound::acting;
 use crate::synthesis::explain::{self, Misfit};
 use crate::synthesis::linear::{self, measurement, of};
 use crate::synthesis::{
-    Advice, Designed, NoDesign, certified, discrete, lower_bound, matrix, poles, proved_of, upper_bound,
+    Advice, Designed, NoDesign, Plan, Sampling, certified, discrete, lower_bound, matrix, poles, proved_of, upper_bound,
 };
-use crate::synthesis::{Plan, Sampling};
-use crate::tuning::{Context, poles as tuned_poles};
-use crate::tuning::{Keys, Value};
+use crate::tuning::{Context, Keys, Value, poles as tuned_poles};
 
 /// An observer of upper and lower bounds.
 type Enclosing = IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;

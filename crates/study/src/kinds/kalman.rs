@@ -11,19 +11,14 @@ use nalgebra::Dyn;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{Q, RHO, V, W};
 use super::{Kind, of};
-use crate::designed::SampledDesign;
-use crate::designed::{Running, sampled};
+use crate::designed::{Running, SampledDesign, sampled};
 use crate::keys::{Type, optional};
 use crate::reader::{Given, Reader, gain};
 use crate::results::FailureReport;
 use crate::steps::{self};
-use crate::study::ObserverKind;
-use crate::study::{LinearSpec, Study};
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::{Designed, NoDesign, discrete, linear};
-use crate::synthesis::{Plan, Sampling};
-use crate::tuning::{Context, covariance, intensity, linear as is_linear, noisy, process_noise};
-use crate::tuning::{Keys, Value};
+use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
+use crate::synthesis::{Designed, NoDesign, Plan, Sampling, discrete, linear};
+use crate::tuning::{Context, Keys, Value, covariance, intensity, linear as is_linear, noisy, process_noise};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

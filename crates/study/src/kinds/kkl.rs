@@ -14,22 +14,19 @@ use nalgebra::DMatrix;
 use super::declaration::{Declaration, Tuning};
 use super::keys::{B, BOUNDED, LAMBDA, LEFT_INVERSE, PHI};
 use super::{Kind, of};
-use crate::designed::Refusal;
-use crate::designed::{Running, StepOf, continuous};
+use crate::designed::{Refusal, Running, StepOf, continuous};
 use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
 use crate::model::Model;
 use crate::reader::maps::{bounded, kkl_maps};
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
 use crate::steps::recorded::recorded;
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::study::{ObserverKind, PlantClass, Specification, Time};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::kkl_maps::{
     all_facts, bound_numbers, is_exact, is_left_inverse, measured_left_inverse, numbers, undecided_injectivity,
 };
-use crate::synthesis::{Designed, NoDesign, matrix, proved_of};
+use crate::synthesis::{Designed, NoDesign, Plan, matrix, proved_of};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

@@ -15,13 +15,10 @@ use crate::reader::region::region;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
 use crate::results::{DesignReport, Statement};
-use crate::study::ObserverKind;
-use crate::study::Study;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::study::{ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::{Designed, NoDesign, certified, lower_bound, matrix, number};
+use crate::synthesis::{Designed, NoDesign, Plan, certified, lower_bound, matrix, number};
 use crate::tuning::{nonlinear, over_region};
 
 /// The kind.

@@ -17,24 +17,19 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
 use super::lipschitz::by_sectors;
 use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal};
-use crate::designed::{Running, StepOf, continuous, sampled};
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous, rows, sampled};
+use crate::study::{ObserverKind, PlantClass, RateSpec, Specification, Study, Time};
+use crate::synthesis::{Designed, NoDesign, Plan, certified, lower_bound, matrix, number, upper_bound};
 use crate::tuning::{nonlinear, over_region};
 
-use crate::designed::rows;
 use crate::keys::{Range, Type, optional};
 use crate::model::Model;
 use crate::reader::gain::{alternatives, this_gain};
 use crate::reader::region::region;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, Statement};
-use crate::study::{RateSpec, Study};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::{Designed, NoDesign, certified, lower_bound, matrix, number, upper_bound};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

@@ -11,19 +11,14 @@ use nalgebra::{DMatrix, Dyn};
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
 use super::{Kind, of};
-use crate::designed::SampledDesign;
-use crate::designed::{At, Runnable, Running, continuous, sampled};
+use crate::designed::{At, Runnable, Running, SampledDesign, continuous, sampled};
 use crate::reader::{Given, Reader, gain};
 use crate::results::FailureReport;
 use crate::steps::{self};
-use crate::study::ObserverKind;
-use crate::study::{LinearSpec, Study};
-use crate::study::{PlantClass, Specification, Time};
+use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::operating_point::{at, page_point};
-use crate::synthesis::{Designed, NoDesign, discrete, linear};
-use crate::synthesis::{Plan, Sampling};
-use crate::tuning::{self, Context, intensity, noisy, rates};
-use crate::tuning::{Keys, Value};
+use crate::synthesis::{Designed, NoDesign, Plan, Sampling, discrete, linear};
+use crate::tuning::{self, Context, Keys, Value, intensity, noisy, rates};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

@@ -16,8 +16,7 @@ use nalgebra::{DVector, Dyn, convert};
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
 use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal};
-use crate::designed::{Running, StepOf, continuous};
+use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous};
 use crate::keys::{Range, Type, optional};
 use crate::model::Model;
 use crate::reader::region::region;
@@ -27,14 +26,11 @@ use crate::results::{DesignReport, FailureReport, Statement};
 use crate::steps::extension;
 use crate::steps::recorded::{recorded, refused};
 use crate::structure::Structure;
-use crate::study::ObserverKind;
-use crate::study::{ObserverSpec, Study};
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
 use crate::synthesis::explain::{self, Misfit, measured_in_place_of};
 use crate::synthesis::noise_gain::NoiseGain;
 use crate::synthesis::{
-    Designed, NoDesign, certified, lower_bound, matrix, number, other_kinds, uncertified, upper_bound,
+    Designed, NoDesign, Plan, certified, lower_bound, matrix, number, other_kinds, uncertified, upper_bound,
 };
 use crate::tuning::over_region;
 

@@ -14,9 +14,7 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
 use super::keys::{P0, PERIOD, SUBSTEPS, V, W};
 use super::{Kind, of};
-use crate::designed::Filter;
-use crate::designed::{NonlinearStep, Refusal};
-use crate::designed::{Running, StepOf, sampled};
+use crate::designed::{Filter, NonlinearStep, Refusal, Running, StepOf, sampled};
 use crate::keys::{Type, optional};
 use crate::model::Model;
 use crate::reader::region::bounds;
@@ -24,13 +22,10 @@ use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, Statement};
 use crate::steps::filter_step;
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::study::{ObserverKind, PlantClass, Specification, Time};
 use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, matrix, number, uncertified};
-use crate::tuning::{self, Context};
-use crate::tuning::{Keys, Value};
+use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, uncertified};
+use crate::tuning::{self, Context, Keys, Value};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

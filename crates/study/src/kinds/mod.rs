@@ -1,10 +1,9 @@
 //! The kinds of observers that a study can ask for, one module each.
 //!
 //! A module has everything that is of its kind alone: the keys and their reader, the plants it is for, its design in
-//! continuous and in discrete time, its step on a target, its tuning rule and its words. Everything that lists kinds
-//! (schema, help, alternatives, `luenberger advise`, exports, the live page, Python, the tables of the documentation)
-//! derives from the [`registry`]. A new kind is a module and a line of `KINDS`; a kind of another crate is one call of
-//! [`register`].
+//! continuous and in discrete time, its step on a target, its tuning rule and its words. Schema, help, `luenberger new
+//! --list`, `luenberger advise` and its benchmark, exports and the live page derive from the [`registry`]. A new kind is a
+//! module and a line of `KINDS`; a kind of another crate is one call of [`register`].
 //!
 //! | file | subject |
 //! |---|---|
@@ -50,8 +49,7 @@ use std::sync::{PoisonError, RwLock};
 
 use luenberger_design::OperatingPoint;
 
-use crate::designed::Designed;
-use crate::designed::SampledDesign;
+use crate::designed::{Designed, SampledDesign};
 use crate::results::FailureReport;
 use crate::study::{ObserverKind, Specification};
 use crate::synthesis::{NoDesign, explain};

@@ -11,23 +11,20 @@ use luenberger_proof::wording::counted;
 use nalgebra::{DMatrix, Dyn};
 
 use super::{Kind, h_infinity, h2};
-use crate::designed::Runnable;
-use crate::designed::SampledDesign;
+use crate::designed::{Runnable, SampledDesign};
 use crate::reader::gain::{alternatives, this_gain};
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, FailureReport};
 use crate::steps::around;
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Study};
+use crate::study::{ObserverKind, PlantClass, Specification, Study};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::measurement;
 use crate::synthesis::noise_gain::NoiseGain;
 use crate::synthesis::{
-    Designed, NoDesign, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of, upper_bound,
+    Designed, NoDesign, Plan, Sampling, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles,
+    proved_of, upper_bound,
 };
-use crate::synthesis::{Plan, Sampling};
-use crate::tuning::{Context, linear as is_linear, noisy, process_noise, short};
-use crate::tuning::{Keys, Value};
+use crate::tuning::{Context, Keys, Value, linear as is_linear, noisy, process_noise, short};
 
 pub(super) fn read(given: &Given<'_>, norm: SystemNorm, reader: &mut Reader) -> Option<ObserverKind> {
     let (node, size) = (given.node, given.size());

@@ -16,15 +16,13 @@ use crate::keys::{Range, Type, optional, required};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
 use crate::results::{FailureReport, Statement};
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Time};
-use crate::study::{Study, unknowns};
+use crate::study::{ObserverKind, PlantClass, Specification, Study, Time, unknowns};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::linear_report;
-use crate::synthesis::{Designed, NoDesign, matrix, number};
-use crate::synthesis::{Plan, Sampling};
-use crate::tuning::{Context, continuous as in_continuous_time, linear as is_linear, noisy, process_noise, short};
-use crate::tuning::{Keys, Value};
+use crate::synthesis::{Designed, NoDesign, Plan, Sampling, matrix, number};
+use crate::tuning::{
+    Context, Keys, Value, continuous as in_continuous_time, linear as is_linear, noisy, process_noise, short,
+};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

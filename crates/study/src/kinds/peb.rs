@@ -8,15 +8,13 @@
 use std::sync::Arc;
 
 use super::{KklPeb, Pebo};
-use crate::designed::Refusal;
-use crate::designed::{Running, StepOf, continuous};
+use crate::designed::{Refusal, Running, StepOf, continuous};
 use crate::maps::{Estimator, PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
 use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
 use crate::signal::Input;
 use crate::steps::recorded::{recorded, refused};
-use crate::study::ObserverKind;
-use crate::study::{ObserverSpec, Study};
+use crate::study::{ObserverKind, ObserverSpec, Study};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
 use crate::synthesis::{Designed, matrix, number, upper_bound};

@@ -10,10 +10,8 @@ use super::keys::{
 use super::{Kind, of, peb};
 use crate::maps::PebSpec;
 use crate::reader::{Given, Reader, maps};
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
-use crate::synthesis::{Designed, NoDesign};
+use crate::study::{ObserverKind, PlantClass, Specification, Time};
+use crate::synthesis::{Designed, NoDesign, Plan};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

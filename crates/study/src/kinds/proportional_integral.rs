@@ -6,10 +6,8 @@ use super::keys::{DECAY, ERROR_BOUNDS, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE
 use super::of;
 use crate::keys::{Range, Type, optional};
 use crate::reader::{Given, Reader};
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Time};
-use crate::tuning::{Context, disturbance as unknown, poles as tuned_poles};
-use crate::tuning::{Keys, Value};
+use crate::study::{ObserverKind, PlantClass, Time};
+use crate::tuning::{Context, Keys, Value, disturbance as unknown, poles as tuned_poles};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

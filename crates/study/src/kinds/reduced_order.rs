@@ -15,20 +15,15 @@ use nalgebra::{Complex, DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::{Kind, of};
-use crate::designed::Refusal;
-use crate::designed::{Running, StepOf, continuous};
+use crate::designed::{Refusal, Running, StepOf, continuous};
 use crate::keys::{Type, required};
 use crate::reader::{Given, Reader, check, gain};
 use crate::results::DesignReport;
 use crate::steps::recorded::{cast, recorded, refused};
-use crate::study::ObserverKind;
-use crate::study::{GainSpec, Study};
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::study::{GainSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
-use crate::tuning::Keys;
-use crate::tuning::{Context, linear as is_linear, listed, sampled as in_time};
+use crate::synthesis::{Designed, NoDesign, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::tuning::{Context, Keys, linear as is_linear, listed, sampled as in_time};
 
 /// An observer of what the outputs leave open.
 pub type ReducedOrderObserver = KklObserver<LinearKkl<f64, Dyn, Dyn, Dyn, Dyn, LinearInverse<f64, Dyn, Dyn, Dyn>>>;

@@ -15,27 +15,24 @@ use super::cubic::at_point_refusal;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, PERIOD, POLES, Q, RHO, THETA};
 use super::{Kind, of};
-use crate::designed::SampledDesign;
-use crate::designed::{At, Origin, Runnable, Running, StepOf, continuous, sampled};
-use crate::designed::{NonlinearStep, Refusal};
+use crate::designed::{
+    At, NonlinearStep, Origin, Refusal, Runnable, Running, SampledDesign, StepOf, continuous, sampled,
+};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::{alternatives, general, theta};
 use crate::reader::region::bound;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
 use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
-use crate::study::ObserverKind;
-use crate::study::{LinearSpec, SamplingSpec, Study};
-use crate::study::{PlantClass, Specification, Time};
+use crate::study::{LinearSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Study, Time};
 use crate::synthesis::explain::{self, Misfit};
 use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::operating_point::{at, page_point};
 use crate::synthesis::{
-    Advice, Designed, NoDesign, certified, discrete, facts, matrix, number, poles, proved_of, upper_bound,
+    Advice, Designed, NoDesign, Plan, Sampling, certified, discrete, facts, matrix, number, poles, proved_of,
+    upper_bound,
 };
-use crate::synthesis::{Plan, Sampling};
-use crate::tuning::{CUBIC_SHARE, Context, listed, placed, short, unit_strength};
-use crate::tuning::{Keys, Value};
+use crate::tuning::{CUBIC_SHARE, Context, Keys, Value, listed, placed, short, unit_strength};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

@@ -18,14 +18,11 @@ use nalgebra::{DMatrix, DVector, Dyn, convert};
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::PERIOD;
 use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal};
-use crate::designed::{Running, StepOf, sampled};
+use crate::designed::{NonlinearStep, Refusal, Running, StepOf, sampled};
 use crate::steps::recorded::no_program;
-use crate::study::ObserverKind;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
-use crate::tuning::{Context, INSTANTS, MANY, continuous as in_continuous_time, short};
-use crate::tuning::{Keys, Value};
+use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
+use crate::synthesis::{Advice, Designed, NoDesign, Plan, facts, matrix, number, other_kinds, proved_of, upper_bound};
+use crate::tuning::{Context, INSTANTS, Keys, MANY, Value, continuous as in_continuous_time, short};
 
 use crate::keys::{Range, Type, optional, required};
 use crate::model::Model;
@@ -33,9 +30,7 @@ use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
 use crate::structure::Structure;
-use crate::study::{ObserverSpec, Study};
 use crate::synthesis::explain::{self, Misfit};
-use crate::synthesis::{Advice, Designed, NoDesign, facts, matrix, number, other_kinds, proved_of, upper_bound};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {

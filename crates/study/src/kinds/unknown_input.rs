@@ -16,22 +16,16 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{cubic, cubic_of, matrices, unknown};
 use super::keys::{DECAY, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
 use super::{Kind, of as kind};
-use crate::designed::Refusal;
-use crate::designed::rows;
-use crate::designed::{Runnable, Running, StepOf, continuous};
+use crate::designed::{Refusal, Runnable, Running, StepOf, continuous, rows};
 use crate::reader::{Given, Reader, gain};
 use crate::results::DesignReport;
 use crate::results::report::eigenvalue;
 use crate::steps::recorded::{cast, recorded, refused};
-use crate::study::ObserverKind;
-use crate::study::{GainSpec, LinearSpec, Study};
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::Plan;
+use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::{measurement, of};
-use crate::synthesis::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
-use crate::tuning::{Context, disturbance as of_study, linear as is_linear, rates};
-use crate::tuning::{Keys, Value};
+use crate::synthesis::{Designed, NoDesign, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::tuning::{Context, Keys, Value, disturbance as of_study, linear as is_linear, rates};
 
 /// An observer whose error does not depend on a disturbance.
 pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
