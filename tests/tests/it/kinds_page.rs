@@ -31,11 +31,7 @@ fn row(kind: &Declaration) -> String {
     let feedthrough = if plant.time().feedthrough { "yes" } else { "no" };
     let advised = if matches!(tuning, Tuning::Rules(_)) { "yes" } else { "no" };
     let plain = |text: &str| text.replace('|', "\\|");
-    format!(
-        "| `{name}` | {} | {plants} | {time} | {feedthrough} | {advised} | {} |\n",
-        plain(about),
-        plain(source)
-    )
+    format!("| `{name}` | {} | {plants} | {time} | {feedthrough} | {advised} | {} |\n", plain(about), plain(source))
 }
 
 #[test]
