@@ -12,6 +12,7 @@
 //! | `run` | study files, trajectories |
 //! | `blocks` | sweeps that several processes compute |
 //! | `export` | code for the target |
+//! | `kinds` | the kinds of observers |
 //! | `work` | long computations: without the interpreter's lock, with progress, ended by Ctrl-C |
 //! | `array`, `error` | arrays as matrices; errors as exceptions with numbers |
 
@@ -20,6 +21,7 @@ mod blocks;
 mod certificate;
 mod error;
 mod export;
+mod kinds;
 mod linalg;
 mod observer;
 mod run;
@@ -36,6 +38,7 @@ fn _luenberger(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observer::Stepper>()?;
     module.add_class::<run::StudyFile>()?;
     module.add_function(wrap_pyfunction!(certificate::verify, module)?)?;
+    module.add_function(wrap_pyfunction!(kinds::kinds, module)?)?;
     module.add_function(wrap_pyfunction!(run::check, module)?)?;
     module.add_function(wrap_pyfunction!(blocks::status, module)?)?;
     module.add_function(wrap_pyfunction!(blocks::reduce, module)?)?;

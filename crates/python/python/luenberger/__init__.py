@@ -57,6 +57,7 @@ from .errors import (
 from .observability import Mode, Observability, observability
 from .observers import Export, Observer
 from .plants import OperatingPoint, Plant, plant
+from .registry import Kind, kinds, observer
 from .studies import Results, Study
 from .systems import StateSpace, ss
 from .trajectories import Trajectory
@@ -72,6 +73,7 @@ __all__ = [
     "Infeasible",
     "InvalidArgument",
     "InvalidPole",
+    "Kind",
     "LinAlgError",
     "LuenbergerError",
     "Mode",
@@ -115,6 +117,7 @@ __all__ = [
     "ekf",
     "gram",
     "high_gain_observer",
+    "kinds",
     "kkl_observer",
     "lipschitz_observer",
     "lmi_observer",
@@ -123,6 +126,7 @@ __all__ = [
     "lyap",
     "mean_value_observer",
     "observability",
+    "observer",
     "place",
     "place_observer",
     "plant",
