@@ -15,6 +15,11 @@
 //! the exciting input (state feedback, a function of time or a recording) is chosen in `luenberger-sim` or on a test
 //! bench.
 //!
+//! **(42) of b does not suffice**: the estimator sees `psi = F[b]`, `F = alpha/(p + alpha)`. With b = sin t^2 (42)
+//! holds, and the integral of psi^2 over all times is 0.27. The proposition holds with (42) for psi, which follows
+//! from (42) for b where b' is bounded. A run of finite length cannot tell; see
+//! [`NOT_CHECKED`](KklPebReport::NOT_CHECKED).
+//!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 7.
 
 use core::fmt;
@@ -132,7 +137,8 @@ pub struct KklPebReport {
 
 impl KklPebReport {
     /// The hypotheses of Proposition 7 that are not checked here.
-    pub const NOT_CHECKED: [&'static str; 3] = [
+    pub const NOT_CHECKED: [&'static str; 4] = [
+        "that b' is bounded: (42) is measured for b, and the estimator sees F[b], for which it need not hold otherwise",
         "boundedness and (42) after the run, for other inputs and from other states",
         "the Lipschitz constants of f1, f3, f4 and b in x2 and x3 on the set where the run lives",
         "noise in y",

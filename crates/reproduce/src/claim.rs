@@ -5,9 +5,13 @@
 //!
 //! # Adding a claim
 //! Write the row and its function in the file of the example or theorem, and list the row in that file's `claims()`.
-//! The row has the [`Class`] of the claim. A claim of the paper that is refuted must quote the paper's sentence and its
-//! interpretation ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses as evaluated
+//! The row has the [`Class`] of the claim. A claim of the paper that is not reproduced must quote the paper's sentence
+//! and its interpretation ([`Claim::quoting`]), and the refutation of a theorem must show its hypotheses as evaluated
 //! ([`Outcome::given`], [`Counterexample`](crate::evidence::Counterexample)): the run fails otherwise.
+//!
+//! A theorem speaks of all cases, and a check runs some: the row of a theorem that is proved names the proof
+//! ([`Claim::proved_in`]), and every other one counts its instances ([`Outcome::instances`], [`Evidence::cases`]). Its
+//! [`Standing`] follows.
 //! ```
 //! use luenberger_reproduce::{Claim, Class, Context, Evidence, Outcome, CheckError, Printed, Tolerance, Verdict};
 //!
@@ -20,6 +24,7 @@
 //!     tolerance: Tolerance::AsPrinted,
 //!     assumptions: &["xhat(0) = 0", "settling is the last time |e| = 0.05"],
 //!     quote: None,
+//!     proof: None,
 //!     check: settling,
 //! };
 //!
@@ -32,7 +37,7 @@
 //! ```
 
 use crate::context::Context;
-use crate::evidence::{Evidence, Hypothesis, Tolerance, Verdict, judge};
+use crate::evidence::{Evidence, Hypothesis, Standing, Tolerance, Verdict, judge};
 use crate::value::{Printed, Value};
 use serde::Serialize;
 use std::fmt;
@@ -90,6 +95,20 @@ pub struct Quote {
     pub reading: &'static str,
 }
 
+/// Where a theorem is proved: a page of the repository, and the test that states it over random instances of its
+/// hypotheses or decides it rigorously.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct DocProof {
+    /// The page, as `theory-cubic.md` of `docs/`.
+    pub page: &'static str,
+    /// Words of the page at which the proof stands.
+    pub at: &'static str,
+    /// The file of the test, from the root of the repository.
+    pub tests: &'static str,
+    /// The name of the test.
+    pub property: &'static str,
+}
+
 /// One claim of a paper.
 #[derive(Debug, Clone)]
 pub struct Claim {
@@ -109,6 +128,8 @@ pub struct Claim {
     pub assumptions: &'static [&'static str],
     /// The quotation, if the verdict depends on its wording.
     pub quote: Option<Quote>,
+    /// The proof of a theorem, if there is one.
+    pub proof: Option<DocProof>,
     /// Computes the evidence.
     pub check: fn(&Context) -> Result<Outcome, CheckError>,
 }
@@ -124,6 +145,8 @@ pub struct Outcome {
     pub table: Option<NoteTable>,
     /// The hypotheses of the statement, evaluated where it was tested; counterexamples have their own.
     pub hypotheses: Vec<Hypothesis>,
+    /// The number of instances of the statement that were tried.
+    pub instances: usize,
 }
 
 /// A table that belongs to a note: a head, and rows with as many cells.
@@ -136,9 +159,20 @@ pub struct NoteTable {
 }
 
 impl Outcome {
-    /// An outcome without a note.
+    /// An outcome without a note. The instances are the cases of the evidence, one if it does not count any.
     pub fn new(evidence: Evidence) -> Self {
-        Self { evidence, note: String::new(), table: None, hypotheses: Vec::new() }
+        let instances = match evidence {
+            Evidence::Cases { hold, fail, undecided } => hold + fail + undecided,
+            _ => 1,
+        };
+        Self { evidence, note: String::new(), table: None, hypotheses: Vec::new(), instances }
+    }
+
+    /// The same outcome with the number of instances of the statement that were tried.
+    #[must_use]
+    pub fn instances(mut self, count: usize) -> Self {
+        self.instances = count;
+        self
     }
 
     /// The same outcome with a note: full sentences, with the numbers that explain it.
@@ -189,8 +223,20 @@ pub struct Record {
     pub computed: Option<Value>,
     /// The tolerance of each entry, one number where they are all equal, null for truths.
     pub tolerance: Option<Value>,
+    /// The printed value letter by letter, entries by spaces and rows by semicolons; absent for truths.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub as_printed: Option<String>,
     /// The verdict; absent if the check failed.
     pub verdict: Option<Verdict>,
+    /// What is known of a theorem that is reproduced; absent for all else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standing: Option<Standing>,
+    /// The number of instances of a theorem that were tried; absent for all else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instances: Option<usize>,
+    /// The proof of a theorem, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub proof: Option<DocProof>,
     /// Assumptions.
     pub assumptions: Vec<String>,
     /// The quotation and its interpretation.
@@ -211,18 +257,34 @@ pub struct Record {
 }
 
 impl Record {
-    /// What is missing in a refutation of a claim of the paper, if anything.
+    /// What is missing in a claim of the paper that is not reproduced, or in a proof, if anything.
     pub fn owes(&self) -> Option<&'static str> {
-        if self.verdict != Some(Verdict::Refuted) {
-            return None;
-        }
+        let refuted = match self.verdict {
+            None => return None,
+            Some(Verdict::Reproduced) => {
+                return (self.proof.is_some() && self.class != Class::Theorem)
+                    .then_some("it names a proof and is no theorem");
+            }
+            Some(verdict) => verdict == Verdict::Refuted,
+        };
         match (self.class, &self.quote) {
-            (Class::Ours, _) => Some("a claim of ours is refuted"),
-            (_, None) => Some("it is refuted and quotes no sentence of the paper"),
-            (Class::Theorem, _) if self.hypotheses.is_empty() => {
+            (Class::Ours, _) if refuted => Some("a claim of ours is refuted"),
+            (Class::Ours, _) => Some("a claim of ours is not decided"),
+            (_, None) => Some("it is not reproduced and quotes no sentence of the paper"),
+            (Class::Theorem, _) if refuted && self.hypotheses.is_empty() => {
                 Some("it refutes a theorem and evaluates none of its hypotheses")
             }
+            _ if self.proof.is_some() => Some("it names a proof and is not reproduced"),
             _ => None,
+        }
+    }
+
+    /// The verdict in one word, that of a theorem which is reproduced by its standing.
+    pub fn word(&self) -> &'static str {
+        match (self.standing, self.verdict) {
+            (Some(standing), _) => standing.word(),
+            (None, Some(verdict)) => verdict.word(),
+            (None, None) => "failed",
         }
     }
 }
@@ -246,6 +308,7 @@ impl Claim {
             tolerance: Tolerance::AsPrinted,
             assumptions,
             quote: None,
+            proof: None,
             check,
         }
     }
@@ -254,6 +317,19 @@ impl Claim {
     #[must_use]
     pub const fn quoting(mut self, text: &'static str, reading: &'static str) -> Self {
         self.quote = Some(Quote { text, reading });
+        self
+    }
+
+    /// The same theorem with its proof: the page of `docs/` and words at which it stands, and the test of it.
+    #[must_use]
+    pub const fn proved_in(
+        mut self,
+        page: &'static str,
+        at: &'static str,
+        tests: &'static str,
+        property: &'static str,
+    ) -> Self {
+        self.proof = Some(DocProof { page, at, tests, property });
         self
     }
 
@@ -268,7 +344,11 @@ impl Claim {
             printed: None,
             computed: None,
             tolerance: None,
+            as_printed: self.printed.text(),
             verdict: None,
+            standing: None,
+            instances: None,
+            proof: self.proof,
             assumptions: self.assumptions.iter().map(|&a| a.to_owned()).collect(),
             quote: self.quote,
             hypotheses: Vec::new(),
@@ -299,6 +379,10 @@ impl Claim {
                 record.computed = Some(judgement.computed);
                 record.tolerance = judgement.tolerance;
                 record.verdict = Some(judgement.verdict);
+                if self.class == Class::Theorem {
+                    record.standing = Standing::of(judgement.verdict, self.proof.is_some());
+                    record.instances = Some(outcome.instances);
+                }
             }
             Err(error) => {
                 record.printed = self.printed.value().ok();

@@ -9,6 +9,9 @@
 //! | [`Evidence::Counterexamples`] | never (where truth is printed) | one is valid: violated, and every hypothesis holds there | none is |
 //! | [`Evidence::Cases`] | every case holds | one fails | none fails, but some are undecided, or there is none |
 //!
+//! A statement about all cases is not established by the cases of a run: for a theorem "reproduced" is either proved or
+//! consistent with the instances tried, its [`Standing`].
+//!
 //! A statement is void where its hypotheses do not hold: evidence is underspecified if a hypothesis named with it fails
 //! or is undecided.
 
@@ -43,6 +46,31 @@ impl Verdict {
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.word())
+    }
+}
+
+/// What is known of a statement about all cases whose check agrees with it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Standing {
+    /// There is a proof, and a test of its statement.
+    Proved,
+    /// None of the instances that were tried contradicts it.
+    Consistent,
+}
+
+impl Standing {
+    /// That of a theorem with this verdict; none unless it is reproduced.
+    pub fn of(verdict: Verdict, has_proof: bool) -> Option<Self> {
+        (verdict == Verdict::Reproduced).then_some(if has_proof { Self::Proved } else { Self::Consistent })
+    }
+
+    /// One word for tables, as in the JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Proved => "proved",
+            Self::Consistent => "consistent",
+        }
     }
 }
 

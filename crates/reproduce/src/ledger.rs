@@ -4,7 +4,7 @@ use crate::claim::{CheckError, Class, Record};
 use crate::context::Context;
 use crate::evidence::Verdict;
 use crate::figure::{Figure, static_figure};
-use crate::paper::{Dataset, Drawing, Paper, Plate};
+use crate::paper::{Dataset, Drawing, Finding, Kind, Paper, Plate};
 use crate::progress::Progress;
 use crate::report;
 use crate::summary::{Drawn, Live};
@@ -69,7 +69,7 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
             if let Some(error) = record.error.clone().or_else(|| record.owes().map(str::to_owned)) {
                 summary.failures.push(Failure { id: record.id.clone(), error });
             }
-            progress.end(claim.id, crate::terminal::word(&record));
+            progress.end(claim.id, record.word());
             summary.records.push(record);
         }
         for drawing in &paper.figures {
@@ -101,7 +101,7 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
             }
         }
         for finding in &paper.findings {
-            if let Some(error) = unsupported(finding.claims, &summary.records) {
+            if let Some(error) = unsupported(finding, &summary.records) {
                 summary.failures.push(Failure { id: finding.title.to_owned(), error });
             }
         }
@@ -138,21 +138,44 @@ fn write_numbers(id: &str, data: &Table, context: &Context) -> Result<(), CheckE
 }
 
 /// Why the claims named by a finding do not support it, if they do not.
-fn unsupported(claims: &[&str], records: &[Record]) -> Option<String> {
-    let mut supported = false;
-    for id in claims {
+fn unsupported(finding: &Finding, records: &[Record]) -> Option<String> {
+    let mut rest = Vec::new();
+    for id in finding.claims {
         match records.iter().find(|record| record.id == *id) {
             None => return Some(format!("the finding rests on {id:?}, which is no claim")),
-            Some(record) => {
-                supported |= match record.verdict {
-                    Some(Verdict::Refuted | Verdict::Underspecified) => true,
-                    Some(Verdict::Reproduced) => record.class == Class::Ours,
-                    None => false,
-                };
-            }
+            Some(record) => rest.push(record),
         }
     }
-    (!supported).then(|| "no claim that the finding rests on is refuted, underspecified or ours".to_owned())
+    let own = |record: &Record| Class::OWN.contains(&record.class);
+    let (reproduced, refuted) = (Some(Verdict::Reproduced), Some(Verdict::Refuted));
+    let decided = |record: &&Record| record.verdict.is_some();
+    let (supported, wanted) = match finding.kind {
+        Kind::Holds => (
+            rest.iter().all(|record| record.verdict == reproduced) && rest.iter().any(|record| own(record)),
+            "every claim to be reproduced, and one to be the paper's",
+        ),
+        Kind::Slip => (
+            rest.iter().all(|record| match record.class {
+                Class::Misprint => record.verdict != reproduced,
+                class => class == Class::Reading,
+            }),
+            "misprints that are not reproduced, and readings",
+        ),
+        Kind::Wrong => {
+            (rest.iter().any(|record| own(record) && record.verdict == refuted), "a claim of the paper that is refuted")
+        }
+        Kind::Open => (
+            rest.iter().any(|record| record.verdict == Some(Verdict::Underspecified))
+                && !rest.iter().any(|record| own(record) && record.verdict == refuted),
+            "a claim that is underspecified, and none of the paper that is refuted",
+        ),
+        Kind::Beyond => (
+            rest.iter().all(|record| record.class == Class::Ours && record.verdict == reproduced),
+            "claims of ours that are reproduced",
+        ),
+    };
+    let supported = supported && !rest.is_empty() && rest.iter().all(decided);
+    (!supported).then(|| format!("the finding needs {wanted}"))
 }
 
 fn unique<'a>(ids: impl Iterator<Item = &'a str>) -> Result<(), ReproduceError> {

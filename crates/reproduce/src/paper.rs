@@ -47,7 +47,7 @@ pub struct Paper {
     pub datasets: Vec<Dataset>,
     /// Experiments that the page of the report runs itself.
     pub live: Vec<LiveExample>,
-    /// Errata: statements that are false as printed.
+    /// What it comes to: what holds, what is a slip of the pen, what is wrong.
     pub findings: Vec<Finding>,
 }
 
@@ -91,14 +91,48 @@ pub struct Plate {
     pub data: Table,
 }
 
-/// Something that does not hold as printed. Its evidence is the claims it names: the report shows their numbers, and a
-/// finding none of whose claims is refuted, underspecified or ours is an error of the run.
+/// What a paper comes to in one point. Its evidence is the claims it names: the report shows their numbers, and a
+/// finding that they do not support is an error of the run.
 #[derive(Debug, Clone, Copy)]
 pub struct Finding {
-    /// A headline.
+    /// What it says of the paper.
+    pub kind: Kind,
+    /// A headline; of a slip of the pen, with its correction.
     pub title: &'static str,
     /// What is printed, where, and what holds instead.
     pub statement: &'static str,
     /// Ids of the claims that show it.
     pub claims: &'static [&'static str],
+}
+
+/// What a finding says of the paper, and what its claims have to be for that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// It holds: every claim is reproduced, one at least the paper's own.
+    Holds,
+    /// A slip of the pen: every claim is a misprint that is refuted or leaves the choice, or a reading.
+    Slip,
+    /// It is wrong: one of the paper's own claims is refuted.
+    Wrong,
+    /// It depends on how the paper is read, or on what it does not print: one claim is underspecified, none of the
+    /// paper's own is refuted.
+    Open,
+    /// Not in the paper: every claim is ours and reproduced.
+    Beyond,
+}
+
+impl Kind {
+    /// In the order of the report.
+    pub const ALL: [Self; 5] = [Self::Holds, Self::Slip, Self::Wrong, Self::Open, Self::Beyond];
+
+    /// The head of the list in the report.
+    pub fn heading(self) -> &'static str {
+        match self {
+            Self::Holds => "Holds",
+            Self::Slip => "Slips of the pen, corrected",
+            Self::Wrong => "Wrong",
+            Self::Open => "Depends on the reading",
+            Self::Beyond => "Beyond the paper",
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! What a run of the claims and figures came to.
 
 use crate::claim::{Class, Record};
-use crate::evidence::Verdict;
+use crate::evidence::{Standing, Verdict};
 use crate::figure::Figure;
 use crate::paper::LiveExample;
 use std::path::PathBuf;
@@ -45,6 +45,11 @@ impl Summary {
     /// Number of claims of these classes.
     pub fn of(&self, classes: &[Class]) -> usize {
         self.records.iter().filter(|record| classes.contains(&record.class)).count()
+    }
+
+    /// Number of theorems with this standing.
+    pub fn theorems(&self, standing: Standing) -> usize {
+        self.records.iter().filter(|record| record.standing == Some(standing)).count()
     }
 
     /// Whether every check and figure came to an end. A refuted claim is a success of the run.

@@ -1,7 +1,7 @@
 //! What a run shows on a terminal: the template of its progress bar, and the table of verdicts at its end.
 
 use crate::claim::{Class, Record};
-use crate::evidence::Verdict;
+use crate::evidence::{Standing, Verdict};
 use crate::summary::Summary;
 use crate::value::{Value, short};
 use comfy_table::{Cell, Color, ContentArrangement, Table, presets};
@@ -34,13 +34,17 @@ pub fn table(summary: &Summary, filter: &Filter, terminal: bool) -> String {
     table.set_header(["claim", "class", "where", "printed", "computed", "verdict"]);
     for record in summary.records.iter().filter(|record| filter.shows(record)) {
         let cell = |value: Option<&Value>| Cell::new(value.map_or_else(|| "–".to_owned(), brief));
-        let verdict = Cell::new(word(record));
+        let verdict = Cell::new(record.word());
         let verdict = if terminal { verdict.fg(colour(record.verdict)) } else { verdict };
         table.add_row([
             Cell::new(&record.id),
             Cell::new(record.class),
             Cell::new(&record.place),
-            cell(record.printed.as_ref()),
+            record
+                .as_printed
+                .as_ref()
+                .filter(|text| is_short(text))
+                .map_or_else(|| cell(record.printed.as_ref()), Cell::new),
             cell(record.computed.as_ref()),
             verdict,
         ]);
@@ -52,25 +56,36 @@ pub fn table(summary: &Summary, filter: &Filter, terminal: bool) -> String {
     text
 }
 
-/// The counts of a run: the papers' own claims first, the other classes apart, a line each.
+/// The counts of a run: the papers' theorems by what is known of them, their examples, and the other classes apart, a
+/// line each.
 /// ```text
-/// the papers' own claims: 64 (40 theorem, 24 example): 50 reproduced, 8 refuted, 6 underspecified
+/// the papers' own claims: 64 (40 theorem, 24 example)
+/// theorems: 15 proved, 14 consistent with every instance tried, 11 neither (8 refuted, 3 underspecified)
+/// examples: 20 reproduced, 1 refuted, 3 underspecified
 /// apart: 12 misprint (0 reproduced, 11 refuted, 1 underspecified), 9 reading (..), 20 ours (..)
 /// ```
 pub fn headline(summary: &Summary) -> String {
-    let verdicts = |classes: &[Class]| {
-        [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified]
-            .map(|verdict| format!("{} {verdict}", summary.count_of(classes, verdict)))
-            .join(", ")
+    let of = |classes: &[Class], verdict| summary.count_of(classes, verdict);
+    let verdicts = |classes: &[Class], which: &[Verdict]| {
+        which.iter().map(|&verdict| format!("{} {verdict}", of(classes, verdict))).collect::<Vec<_>>().join(", ")
     };
+    const ALL: [Verdict; 3] = [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified];
     let own = Class::OWN.map(|class| format!("{} {class}", summary.of(&[class]))).join(", ");
+    let neither: usize = ALL[1..].iter().map(|&verdict| of(&[Class::Theorem], verdict)).sum();
     let apart: Vec<String> = Class::ALL
         .into_iter()
         .filter(|class| !Class::OWN.contains(class))
-        .map(|class| format!("{} {class} ({})", summary.of(&[class]), verdicts(&[class])))
+        .map(|class| format!("{} {class} ({})", summary.of(&[class]), verdicts(&[class], &ALL)))
         .collect();
-    let all = summary.of(&Class::OWN);
-    format!("the papers' own claims: {all} ({own}): {}\napart: {}\n", verdicts(&Class::OWN), apart.join(", "))
+    format!(
+        "the papers' own claims: {} ({own})\ntheorems: {} proved, {} consistent with every instance tried, {neither} neither ({})\nexamples: {}\napart: {}\n",
+        summary.of(&Class::OWN),
+        summary.theorems(Standing::Proved),
+        summary.theorems(Standing::Consistent),
+        verdicts(&[Class::Theorem], &ALL[1..]),
+        verdicts(&[Class::Example], &ALL),
+        apart.join(", ")
+    )
 }
 
 /// [`headline`], and how many claims were checked in what time.
@@ -84,8 +99,9 @@ pub fn counts(summary: &Summary) -> String {
     )
 }
 
-pub(crate) fn word(record: &Record) -> &'static str {
-    record.verdict.map_or("failed", Verdict::word)
+/// At most three entries.
+fn is_short(text: &str) -> bool {
+    text.split([' ', ';']).filter(|entry| !entry.is_empty()).count() <= 3
 }
 
 /// A value on one line: matrices and long vectors by their shape.

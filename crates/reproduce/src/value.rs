@@ -175,6 +175,15 @@ impl Printed {
         self.read().map(|reading| reading.value)
     }
 
+    /// The printed value letter by letter; none for a truth.
+    pub fn text(&self) -> Option<String> {
+        match self {
+            Self::Decimals(text) => Some((*text).to_owned()),
+            Self::Holds(_) => None,
+            Self::Exactly(value) => Some(value.to_string()),
+        }
+    }
+
     pub(crate) fn read(&self) -> Result<Reading, PrintedError> {
         let text = match self {
             Self::Holds(truth) => return Ok(Reading { value: Value::Truth(*truth), half_units: Vec::new() }),
@@ -210,6 +219,18 @@ impl Printed {
             _ => Value::Matrix(rows),
         };
         Ok(Reading { value, half_units })
+    }
+}
+
+/// A computed entry with one digit more than the printed one has behind its point, so that the comparison can be seen;
+/// six significant digits where the printed one is no plain decimal or the entry is far from it.
+pub(crate) fn beside(computed: f64, printed: &str) -> String {
+    let places = printed.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+    match decimal(printed) {
+        Some((number, _)) if !printed.contains(['e', 'E']) && (computed - number).abs() < 10.0 * number.abs() => {
+            format!("{computed:.*}", places + 1)
+        }
+        _ => short(computed),
     }
 }
 

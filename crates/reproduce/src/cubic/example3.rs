@@ -36,6 +36,7 @@ pub(super) fn claims() -> Vec<Claim> {
             tolerance: Tolerance::AsPrinted,
             assumptions: &["the paper does not say how K was found"],
             quote: None,
+            proof: None,
             check: |_| {
                 let plant = plant();
                 Ok(Evidence::value(&lqr(&plant.a, &plant.b, &DMatrix::identity(3, 3), &DMatrix::identity(2, 2))?.k)
@@ -51,6 +52,7 @@ pub(super) fn claims() -> Vec<Claim> {
             tolerance: Tolerance::AsPrinted,
             assumptions: &["process noise W = BB', measurement noise R = 100; the paper does not say how L was found"],
             quote: None,
+            proof: None,
             check: |_| {
                 let plant = plant();
                 let w = &plant.b * plant.b.transpose();
@@ -69,6 +71,7 @@ pub(super) fn claims() -> Vec<Claim> {
                 text: "L = L_c = .1N_c = [.267 -1.429 3.904]ᵀ, N_c = 10L, θ = 10",
                 reading: "the sign as printed; \"This example examines Theorem 6\", which asks for (11)-(13)",
             }),
+            proof: None,
             check: sign_of_n,
         },
         Claim {
@@ -80,6 +83,7 @@ pub(super) fn claims() -> Vec<Claim> {
             tolerance: Tolerance::AsPrinted,
             assumptions: &[PRINTED, SIGN, START],
             quote: None,
+            proof: None,
             check: |context| {
                 let loops = loops(context)?;
                 let (c, l) = (final_cost(&loops.cubic)?, final_cost(&loops.linear)?);
@@ -248,11 +252,6 @@ fn blow_up() -> Result<Counterexample, CheckError> {
         witness: Some(Value::Number(time)),
         hypotheses: hypotheses()?,
     })
-}
-
-/// The premise of Corollary 1, and when the loop of its conclusion ends, for `N = +10 L`.
-pub(super) fn stable_linear_loop_that_blows_up() -> Result<(Vec<Hypothesis>, f64), CheckError> {
-    Ok((hypotheses()?, end_of_the_loop()?.0))
 }
 
 /// The smallest eigenvalue of the solution of (9), Q = I, for the observable plant of Example 3: with L = 0 and with

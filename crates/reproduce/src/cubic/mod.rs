@@ -6,6 +6,7 @@ mod example1;
 mod example2;
 mod example3;
 mod findings;
+mod kalman;
 mod lmis;
 mod noise;
 mod random;
@@ -39,6 +40,7 @@ pub(crate) fn paper() -> Paper {
             robustness::claims(),
             lmis::claims(),
             noise::claims(),
+            kalman::claims(),
         ]
         .concat(),
         figures: [example1::figures(), example2::figures(), example3::figures(), noise::figures()].concat(),

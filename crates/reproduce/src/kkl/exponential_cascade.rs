@@ -12,8 +12,9 @@
 //! reports when this bound is active or nearly reached. psi(0) = 0, not positive as in the paper: the regression is
 //! then exact from the start (psi(0) > 0 adds a transient to it that decays with the filter).
 //!
-//! F3, that the plant admits no KKLO, is true for a constant Lambda, and for one that depends on y. With a Lambda that
-//! depends on y and u, as in the paper's own KKLO of the converter, there is one: [`kklo`].
+//! F3, that the plant admits no KKLO, is true: that of Proposition 1 has a constant Lambda. It is true too for one that
+//! depends on y. With a Lambda that depends on y and u, as in the paper's own KKLO of the converter, there is one:
+//! [`kklo`].
 
 use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 

@@ -2,6 +2,7 @@
 //!
 //! The corrected theory is in `docs/theory-kkl.md` of the repository.
 
+mod chirp;
 pub mod converter;
 pub mod cuk;
 pub mod driven_cascade;
@@ -10,9 +11,10 @@ pub mod exponential_cascade;
 mod extensions;
 mod findings;
 mod prop5;
-mod prop6;
+pub mod prop6;
 mod prop7;
 mod propositions;
+mod remarks;
 mod safety_nets;
 
 use crate::paper::Paper;
@@ -26,6 +28,7 @@ pub(crate) fn paper() -> Paper {
         citation: "B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018",
         claims: [
             propositions::claims(),
+            remarks::claims(),
             safety_nets::claims(),
             prop5::claims(),
             prop6::claims(),

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::kkl::cuk::{self, Embedding, Tuning};
-use luenberger_observers::KklMap;
-use luenberger_plants::CukConverter;
+use luenberger_observers::{KklMap, Observer};
+use luenberger_plants::{CukConverter, Plant};
 use luenberger_sim::{Scenario, Signal, Trajectory};
-use nalgebra::{Vector1, Vector2, Vector4};
+use nalgebra::{Vector1, Vector2, Vector4, Vector6};
 
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
@@ -60,6 +60,10 @@ pub(super) fn claims() -> Vec<Claim> {
                 "an inclusion is read as in the proof: the one observer, written as the other, gives the same estimates",
             ],
             set_relation,
+        )
+        .quoting(
+            "For the nonlinear system (1), a [KKL+PEB]O implies the existence of I&I observers. Moreover, the following “set” relationship holds: PEBO, KKLO ⊂ [KKL+PEB]O ⊂ I&IO. (30)",
+            "an I&IO is (18), (19) as printed, or with what the proof of Proposition 5 needs besides",
         ),
     ]
 }
@@ -138,14 +142,30 @@ fn hypotheses(run: &Trajectory) -> Result<Vec<Hypothesis>, CheckError> {
         .until(END, SAMPLES)
         .run()?;
     let off = exact.observer(COMBINED)?.error.amax();
+    // By the estimate, which is β here: what each of the six entries of χ moves.
+    let immersed = cuk::kkl_pebo_immersed(plant, &tuning, Embedding::Printed)?;
+    let beta = |chi: Vector6<f64>| immersed.estimate(0.0, &chi, &Vector1::new(0.5), &Vector2::new(17.0, -0.2));
+    let moves = (0..6).map(|i| beta(Vector6::from_fn(|j, _| f64::from(u8::from(i == j)))) - beta(Vector6::zeros()));
+    let rank = nalgebra::DMatrix::from_columns(
+        &moves.map(|m| nalgebra::DVector::from_column_slice(m.as_slice())).collect::<Vec<_>>(),
+    )
+    .rank(1e-9);
     Ok(vec![
         Hypothesis::computed(
             "the plant admits the [KKL+PEB]O",
             end.abs() < 1e-3 * start.abs(),
             format!("its error of i1 goes from {} A to {} A", short(start), short(end)),
         ),
-        Hypothesis::computed("the outputs are partial states", true, "y = (v2, i3)"),
-        Hypothesis::computed("rank [I + ∇_ξ N', ∇_ζ N'] = nξ", true, "N = (0, θ̂), so that the first block is I"),
+        Hypothesis::computed(
+            "the outputs are partial states",
+            (0..4).all(|state| {
+                let seen =
+                    plant.output(0.0, &Vector4::from_fn(|i, _| f64::from(u8::from(i == state))), &Vector1::new(0.5));
+                [1, 2].iter().enumerate().all(|(i, &row)| seen[i].total_cmp(&f64::from(u8::from(row == state))).is_eq())
+            }),
+            "y = (v2, i3), by the columns of h",
+        ),
+        Hypothesis::computed("rank [I + ∇_ξ N', ∇_ζ N'] = nξ", rank == 2, "N = (0, θ̂): the rank of D_χβ of the I&IO"),
         Hypothesis::computed(
             "{θ = θ̂} is invariant",
             off <= INTEGRATION,

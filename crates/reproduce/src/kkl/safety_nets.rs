@@ -51,12 +51,17 @@ pub(super) fn claims() -> Vec<Claim> {
 
 /// The maps of the PEBO, with a leakage that is 0 for the open integration, and what it sees of y.
 #[derive(Clone, Copy)]
-struct Integration {
+pub(super) struct Integration {
     leak: f64,
     bias: f64,
 }
 
 impl Integration {
+    /// No net, and no bias.
+    pub(super) fn open() -> Self {
+        Self { leak: 0.0, bias: 0.0 }
+    }
+
     fn seen(self, y: Vector1<f64>) -> f64 {
         y[0] + self.bias
     }
@@ -112,7 +117,7 @@ impl Regression<f64> for Integration {
     }
 }
 
-fn observer(net: Integration) -> Result<KklPebObserver<Integration, Gradient<f64, U1>, f64>, ObserverError> {
+pub(super) fn observer(net: Integration) -> Result<KklPebObserver<Integration, Gradient<f64, U1>, f64>, ObserverError> {
     KklPebObserver::new(net, Gradient::new(Matrix1::new(GAIN))?, ALPHA)
 }
 

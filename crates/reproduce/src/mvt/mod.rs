@@ -10,6 +10,7 @@ mod findings;
 mod output_injection;
 mod peers;
 mod runs;
+mod text;
 mod theorem1;
 
 use crate::paper::{Drawing, Paper};
@@ -28,6 +29,7 @@ pub(crate) fn paper() -> Paper {
             example2::claims(),
             peers::claims(),
             output_injection::claims(),
+            text::claims(),
         ]
         .concat(),
         figures: [

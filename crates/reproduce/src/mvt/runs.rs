@@ -26,6 +26,7 @@ use crate::claim::CheckError;
 use crate::context::Context;
 use crate::paper::Dataset;
 use crate::table::Table;
+use crate::value::Value;
 
 /// The plants of the examples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,6 +121,30 @@ impl System {
         let rest = (100..).map(|k| f64::from(k) / 100.0).take_while(|&t| t <= end);
         first.chain(rest).collect()
     }
+}
+
+/// The horizons at which "converges" and "settles" are judged, in seconds, the same for every claim of the examples:
+/// the paper prints none. 10 s is that of its figures as far as they can be told; the other is ten times as long.
+pub(super) const HORIZONS: [(&str, f64); 2] = [("by T = 10 s", 10.0), ("by T = 100 s", 100.0)];
+
+/// The share of its start below which an error counts as gone.
+pub(super) const GONE: f64 = 0.05;
+
+/// Whether an error at these times is below [`GONE`] of its start from some time before each horizon on, and from when
+/// at the last; infinite if it is not.
+pub(super) fn gone_by(t: &[f64], sizes: &[f64]) -> (Vec<(&'static str, Value)>, f64) {
+    let from = |end: f64| {
+        let until = t.iter().take_while(|&&t| t <= end).count();
+        let last = sizes[..until].iter().rposition(|size| *size > GONE * sizes[0]);
+        last.map_or(0.0, |k| if k + 1 < until { t[k + 1] } else { f64::INFINITY })
+    };
+    let truths = HORIZONS.map(|(name, end)| (name, Value::Truth(from(end).is_finite())));
+    (truths.to_vec(), from(HORIZONS[1].1))
+}
+
+/// Every 10 ms in the first 10 s, every tenth of a second to the last horizon.
+pub(super) fn long_times() -> Vec<f64> {
+    (0..1000).map(|k| f64::from(k) / 100.0).chain((100..=1000).map(|k| f64::from(k) / 10.0)).collect()
 }
 
 /// One of the sixteen runs.

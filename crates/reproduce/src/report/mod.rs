@@ -1,11 +1,11 @@
 //! The report of all claims as one HTML file, with the report type of `luenberger-figures`.
 
 use crate::claim::{Class, Record};
-use crate::evidence::Verdict;
-use crate::paper::{Finding, Paper};
+use crate::evidence::{Standing, Verdict};
+use crate::paper::{Finding, Kind, Paper};
 use crate::summary::{Drawn, Live, Summary};
-use crate::terminal::{counts, word};
-use crate::value::{Value, short};
+use crate::terminal::counts;
+use crate::value::{Value, beside, short};
 use luenberger_figures::report::ReportError;
 use luenberger_figures::{Report, Section, escape};
 use luenberger_live::page::{MODULE, SCRIPT, STYLE};
@@ -21,8 +21,9 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn], live: &
         .lead("Every claim below is computed anew; the verdict follows from what is printed, what is computed and the tolerance.")
         .head(head(papers, summary))
         .with(include_str!("page.css"), include_str!("page.js"));
-    if let Some(findings) = findings(papers, &summary.records) {
-        report = report.section(Section::new("Findings").html(findings));
+    if papers.iter().any(|paper| !paper.findings.is_empty()) {
+        report = report.section(Section::new("At a glance").html(glance(papers)));
+        report = report.section(Section::new("Findings").html(findings(papers, &summary.records)));
     }
     if !live.is_empty() {
         let style = [include_str!("page.css"), STYLE].concat();
@@ -58,15 +59,34 @@ fn head(papers: &[Paper], summary: &Summary) -> String {
     for paper in papers {
         let _ = write!(page, "<p class=\"citation\"><b>{}</b><br>{}</p>", escape(paper.title), escape(paper.citation));
     }
-    let _ = write!(page, "<p>Of the papers' own claims, theorems and examples:</p><div class=\"counts\">");
-    for verdict in [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified] {
-        let _ = write!(
-            page,
-            "<button type=\"button\" class=\"count {verdict}\" data-verdict=\"{verdict}\" data-class=\"own\"><b>{}</b> {verdict}</button>",
-            summary.count_of(&Class::OWN, verdict)
-        );
-    }
-    let _ = write!(page, "</div><p>Apart from them:</p><div class=\"counts\">");
+    let mut counts_of = |title: &str, class: Class, words: &[(&str, usize)]| {
+        let _ = write!(page, "<p>{title}:</p><div class=\"counts\">");
+        for (word, count) in words {
+            let _ = write!(
+                page,
+                "<button type=\"button\" class=\"count {word}\" data-verdict=\"{word}\" data-class=\"{class}\"><b>{count}</b> {word}</button>",
+            );
+        }
+        let _ = write!(page, "</div>");
+    };
+    let of = |class, verdict: Verdict| (verdict.word(), summary.count_of(&[class], verdict));
+    let known = |standing: Standing| (standing.word(), summary.theorems(standing));
+    counts_of(
+        "The papers' theorems and other general statements",
+        Class::Theorem,
+        &[
+            known(Standing::Proved),
+            known(Standing::Consistent),
+            of(Class::Theorem, Verdict::Refuted),
+            of(Class::Theorem, Verdict::Underspecified),
+        ],
+    );
+    counts_of(
+        "Their examples",
+        Class::Example,
+        &[Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified].map(|verdict| of(Class::Example, verdict)),
+    );
+    let _ = write!(page, "<p>Apart from them:</p><div class=\"counts\">");
     for class in Class::ALL.into_iter().filter(|class| !Class::OWN.contains(class)) {
         let _ = write!(
             page,
@@ -86,17 +106,51 @@ fn head(papers: &[Paper], summary: &Summary) -> String {
     page
 }
 
-fn findings(papers: &[Paper], records: &[Record]) -> Option<String> {
-    let all: Vec<&Finding> = papers.iter().flat_map(|paper| &paper.findings).collect();
-    if all.is_empty() {
-        return None;
+/// What each paper comes to, on one screen: a list for each kind of finding, its lines linked to the details.
+fn glance(papers: &[Paper]) -> String {
+    let mut page = String::new();
+    for paper in papers.iter().filter(|paper| !paper.findings.is_empty()) {
+        let _ = write!(page, "<article class=\"glance\"><h3>{}</h3><div class=\"kinds\">", escape(paper.title));
+        for kind in Kind::ALL {
+            let mut of_kind = findings_of(paper).filter(|(_, finding)| finding.kind == kind).peekable();
+            if of_kind.peek().is_none() {
+                continue;
+            }
+            let _ = write!(page, "<section class=\"kind-{}\"><h4>{}</h4><ul>", style(kind), kind.heading());
+            for (id, finding) in of_kind {
+                let _ = write!(page, "<li><a href=\"#{id}\">{}</a></li>", escape(finding.title));
+            }
+            let _ = write!(page, "</ul></section>");
+        }
+        let _ = write!(page, "</div></article>");
     }
+    page
+}
+
+/// The findings of a paper with their anchors.
+fn findings_of(paper: &Paper) -> impl Iterator<Item = (String, &Finding)> {
+    paper.findings.iter().enumerate().map(|(k, finding)| (format!("finding-{}-{k}", paper.key), finding))
+}
+
+/// The colour of a kind of finding, by the verdict that has it.
+fn style(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Holds | Kind::Beyond => "reproduced",
+        Kind::Slip => "slip",
+        Kind::Wrong => "refuted",
+        Kind::Open => "underspecified",
+    }
+}
+
+fn findings(papers: &[Paper], records: &[Record]) -> String {
     let mut page = "<div class=\"findings\">".to_owned();
-    for finding in all {
+    for (id, finding) in papers.iter().flat_map(findings_of) {
         let _ = write!(
             page,
-            "<article><h3>{}</h3><p>{}</p><ul class=\"evidence\">",
+            "<article id=\"{id}\" class=\"kind-{}\"><h3>{}</h3><p class=\"kind\">{}</p><p>{}</p><ul class=\"evidence\">",
+            style(finding.kind),
             escape(finding.title),
+            finding.kind.heading(),
             escape(finding.statement)
         );
         for record in finding.claims.iter().filter_map(|id| records.iter().find(|record| record.id == *id)) {
@@ -111,14 +165,14 @@ fn findings(papers: &[Paper], records: &[Record]) -> Option<String> {
         }
         let _ = write!(page, "</ul></article>");
     }
-    Some(page + "</div>")
+    page + "</div>"
 }
 
 /// `printed 1.18, computed 1.1694`, where both are short.
 fn numbers(record: &Record) -> String {
     match (&record.printed, &record.computed) {
-        (Some(printed @ Value::Number(_)), Some(computed @ Value::Number(_))) => {
-            format!(": printed {printed}, computed {computed}")
+        (Some(Value::Number(_)), Some(Value::Number(_))) => {
+            format!(": printed {}, computed {}", printed(record), computed(record))
         }
         _ => String::new(),
     }
@@ -129,7 +183,7 @@ fn claims(papers: &[Paper], records: &[Record]) -> String {
          <input type=\"search\" id=\"text\" placeholder=\"Filter by text\" aria-label=\"Filter by text\">\
          <select id=\"verdict\" aria-label=\"Verdict\"><option value=\"\">every verdict</option>"
         .to_owned();
-    for choice in ["reproduced", "refuted", "underspecified", "failed"] {
+    for choice in ["proved", "consistent", "reproduced", "refuted", "underspecified", "failed"] {
         let _ = write!(page, "<option>{choice}</option>");
     }
     let _ = write!(
@@ -169,20 +223,20 @@ fn claims(papers: &[Paper], records: &[Record]) -> String {
 
 fn claim(page: &mut String, record: &Record) {
     let id = escape(&record.id);
-    let text = |value: &Option<Value>| value.as_ref().map_or_else(|| "–".to_owned(), brief);
     let _ = write!(
         page,
         "<tbody class=\"claim\" id=\"{id}\" data-verdict=\"{}\" data-class=\"{class}\" data-own=\"{}\" data-paper=\"{}\">\
          <tr class=\"row\"><td>{}</td>\
          <td><button class=\"more\"><code>{id}</code></button>\
-         <div class=\"statement\">{}</div></td><td>{class}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
-        word(record),
+         <div class=\"statement\">{}</div>{}</td><td>{class}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
+        record.word(),
         Class::OWN.contains(&record.class),
         escape(&record.paper),
         badge(record),
         escape(&record.statement),
-        text(&record.printed),
-        outcome(record).unwrap_or_else(|| text(&record.computed)),
+        deciding(record),
+        printed(record),
+        outcome(record).unwrap_or_else(|| computed(record)),
         class = record.class
     );
     let _ = write!(page, "<tr class=\"details\" hidden><td></td><td colspan=\"4\"><dl>");
@@ -198,6 +252,9 @@ fn claim(page: &mut String, record: &Record) {
             let _ = write!(page, "<li>{}</li>", escape(assumption));
         }
         let _ = write!(page, "</ul></dd>");
+    }
+    if let Some(known) = known(record) {
+        let _ = write!(page, "<dt>Known</dt><dd>{known}</dd>");
     }
     for (name, value) in
         [("Printed", &record.printed), ("Computed", &record.computed), ("Tolerance", &record.tolerance)]
@@ -256,8 +313,84 @@ fn hypotheses(page: &mut String, record: &Record) {
     let _ = write!(page, "</table></dd>");
 }
 
+/// Of a claim that is not reproduced, the words of the paper that decide, in the row itself.
+fn deciding(record: &Record) -> String {
+    match (&record.quote, record.verdict) {
+        (Some(quote), Some(Verdict::Refuted | Verdict::Underspecified)) => {
+            format!("<div class=\"deciding\"><q>{}</q></div>", escape(quote.text))
+        }
+        _ => String::new(),
+    }
+}
+
+/// What is known of a theorem that is reproduced.
+fn known(record: &Record) -> Option<String> {
+    let tried = counted(record.instances?, "instance");
+    Some(match (record.standing?, &record.proof) {
+        (Standing::Proved, Some(proof)) => format!(
+            "proved in <code>docs/{}</code> (“{}”), tested by <code>{}</code> of <code>{}</code>; {tried} here",
+            escape(proof.page),
+            escape(proof.at),
+            escape(proof.property),
+            escape(proof.tests)
+        ),
+        _ => format!("consistent: {tried} tried, none contradicts it; there is no proof here"),
+    })
+}
+
+/// A badge with the verdict; of a consistent theorem with the number of its instances.
 fn badge(record: &Record) -> String {
-    format!("<span class=\"badge {0}\">{0}</span>", word(record))
+    let tried = match (record.standing, record.instances) {
+        (Some(Standing::Consistent), Some(count)) => format!(" <small>× {count}</small>"),
+        _ => String::new(),
+    };
+    format!("<span class=\"badge {0}\">{0}{tried}</span>", record.word())
+}
+
+/// The entries of the printed value letter by letter, in rows.
+fn letters(text: &str) -> Vec<Vec<&str>> {
+    text.split(';').map(|row| row.split_whitespace().collect()).collect()
+}
+
+/// What is printed, letter by letter.
+fn printed(record: &Record) -> String {
+    match (&record.as_printed, &record.printed) {
+        (Some(text), _) => cells(
+            &letters(text).iter().map(|row| row.iter().map(|x| escape(x)).collect()).collect::<Vec<_>>(),
+            text.contains(';'),
+        ),
+        (None, Some(value)) => brief(value),
+        (None, None) => "–".to_owned(),
+    }
+}
+
+/// What is computed, with the digits that are compared.
+fn computed(record: &Record) -> String {
+    let Some(value) = &record.computed else { return "–".to_owned() };
+    let Some(text) = &record.as_printed else { return brief(value) };
+    let rows = letters(text);
+    let entries = value.entries();
+    if rows.iter().map(Vec::len).sum::<usize>() != entries.len() {
+        return brief(value);
+    }
+    let mut entries = entries.into_iter();
+    let shown: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| row.iter().zip(entries.by_ref()).map(|(printed, x)| escape(&beside(x, printed))).collect())
+        .collect();
+    cells(&shown, text.contains(';'))
+}
+
+/// Entries in a list, or in a matrix.
+fn cells(rows: &[Vec<String>], is_matrix: bool) -> String {
+    if !is_matrix {
+        return rows.concat().join(", ");
+    }
+    let row = |row: &Vec<String>| {
+        let cells: Vec<String> = row.iter().map(|x| format!("<td>{}</td>", x.replace('-', "−"))).collect();
+        format!("<tr>{}</tr>", cells.concat())
+    };
+    format!("<table class=\"matrix\">{}</table>", rows.iter().map(row).collect::<String>())
 }
 
 /// What fits a cell of the table.

@@ -67,7 +67,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         turn: 8,
         tuning: "the least cost for the intensities of process and measurement noise and first errors of the given size, each error in units of its scale, over the duration of the simulation",
         source: "docs/theory-cubic.md",
-        character: "its gains L and N have the least cost that a search finds, and it is linear where no cubic term pays",
+        character: "its gains L and N have the least cost that a search finds, and it is linear where no cubic term pays; it pays for pushes that nobody expects, while for a first error of known covariance a Kalman filter that starts from it costs less",
         information: &[Information::Noise, Information::ProcessNoise, Information::FirstError],
         keys: tuned,
     }]),

@@ -82,7 +82,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         turn: 7,
         tuning: "the poles of luenberger, and the strength at which an output error of one standard deviation adds an eighth to L",
         source: "docs/cubic-or-linear.md, rule 1",
-        character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
+        character: "the cubic term acts on large output errors only, such as after a push that nobody expects, and leaves the linear part to small ones",
         information: &[Information::Settling, Information::Noise],
         keys: |context| Ok(vec![tuned(context)?]),
     }]),

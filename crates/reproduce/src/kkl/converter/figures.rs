@@ -49,8 +49,17 @@ fn state(run: &Trajectory, entry: usize) -> Panel {
     with_jumps(Panel::new(TIME, LABELS[entry]).series(truth.hue(Hue::Grey).dash(Dash::Solid).width(2.4)))
 }
 
-/// The state and its estimates at the start: later they coincide at this scale.
-fn start(run: &Trajectory, entry: usize) -> Result<Panel, CheckError> {
+/// Places in [`runs::OBSERVERS`] that share a panel: with the plant no panel has more than four curves.
+const AT_THE_START: [(&str, &[usize]); 3] = [
+    ("the start: KKLO, PEBO, [KKL+PEB]O", &[0, 1, 2]),
+    ("the start: I&IO, exact HGO", &[3, 6]),
+    ("the start: the paper's HGOs", &[4, 5]),
+];
+const ERRORS_OF: [(&str, &[usize]); 2] =
+    [("KKLO, PEBO, [KKL+PEB]O, I&IO", &[0, 1, 2, 3]), ("high-gain observers", &[4, 5, 6])];
+
+/// The state and some of its estimates at the start: later they coincide at this scale.
+fn start(run: &Trajectory, entry: usize, (title, shown): (&str, &[usize])) -> Result<Panel, CheckError> {
     // Fine enough for the oscillation of the time-varying high-gain observer at 450 Hz.
     let t: Vec<f64> = (0..=600).map(|k| START * f64::from(k) / 600.0).collect();
     let ms: Vec<f64> = t.iter().map(|t| 1e3 * t).collect();
@@ -60,8 +69,9 @@ fn start(run: &Trajectory, entry: usize) -> Result<Panel, CheckError> {
         Ok(t.iter().map(|&t| trace.at(t)).collect::<Result<_, _>>()?)
     };
     let truth = Series::line("plant", &ms, &of(&|view| view.x[state])?).hue(Hue::Grey).dash(Dash::Solid).width(2.4);
-    let mut panel = Panel::new("time t (ms)", LABELS[entry]).title("the start").x_range(0.0, 1e3 * START).series(truth);
-    for (k, (name, label)) in runs::OBSERVERS.into_iter().enumerate() {
+    let mut panel = Panel::new("time t (ms)", LABELS[entry]).title(title).x_range(0.0, 1e3 * START).series(truth);
+    for &k in shown {
+        let (name, label) = runs::OBSERVERS[k];
         let estimate = of(&|view| view.estimate(name).map_or(f64::NAN, |estimate| estimate[entry]))?;
         panel = panel.series(Series::line(label, &ms, &estimate).hue(Hue::Palette(k)));
     }
@@ -70,13 +80,19 @@ fn start(run: &Trajectory, entry: usize) -> Result<Panel, CheckError> {
 
 /// The largest error in every 4 ms on a logarithmic scale from `floor` on, below which it is drawn at `floor`. 4 ms are
 /// two periods of the fastest oscillation: samples at single points would show its beat with the sampling.
-fn errors(run: &Trajectory, entry: usize, floor: f64, top: f64) -> Result<Panel, CheckError> {
+fn errors(
+    run: &Trajectory,
+    entry: usize,
+    (floor, top): (f64, f64),
+    (title, shown): (&str, &[usize]),
+) -> Result<Panel, CheckError> {
     const WINDOWS: u32 = 300;
     const INSIDE: u32 = 20;
     let at = |k: u32| f64::from(k) / f64::from(WINDOWS * INSIDE) * 1.2;
     let times: Vec<f64> = (0..WINDOWS).map(|k| at(k * INSIDE + INSIDE / 2)).collect();
-    let mut panel = Panel::new(TIME, ERRORS[entry]).log_y().x_range(0.0, 1.2).y_range(floor, top);
-    for (k, (name, label)) in runs::OBSERVERS.into_iter().enumerate() {
+    let mut panel = Panel::new(TIME, ERRORS[entry]).title(title).log_y().x_range(0.0, 1.2).y_range(floor, top);
+    for &k in shown {
+        let (name, label) = runs::OBSERVERS[k];
         let trace = run.error_trace(name, entry)?;
         let mut largest = vec![floor; times.len()];
         for (window, largest) in (0..WINDOWS).zip(&mut largest) {
@@ -89,58 +105,68 @@ fn errors(run: &Trajectory, entry: usize, floor: f64, top: f64) -> Result<Panel,
     Ok(with_jumps(panel))
 }
 
+/// The states, the estimates at the start, the errors: i1 on the left, v4 on the right.
+fn panels(mut figure: Figure, run: &Trajectory, errors_of: [(f64, f64); 2]) -> Result<Figure, CheckError> {
+    figure = figure.columns(2).panel(state(run, 0)).panel(state(run, 1));
+    for (k, group) in AT_THE_START.into_iter().enumerate() {
+        let (mut current, mut voltage) = (start(run, 0, group)?, start(run, 1, group)?);
+        // The high-gain observers begin far away.
+        if k == 2 {
+            (current, voltage) = (current.y_range(-2.0, 4.0), voltage.y_range(-40.0, 5.0));
+        }
+        figure = figure.panel(current).panel(voltage);
+    }
+    for group in ERRORS_OF {
+        figure = figure.panel(errors(run, 0, errors_of[0], group)?).panel(errors(run, 1, errors_of[1], group)?);
+    }
+    Ok(figure)
+}
+
 fn noise_free(context: &Context) -> Result<Plate, CheckError> {
     let run = runs::corrected(context)?;
-    let figure = Figure::new("The observers of the Ćuk converter without noise, as in Fig. 2")
-        .caption(
-            "Table I as it works, and an exact high-gain observer; |Vd| jumps at the thin lines. Errors below 10⁻¹⁰ are rounding. Only the linear high-gain observer, \
-             which differentiates, is disturbed by the jumps.",
-        )
-        .columns(2)
-        .panel(state(&run, 0))
-        .panel(state(&run, 1))
-        .panel(start(&run, 0)?.y_range(-2.0, 4.0))
-        .panel(start(&run, 1)?.y_range(-40.0, 5.0))
-        .panel(errors(&run, 0, 1e-10, 10.0)?)
-        .panel(errors(&run, 1, 1e-10, 100.0)?);
-    Ok(Plate { figure, data: table(&run)? })
+    let figure = Figure::new("The observers of the Ćuk converter without noise, as in Fig. 2").caption(
+        "Table I as it works, and an exact high-gain observer; |Vd| jumps at the thin lines. Errors below 10⁻¹⁰ are rounding. Only the linear high-gain observer, \
+         which differentiates, is disturbed by the jumps.",
+    );
+    Ok(Plate { figure: panels(figure, &run, [(1e-10, 10.0), (1e-10, 100.0)])?, data: table(&run)? })
 }
 
 fn noisy(context: &Context) -> Result<Plate, CheckError> {
     let run = noise::shown(context)?;
-    let figure = Figure::new("The observers of the Ćuk converter with noise, as in Fig. 2")
-        .caption(
-            "As without noise, with uniform noise of ±0.02 V on v₂ and ±0.2 mA on i₃, held for 0.1 ms and seen by the observers only; seed 1.",
-        )
-        .columns(2)
-        .panel(state(&run, 0))
-        .panel(state(&run, 1))
-        .panel(start(&run, 0)?.y_range(-2.0, 4.0))
-        .panel(start(&run, 1)?.y_range(-40.0, 5.0))
-        .panel(errors(&run, 0, 1e-4, 10.0)?)
-        .panel(errors(&run, 1, 1e-4, 100.0)?);
-    Ok(Plate { figure, data: table(&run)? })
+    let figure = Figure::new("The observers of the Ćuk converter with noise, as in Fig. 2").caption(
+        "As without noise, with uniform noise of ±0.02 V on v₂ and ±0.2 mA on i₃, held for 0.1 ms and seen by the observers only; seed 1.",
+    );
+    Ok(Plate { figure: panels(figure, &run, [(1e-4, 10.0), (1e-4, 100.0)])?, data: table(&run)? })
 }
 
 fn gain(context: &Context) -> Result<Plate, CheckError> {
     let (gains, rows) = (noise::gains(), noise::sweep(context)?);
-    let mean = |k: usize| rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64;
-    let spread: Vec<f64> = (0..gains.len()).map(mean).collect();
+    let of = |k: usize| -> [f64; 2] {
+        let n = rows.len() as f64;
+        let mean = rows.iter().map(|row| row[k]).sum::<f64>() / n;
+        [mean, (rows.iter().map(|row| (row[k] - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()]
+    };
+    let [mean, deviation] = [0, 1].map(|which| (0..gains.len()).map(|k| of(k)[which]).collect::<Vec<_>>());
     let kklo = CukConverter::default().l1.recip();
-    let panel = Panel::new("gain g₁ of the I&IO (1/(Ω s))", "root mean square of the error of i₁ (A)")
-        .log_x()
-        .log_y()
-        .series(Series::line("I&IO", &gains, &spread).marker(crate::figure::Marker::Circle))
+    let mut panel = Panel::new("gain g₁ of the I&IO (1/s)", "root mean square of the error of i₁ (A)").log_x().log_y();
+    for (k, &g1) in gains.iter().enumerate() {
+        let bar = [mean[k] - deviation[k], mean[k] + deviation[k]];
+        panel = panel.series(
+            Series::line("± one standard deviation", &[g1, g1], &bar).hue(Hue::Grey).dash(Dash::Solid).width(2.0),
+        );
+    }
+    panel = panel
+        .series(Series::line("I&IO", &gains, &mean).hue(Hue::Palette(0)).marker(crate::figure::Marker::Circle))
         .mark(Mark::vertical(50.0).label("the paper's 50"))
-        .mark(Mark::point(kklo, mean(gains.len())).label("KKLO: 1/L₁"));
+        .mark(Mark::point(kklo, of(gains.len())[0]).label("KKLO: 1/L₁"));
     Ok(Plate {
         figure: Figure::new("The error of the I&IO under noise, by its gain")
             .caption(format!(
-                "Root mean square of the error of i₁ from 0.4 s to 0.8 s, mean over the seeds 1 to {}. Below 20 the transient of the start \
-                 is not over by then; to the right the direct way of the noise through C2 g1 y1 takes over.",
+                "Root mean square of the error of i₁ from 0.4 s to 1.2 s: mean and standard deviation over the seeds 1 to {}. Below 20/s the transient of the start is not over by 0.4 s; to the right the direct \
+                 way of the noise through C₂ g₁ y₁ takes over.",
                 noise::SWEEP_SEEDS
             ))
             .panel(panel),
-        data: Table::new().column("g1", gains).column("rms_i1", spread),
+        data: Table::new().column("g1", gains).column("rms_i1", mean).column("deviation", deviation),
     })
 }

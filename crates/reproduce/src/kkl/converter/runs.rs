@@ -21,7 +21,7 @@ pub(super) const SET_POINTS: [f64; 6] = [15.0, 25.0, 10.0, 20.0, 10.0, 15.0];
 pub(super) const DWELL: f64 = 0.2;
 /// The set-point in whose equilibrium the converter starts, in V.
 const START: f64 = 5.0;
-const LAMBDA: f64 = 0.2;
+pub(super) const LAMBDA: f64 = 0.2;
 /// Which states of the plant are estimated: i1 and v4.
 pub(super) const ESTIMATED: [usize; 2] = [0, 3];
 
@@ -46,7 +46,7 @@ pub(super) const RUN: &[&str] = &[
 ];
 
 /// The set-point at the time `t`.
-fn set_point(t: f64) -> f64 {
+pub(super) fn set_point(t: f64) -> f64 {
     SET_POINTS[((t / DWELL) as usize).min(SET_POINTS.len() - 1)]
 }
 
