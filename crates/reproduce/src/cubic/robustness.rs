@@ -117,8 +117,8 @@ fn linear_theorem5(_: &Context) -> Result<Outcome, CheckError> {
         for p in 1..=n {
             let plant = random.plant(n, p)?;
             let poles: Vec<f64> = (0..n).map(|k| -1.0 - 0.5 * k as f64).collect();
-            let design = LinearDesign::with_poles(&plant, &poles)?
-                .lyapunov_weight(LyapunovWeight::Matrix(random.definite(n)))?;
+            let weight = LyapunovWeight::Matrix(random.definite(n));
+            let design = LinearDesign::with_poles_and_weight(&plant, &poles, weight)?;
             let bound = theorem5_bound(&design.p, &design.q)?;
             let (l, c) = (proof_matrix(design.l()), proof_matrix(&plant.c));
             for share in [0.999, 0.0999] {
