@@ -32,6 +32,22 @@ fn a_delayed_input_arrives_later() {
     assert_abs_diff_eq!(held.x[(1, 0)], 0.25 * 1.5 + 0.13, epsilon = 1e-9);
 }
 
+/// Of x' = u under u = 1 the output is t, and under a delay of 0.3 it was t - 0.3: that of the state and not of the
+/// input, which stands beside it.
+#[test]
+fn a_delayed_output_of_a_plant_with_inputs_is_the_output() {
+    let plant = LinearPlant::new(dmatrix![0.0, 0.0; 0.0, 0.0], dmatrix![1.0; 2.0], dmatrix![1.0, 0.0]).unwrap();
+    let run = Scenario::new(plant)
+        .input(Signal::constant(&[1.0]))
+        .disturbances(Disturbances { output_delay: 0.3, ..Disturbances::default() })
+        .until(2.0, 21)
+        .run()
+        .unwrap();
+    for (k, &t) in run.t.iter().enumerate() {
+        assert_abs_diff_eq!(run.measured[(k, 0)], (t - 0.3).max(0.0), epsilon = 1e-9);
+    }
+}
+
 /// Jumps that are one instant, and a rounding error apart as sums of periods and delays: no step is taken between them.
 /// Of t held every 0.05, `0, 0.05, .., 9.9` have acted for 0.05 each at t = 10.
 #[test]

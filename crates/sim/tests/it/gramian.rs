@@ -127,6 +127,20 @@ fn where_the_output_is_stationary_the_step_decides() {
     assert_abs_diff_eq!(found.gramian[(0, 0)], 2e-4, epsilon = 1e-12);
 }
 
+/// `x' = -x`, `y = (x1, 2 x2)` over T = 1: W = (1 - e^-2)/2 diag(1, 4).
+#[test]
+fn the_condition_of_a_gramian_of_full_rank() {
+    let plant =
+        StateSpace::new(-DMatrix::<f64>::identity(2, 2), dmatrix![0.0; 0.0], dmatrix![1.0, 0.0; 0.0, 2.0]).unwrap();
+    let found = from(&[1.0, 1.0], &plant, 1.0, &unit(2));
+    let weight = (1.0 - (-2f64).exp()) / 2.0;
+    assert_eq!(found.rank, 2);
+    assert!((found.condition() - 4.0).abs() < 1e-6, "{}", found.condition());
+    assert!((found.unobservability_index() * weight - 1.0).abs() < 1e-6, "{}", found.unobservability_index());
+    let v = found.weakest().unwrap();
+    assert!((v[0].abs() - 1.0).abs() < 1e-6 && v[1].abs() < 1e-6, "{v}");
+}
+
 #[test]
 fn what_makes_no_sense_is_refused_with_its_numbers() {
     let plant = VanDerPol::default();

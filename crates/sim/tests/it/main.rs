@@ -2,6 +2,7 @@
 
 mod chi_squared;
 mod compare;
+mod consistency;
 mod defect;
 mod dense;
 mod disturbance;

@@ -19,6 +19,14 @@ fn moments_are_those_of_the_distribution() {
 }
 
 #[test]
+fn what_was_given_is_kept() {
+    let (gaussian, uniform) = (Noise::gaussian(&[0.1, 0.2], 0.5, 7), Noise::uniform(&[0.3], 0.25, 9));
+    assert_eq!((gaussian.amplitude(), gaussian.period()), (&[0.1, 0.2][..], 0.5));
+    assert_eq!((uniform.amplitude(), uniform.period()), (&[0.3][..], 0.25));
+    assert!(gaussian.is_gaussian() && !uniform.is_gaussian());
+}
+
+#[test]
 fn the_seed_decides() {
     let [a, b] = [1, 2].map(|seed| Noise::uniform(&[1.0], 0.1, seed));
     let sample = |noise: &Noise, k| noise.sample(Purpose::MeasurementNoise, k);

@@ -2,7 +2,7 @@
 //! the data.
 
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
-use luenberger_observers::{LinearObserver, SampledObserver};
+use luenberger_observers::{LinearObserver, Observer, ObserverDimensions, SampledObserver};
 use luenberger_plants::{Plant, StaticPlant, double_integrator};
 use luenberger_sim::replay::InnovationStatistics;
 use luenberger_sim::{
@@ -245,6 +245,75 @@ fn bad_recordings_and_observers_are_refused() {
     // An observer of some states has no innovation.
     let partial = Replay::new(double_integrator(), log()).partial_observer("a", observer(), &[0.0; 2]).run().unwrap();
     assert!(partial.observers[0].innovation.is_none() && partial.observers[0].statistics(0.0).unwrap().is_empty());
+}
+
+/// A gap is more than five times the median period, of the rows or of the measurements of an output.
+#[test]
+fn gaps_are_those_of_the_times() {
+    let t = vec![0.0, 1.0, 2.0, 3.0, 8.0, 13.5, 14.5];
+    let y = DMatrix::from_fn(7, 2, |k, j| (j == 0 || ![1, 2].contains(&k)).then_some(1.0));
+    let log = Recording::with_missing(t, &DMatrix::from_element(7, 0, None), &y).unwrap();
+    assert_eq!((log.median_period(), log.gaps()), (1.0, vec![(8.0, 13.5)]));
+    // Of the second output the times are 0, 3, 8, 13.5, 14.5: differences 3, 5, 5.5, 1, of which the median is 5.
+    assert_eq!((log.output_period(1), log.output_gaps(1)), (5.0, vec![]));
+    assert_eq!((log.output_period(0), log.output_gaps(0)), (1.0, vec![(8.0, 13.5)]));
+}
+
+/// z' = 0 and z+ = z + 1 every 0.31.
+struct Counter;
+
+impl Observer<f64> for Counter {
+    type State = Vector1<f64>;
+    type Input = Vector1<f64>;
+    type Output = Vector1<f64>;
+    type Estimate = Vector1<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
+    }
+
+    fn derivative(&self, _t: f64, _z: &Vector1<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+        Vector1::new(0.0)
+    }
+
+    fn estimate(&self, _t: f64, z: &Vector1<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+        *z
+    }
+
+    fn initial(&self, _t: f64, estimate: &Vector1<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+        *estimate
+    }
+
+    fn jump_period(&self) -> Option<f64> {
+        Some(0.31)
+    }
+
+    fn jump(&self, _t: f64, z: &Vector1<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+        z.add_scalar(1.0)
+    }
+}
+
+/// An observer that jumps every 0.31 has jumped `floor(t/0.31)` times, in a simulation and on a log that begins at t =
+/// 2, in which the output is missing for a while, so that its hold ends between two rows.
+#[test]
+fn jumps_are_at_the_multiples_of_their_period() {
+    let plant = StaticPlant::new(Matrix1::new(0.0), Matrix1::new(1.0), Matrix1::new(1.0)).unwrap();
+    let jumps = |since: f64| (since / 0.31).floor();
+    let run = Scenario::new(plant.clone()).observer("counter", Counter, &[0.0]).until(3.0, 13).run().unwrap();
+    for (k, t) in run.t.iter().enumerate() {
+        assert_eq!(run.observers[0].estimate[(k, 0)], jumps(*t), "{t}");
+    }
+    let t: Vec<f64> = (0..13).map(|k| 2.0 + 0.5 * f64::from(k)).collect();
+    let y = DMatrix::from_fn(13, 1, |k, _| (!(4..9).contains(&k)).then_some(1.0));
+    let log = Recording::with_missing(t, &DMatrix::from_element(13, 1, Some(0.0)), &y).unwrap();
+    for between in [BetweenRows::Predicted, BetweenRows::Held, BetweenRows::Linear] {
+        let log = log.clone().between(SampleInterpolation::ZeroOrderHold, between);
+        let found = Replay::new(plant.clone(), log).observer("counter", Counter, &[0.0]).run().unwrap();
+        let found = &found.observers[0];
+        for (k, t) in found.t.iter().enumerate() {
+            assert_eq!(found.estimate[(k, 0)], jumps(t - 2.0), "{between:?} {t}");
+        }
+    }
 }
 
 /// The covariance that a filter shows is the one that its correction uses: after a sample, `P+ = P - P H' S^-1 H P`.

@@ -11,9 +11,9 @@ use luenberger_observers::{
 use luenberger_plants::linear::StaticPlant;
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator, third_order};
 use luenberger_sim::{
-    Integrand, Integrator, Noise, Scenario, Sensor, Settings, Signal, SimError, Trajectory, metrics, solve,
+    Integrand, Integrator, Noise, Scenario, Sensor, Settings, Signal, SimError, Trajectory, View, metrics, solve,
 };
-use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, Vector1, Vector2, Vector3};
+use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, Vector1, Vector2, Vector3, dmatrix};
 
 /// L of Example 1 for the poles -2, -5.
 fn l() -> Vector2<f64> {
@@ -578,6 +578,19 @@ fn dense_output_agrees_with_samples_and_with_more_of_them() {
         .run()
         .unwrap();
     assert!(difference(&run.observers[1].error, &fine.observers[0].error) < 1e-9);
+}
+
+/// `x1' = u`, `x2' = 2 u`, `y = (x1 + x2, x2)` under u = 3: what a view of the run has is each in its place.
+#[test]
+fn a_view_has_state_input_and_output_in_their_places() {
+    let plant = LinearPlant::new(DMatrix::zeros(2, 2), dmatrix![1.0; 2.0], dmatrix![1.0, 1.0; 0.0, 1.0]).unwrap();
+    let run = Scenario::new(plant).input(Signal::constant(&[3.0])).until(2.0, 2).run().unwrap();
+    let at = |quantity: fn(&View<'_>) -> f64| run.trace(quantity).at(0.5).unwrap();
+    let found = [at(|v| v.x[0]), at(|v| v.x[1]), at(|v| v.u[0]), at(|v| v.y[0]), at(|v| v.y[1]), at(|v| v.t)];
+    for (found, expected) in found.into_iter().zip([1.5, 3.0, 3.0, 4.5, 3.0, 0.5]) {
+        assert_abs_diff_eq!(found, expected, epsilon = 1e-12);
+    }
+    assert_eq!([at(|v| v.u.len() as f64), at(|v| v.y.len() as f64)], [1.0, 2.0]);
 }
 
 /// The merits of a run need nothing named before it, and agree with the integral that is an extra state.

@@ -1,7 +1,7 @@
 //! Observers corrected at samples of varying periods, some of them missed.
 
 use luenberger_linalg::zero_order_hold;
-use luenberger_observers::{SampledCubicGains, SampledCubicObserver, VaryingPeriodObserver};
+use luenberger_observers::{LinearObserver, SampledCubicGains, SampledCubicObserver, VaryingPeriodObserver};
 use luenberger_plants::double_integrator;
 use luenberger_sim::{Disturbances, MeasurementLoss, SampleTimes, Scenario, Signal, SimError, Trajectory};
 use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, U1, U2, Vector1, Vector2};
@@ -51,6 +51,22 @@ fn the_estimate_is_that_of_corrections_and_predictions_over_the_elapsed_times() 
         assert!((Vector2::from_column_slice(&after) - xhat).norm() < 1e-7, "t = {t}: {after:?} and {xhat}");
     }
     assert!(found.samples.len() > 40 && found.error[(0, 0)] == 2.5 && found.error.row(60).norm() < 1e-3);
+}
+
+/// Whatever stands before it in a row.
+#[test]
+fn the_estimate_does_not_depend_on_the_observers_beside_it() {
+    let alone = run(TIMES, 0.3, None).unwrap();
+    let beside = Scenario::new(double_integrator())
+        .initial_state(&[3.0, -1.0])
+        .input(Signal::constant(&[0.3]))
+        .observer("linear", LinearObserver::of(double_integrator(), Vector2::new(3.0, 2.0)).unwrap(), &[0.0, 0.0])
+        .continuous_discrete_observer("jitter", observer(), TIMES, &[0.5, 0.0])
+        .until(6.0, 61)
+        .run()
+        .unwrap();
+    let difference = &alone.observers[0].estimate - &beside.observers[1].estimate;
+    assert!(difference.amax() < 1e-9, "{difference}");
 }
 
 #[test]

@@ -212,6 +212,40 @@ fn a_division_by_zero_is_named() {
     assert!(error.to_string().ends_with("as by a division by zero"), "{error}");
 }
 
+/// A sampled observer that announces other lengths than its columns have.
+struct Misfit;
+
+impl SampledObserver<f64> for Misfit {
+    type State = Vector2<f64>;
+    type Input = Vector1<f64>;
+    type Output = Vector1<f64>;
+    type Estimate = Vector2<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 3, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn period(&self) -> f64 {
+        0.5
+    }
+
+    fn step(&self, _t: f64, _state: &mut Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) {}
+
+    fn estimate(&self, state: &Vector2<f64>) -> Vector2<f64> {
+        *state
+    }
+
+    fn initial(&self, _t: f64, estimate: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *estimate
+    }
+}
+
+#[test]
+fn a_sampled_observer_of_other_lengths_is_refused() {
+    let run = Scenario::new(double_integrator()).sampled_observer("misfit", Misfit, &[0.0, 0.0]).until(1.0, 2).run();
+    assert!(matches!(run, Err(SimError::Length { .. })), "{run:?}");
+}
+
 /// A sampled observer whose state becomes NaN ends its own run, not the comparison.
 #[test]
 fn a_sampled_observer_that_is_not_finite_is_a_row() {
@@ -407,6 +441,28 @@ fn scores_of_samples() {
     assert_eq!(constant.state(0).unwrap().overshoot, 0.0);
 }
 
+/// Scores at the samples of a run that starts at t = 3: from e = (1, 1) they are those of a start at 0, three later. On
+/// a grid of 0.7 each instant has the last sample up to it: 3, 3.5, 4, ..
+#[test]
+fn samples_count_from_the_start_of_a_run() {
+    let run = Scenario::new(double_integrator())
+        .initial_state(&X0)
+        .sampled_observer("deadbeat", Deadbeat { period: 0.5 }, &[0.0, 0.0])
+        .start(3.0)
+        .until(6.0, 2)
+        .run()
+        .unwrap();
+    for (period, samples) in [(0.5, 7.0), (0.7, 5.0)] {
+        let errors = Errors::of(&run, "deadbeat", ScoreGrid::Samples { period }).unwrap();
+        assert!(!errors.is_empty() && errors.len() == 2);
+        let norm = errors.norm(None, 0.05).unwrap();
+        assert_abs_diff_eq!(norm.rmse, (3.25f64 / samples).sqrt(), epsilon = 1e-12);
+        assert!(norm.last < 1e-12 && norm.initial == 2f64.sqrt());
+        // Exact from the third sample on, at t = 4, or from the third instant, 4.4.
+        assert_abs_diff_eq!(norm.settling_last.unwrap(), 3.0 + 2.0 * period, epsilon = 1e-12);
+    }
+}
+
 /// Of nothing no band is a share: an error that starts at 0 and returns to it, or stays there, has no settling time.
 #[test]
 fn an_error_of_samples_that_starts_at_zero_has_no_settling_time() {
@@ -424,6 +480,43 @@ fn an_error_of_samples_that_starts_at_zero_has_no_settling_time() {
         assert_eq!((state.settling_5, state.settling_2), (None, None), "{name}");
         assert_eq!((norm.settling_first, norm.settling_last), (None, None), "{name}");
     }
+}
+
+/// A filter of the constant 3 from the estimate 1, with the variances 1 of both: its error is 2 before the first
+/// measurement, and 1, 2/3, 1/2 after each.
+#[test]
+fn the_error_of_a_filter_begins_before_its_first_measurement() {
+    let one = dmatrix![1.0];
+    let (bd, w) = (nalgebra::DMatrix::zeros(1, 0), dmatrix![0.0]);
+    let model = KalmanModel {
+        ad: one.clone(),
+        bd: bd.clone(),
+        c: one.clone(),
+        w,
+        v: one.clone(),
+        p0: one.clone(),
+        period: 1.0,
+    };
+    let run = Scenario::new(LinearPlant::new(dmatrix![0.0], bd, one).unwrap())
+        .initial_state(&[3.0])
+        .sampled_observer("filter", KalmanFilter::new(model).unwrap(), &[1.0])
+        .until(2.0, 3)
+        .run()
+        .unwrap();
+    let errors = Errors::of(&run, "filter", run.score_grid().unwrap()).unwrap();
+    let (state, norm) = (errors.state(0).unwrap(), errors.norm(Some(&[2.0]), 0.6).unwrap());
+    let near = |found: f64, expected: f64| assert_abs_diff_eq!(found, expected, epsilon = 1e-14);
+    near(state.initial, 2.0);
+    near(state.peak, 2.0);
+    near(state.last, 0.5);
+    near(state.rmse, ((1.0 + 4.0 / 9.0 + 0.25) / 3.0f64).sqrt());
+    near(norm.initial, 1.0);
+    near(norm.peak, 1.0);
+    // 0.6 of 2 is reached by the first measurement.
+    assert_eq!((norm.settling_first, norm.settling_last), (Some(0.0), Some(0.0)));
+    let samples = run.observers[0].at_samples.as_ref().unwrap();
+    let places = [0.0, 0.5, 1.0, 1.0 + 1e-12, 2.0 - 1e-12, 1.9].map(|t| samples.at(t));
+    assert_eq!(places, [Some(0), None, Some(1), Some(1), Some(2), None]);
 }
 
 /// Before its first sample a table is what it is there, held or interpolated; after its last one likewise.

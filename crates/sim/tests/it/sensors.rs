@@ -1,7 +1,10 @@
 //! Sensors with sampling periods of their own, and measurements that do not arrive.
 
 use approx::assert_abs_diff_eq;
-use luenberger_observers::{DiscreteLinearObserver, KalmanFilter, KalmanModel, LinearObserver};
+use luenberger_expression::{ExpressionPlant, Parameters};
+use luenberger_observers::{
+    DiscreteLinearObserver, KalmanFilter, KalmanModel, LinearObserver, NonlinearLuenbergerObserver,
+};
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator};
 use luenberger_sim::{Disturbances, MeasurementLoss, Scenario, Sensor, Signal, SimError};
 use nalgebra::{DMatrix, Matrix2, Vector1, Vector2, dmatrix};
@@ -178,6 +181,54 @@ fn counts_of_measurements_on_samples() {
     assert_eq!(slow.on_samples(0.1, 2.0), (7, 7));
     assert_eq!(slow.on_samples(0.2, 2.0), (4, 7));
     assert_eq!(slow.on_samples(0.1, 0.1), (0, 0));
+}
+
+/// The first measurement of a sensor has the first value of its noise, whenever it comes.
+#[test]
+fn the_noise_of_a_sensor_begins_with_its_first_measurement() {
+    let noise = |offset: f64| {
+        let sensor = Sensor::new(0, 0.5).offset(offset).gaussian(1.0, 3);
+        let run = Scenario::new(integrator()).sensor(sensor).times(&[0.0, 0.6, 1.1, 1.6]).run().unwrap();
+        run.measured.column(0).iter().copied().collect::<Vec<f64>>()
+    };
+    let (now, later) = (noise(0.0), noise(0.5));
+    assert_eq!(later[1..], now[..3]);
+    assert!(now.iter().all(|value| *value != 0.0));
+}
+
+/// An observer of some states predicts no output: between the measurements of a sensor it holds the last one.
+#[test]
+fn an_observer_of_some_states_holds_the_last_measurement() {
+    let still = LinearPlant::new(DMatrix::zeros(2, 2), dmatrix![0.0; 0.0], dmatrix![1.0, 0.0]).unwrap();
+    let first = LinearPlant::new(dmatrix![1.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
+    let observer = DiscreteLinearObserver::new(first, dmatrix![0.5], 1.0).unwrap();
+    let run = Scenario::new(still)
+        .initial_state(&[8.0, 3.0])
+        .sensor(Sensor::new(0, 2.0))
+        .partial_sampled_observer("observer", observer, &[0.0], &[0])
+        .until(4.0, 5)
+        .run()
+        .unwrap();
+    for (found, expected) in run.observers[0].error.iter().zip([8.0, 4.0, 2.0, 1.0, 0.5]) {
+        assert_abs_diff_eq!(*found, expected, epsilon = 1e-12);
+    }
+}
+
+/// `x' = 0`, `y = x + t`, measured every half: the measurement moves by the time alone, and e' = -3 e throughout.
+#[test]
+fn a_measurement_moves_with_an_output_that_depends_on_the_time() {
+    let plant = ExpressionPlant::new(&["0"], &["x1 + t"], 0, &Parameters::new()).unwrap();
+    let observer = NonlinearLuenbergerObserver::new(plant.clone(), dmatrix![3.0]).unwrap();
+    let run = Scenario::new(plant)
+        .initial_state(&[2.0])
+        .sensor(Sensor::new(0, 0.5))
+        .observer("observer", observer, &[0.0])
+        .until(2.0, 21)
+        .run()
+        .unwrap();
+    for (k, &t) in run.t.iter().enumerate() {
+        assert_abs_diff_eq!(run.observers[0].error[(k, 0)], 2.0 * (-3.0 * t).exp(), epsilon = 1e-8);
+    }
 }
 
 /// From the offset on, and not before it, where a period divides the offset, too.
