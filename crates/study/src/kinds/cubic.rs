@@ -102,13 +102,7 @@ pub struct Cubic {
 }
 
 impl Specification for Cubic {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn gain(&self) -> Option<&LinearSpec> {
         Some(&self.linear)

@@ -69,13 +69,7 @@ pub struct ExtendedKalman {
 }
 
 impl Specification for ExtendedKalman {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn period(&self) -> Option<f64> {
         Some(self.period)

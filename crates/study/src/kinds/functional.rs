@@ -77,13 +77,7 @@ pub struct Functional {
 }
 
 impl Specification for Functional {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn poles(&self) -> Option<&[Complex<f64>]> {
         Some(&self.poles)

@@ -203,13 +203,7 @@ pub struct HighGain {
 }
 
 impl Specification for HighGain {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self { r: self.r / factor, ..self.clone() }.into())

@@ -143,13 +143,7 @@ fn is_shifted_identity(beta: &ExpressionPlant, order: usize) -> bool {
 }
 
 impl Specification for ImmersionSpec {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn region_of_design(&self) -> Option<Region> {
         Some(self.region.clone())

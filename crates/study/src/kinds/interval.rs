@@ -130,13 +130,7 @@ pub struct IntervalSpec {
 }
 
 impl Specification for IntervalSpec {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn gain(&self) -> Option<&LinearSpec> {
         self.gain.as_ref()

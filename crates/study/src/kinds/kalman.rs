@@ -63,13 +63,7 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 pub struct Kalman(pub LinearSpec);
 
 impl Specification for Kalman {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn whole_gain(&self) -> Option<&LinearSpec> {
         Some(&self.0)

@@ -50,13 +50,7 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 }
 
 impl Specification for KklMapsSpec {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn region_of_design(&self) -> Option<Region> {
         Some(self.region.clone())

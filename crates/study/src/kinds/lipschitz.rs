@@ -102,13 +102,7 @@ pub struct Lipschitz {
 }
 
 impl Specification for Lipschitz {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn has_given_gain(&self) -> bool {
         true

@@ -85,13 +85,7 @@ pub struct Lpv {
 }
 
 impl Specification for Lpv {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn has_given_gain(&self) -> bool {
         true

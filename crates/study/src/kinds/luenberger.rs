@@ -61,13 +61,7 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 pub struct Luenberger(pub LinearSpec);
 
 impl Specification for Luenberger {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn gain(&self) -> Option<&LinearSpec> {
         Some(&self.0)

@@ -127,13 +127,7 @@ pub enum PrintedMean {
 }
 
 impl Specification for MeanValue {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn decay_rate(&self) -> Option<f64> {
         Some(self.rate)

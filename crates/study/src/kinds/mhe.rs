@@ -121,13 +121,7 @@ impl MovingHorizonSpec {
 }
 
 impl Specification for MovingHorizonSpec {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn period(&self) -> Option<f64> {
         Some(self.period)

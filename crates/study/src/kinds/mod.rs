@@ -11,6 +11,19 @@
 //! | `keys`, `filter`, `disturbance`, `norm_filter`, `peb` | keys and designs that kinds share |
 //! | the others | a kind each, under its name in studies |
 
+/// Name and plants of a specification, as its module declares them.
+macro_rules! declared {
+    () => {
+        fn name(&self) -> &'static str {
+            DECLARATION.name
+        }
+
+        fn plant(&self) -> crate::study::PlantClass {
+            DECLARATION.plant
+        }
+    };
+}
+
 pub(crate) mod cubic;
 mod declaration;
 pub(crate) mod disturbance;

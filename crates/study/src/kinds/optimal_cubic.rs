@@ -165,13 +165,7 @@ fn simulated(simulation: &Node, outputs: usize) -> Option<Simulated> {
 pub struct OptimalCubic(pub EstimationProblem);
 
 impl Specification for OptimalCubic {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     // Evaluations of the cost, each of up to 20000 periods of the noise.
     fn seconds(&self, study: &Study) -> f64 {

@@ -54,13 +54,7 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 pub struct Pebo(pub PebSpec);
 
 impl Specification for Pebo {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn region_of_design(&self) -> Option<Region> {
         Some(self.0.region.clone())

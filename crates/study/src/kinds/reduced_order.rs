@@ -73,13 +73,7 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 pub struct ReducedOrder(pub Vec<Complex<f64>>);
 
 impl Specification for ReducedOrder {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn poles(&self) -> Option<&[Complex<f64>]> {
         Some(&self.0)

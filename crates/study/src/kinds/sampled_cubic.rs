@@ -150,13 +150,7 @@ pub struct SampledCubic {
 }
 
 impl Specification for SampledCubic {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn gain(&self) -> Option<&LinearSpec> {
         Some(&self.linear)

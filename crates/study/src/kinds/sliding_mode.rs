@@ -105,13 +105,7 @@ impl SlidingModeSpec {
 }
 
 impl Specification for SlidingModeSpec {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn period(&self) -> Option<f64> {
         Some(self.period)

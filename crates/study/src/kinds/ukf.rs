@@ -124,13 +124,7 @@ impl UnscentedSpec {
 }
 
 impl Specification for UnscentedSpec {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn period(&self) -> Option<f64> {
         Some(self.period)

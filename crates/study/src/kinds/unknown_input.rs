@@ -71,13 +71,7 @@ pub struct UnknownInput {
 }
 
 impl Specification for UnknownInput {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn gain(&self) -> Option<&LinearSpec> {
         Some(&self.linear)

@@ -229,13 +229,7 @@ const BESIDES: f64 = 2000.0;
 const ONE_T: f64 = 2e-3;
 
 impl Specification for KklSpec {
-    fn name(&self) -> &'static str {
-        DECLARATION.name
-    }
-
-    fn plant(&self) -> PlantClass {
-        DECLARATION.plant
-    }
+    declared!();
 
     fn region_of_design(&self) -> Option<luenberger_design::Region> {
         Some(luenberger_design::Region::new(&self.domain).inputs(&self.inputs))
