@@ -1,6 +1,6 @@
 //! An observer as designed: ready to run, with its evidence.
 
-use luenberger_design::{Certificate, CubicDesign, LinearDesign};
+use luenberger_design::{Certificate, CubicDesign, LinearDesign, SampledIntervalDesign};
 
 use crate::deployment::SampledDesign;
 use crate::results::DesignReport;
@@ -29,6 +29,8 @@ pub(crate) enum Origin {
     Continuous { linear: Box<LinearDesign>, cubic: Option<Box<CubicDesign>> },
     /// A sampled design.
     Sampled(SampledDesign),
+    /// The interval observer of a plant in discrete time, in binary64.
+    Interval(Box<SampledIntervalDesign>),
 }
 
 impl Designed {

@@ -20,6 +20,21 @@ pub struct IntervalDeployment {
 }
 
 impl IntervalDeployment {
+    /// The design of the study for binary64, and one with its gain for binary32.
+    pub(super) fn of_discrete(
+        study: &Study,
+        observer: &ObserverSpec,
+        spec: &IntervalSpec,
+        (plant, designed): (&StateSpace, &SampledIntervalDesign),
+        period: f64,
+    ) -> Self {
+        let gain = Some(designed.observer.gains().l.clone());
+        let operation = operation::largest(study, observer);
+        let sampling = Sampling { plant, gain, period, held: false, operation, format: Format::Binary32 };
+        let binary32 = sampled_interval(&sampling, spec, observer.bounds.as_ref()).map_err(|error| error.to_string());
+        Self { binary32, binary64: Ok(designed.clone()) }
+    }
+
     /// The designs of a specification with the gain for samples; none for that of the least width.
     ///
     /// # Errors

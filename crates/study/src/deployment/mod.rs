@@ -256,6 +256,9 @@ pub(crate) fn sampled_of(
     }
     if let (ObserverKind::Interval(spec), Some(plant)) = (&observer.kind, &linear) {
         let design = names.with(|| {
+            if let Origin::Interval(designed) = origin {
+                return Ok(IntervalDeployment::of_discrete(study, observer, spec, (plant, designed), period));
+            }
             let gain = match (&spec.gain, study.plant.dt) {
                 (None, _) => None,
                 (Some(gain), Some(dt)) => {

@@ -13,6 +13,7 @@ use super::error_bound::acting;
 use super::explain::Misfit;
 use super::linear::{measurement, of};
 use super::{Designed, certified, lower_bound, matrix, poles, proved_of, upper_bound};
+use crate::designed::Origin;
 use crate::results::{DesignReport, NamedNumber};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, IntervalSpec};
@@ -149,6 +150,10 @@ pub(super) fn discrete(
             .collect(),
         ..certified(&design.certificate, &[])
     };
-    let runnable = Runnable::SampledInterval(Box::new(design.observer.clone()));
-    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
+    Ok(Designed {
+        runnable: Runnable::SampledInterval(Box::new(design.observer.clone())),
+        report,
+        certificate: Some(design.certificate.clone()),
+        origin: Origin::Interval(Box::new(design)),
+    })
 }
