@@ -44,6 +44,8 @@ pub(crate) enum Origin {
     Continuous { linear: Box<LinearDesign>, cubic: Option<Box<CubicDesign>> },
     /// A sampled design.
     Sampled(SampledDesign),
+    /// The interval observer of a plant in discrete time, in binary64.
+    Interval(Box<SampledIntervalDesign>),
 }
 
 impl Designed {

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
 use super::{Kind, of as kind};
-use crate::designed::{IntervalDeployment, Running, SampledDesign, continuous, rows, sampled};
+use crate::designed::{IntervalDeployment, Origin, Running, SampledDesign, continuous, rows, sampled};
 use crate::keys::{Range, Type, optional, required};
 use crate::operation;
 use crate::reader::tree::Node;
@@ -183,7 +183,14 @@ impl Kind for IntervalSpec {
 
     fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
         let (plan, plant) = (&of.plan, of.plan.study.plant.model.linear()?);
+        let coordinates = (self.coordinates, self.first.as_slice());
         Some(of.named(|| {
+            if let Some(Origin::Interval(designed)) = of.designed.map(|designed| &designed.origin) {
+                let found = (&plant, designed.as_ref());
+                let deployed =
+                    IntervalDeployment::of_discrete(plan.study, plan.requested, coordinates, found, of.period);
+                return Ok(SampledDesign::Interval(Box::new(deployed)));
+            }
             let gain = match (&self.gain, plan.study.plant.dt) {
                 (None, _) => None,
                 (Some(gain), Some(dt)) => Some(discrete::gain_in_words(plan, &plant, gain, dt)?.observer.l().clone()),
@@ -194,13 +201,8 @@ impl Kind for IntervalSpec {
                     Some(found.l().clone())
                 }
             };
-            let deployed = IntervalDeployment::new(
-                plan.study,
-                plan.requested,
-                (self.coordinates, &self.first),
-                (&plant, gain),
-                of.period,
-            )?;
+            let gain = (&plant, gain);
+            let deployed = IntervalDeployment::new(plan.study, plan.requested, coordinates, gain, of.period)?;
             Ok(SampledDesign::Interval(Box::new(deployed)))
         }))
     }
@@ -280,8 +282,9 @@ fn discrete_design(
             .collect(),
         ..certified(&design.certificate, &[])
     };
-    let runnable = design.observer.clone();
-    Ok(Designed::new(runnable.into(), report, Some(design.certificate.clone())))
+    let runnable = design.observer.clone().into();
+    let certificate = Some(design.certificate.clone());
+    Ok(Designed { runnable, report, certificate, origin: Origin::Interval(Box::new(design)) })
 }
 
 impl Running for Enclosing {

@@ -18,6 +18,21 @@ use crate::operation;
 use crate::study::{ActingBounds, ObserverSpec, Study};
 
 impl IntervalDeployment {
+    /// The design of the study for binary64, and one with its gain for binary32.
+    pub(crate) fn of_discrete(
+        study: &Study,
+        observer: &ObserverSpec,
+        coordinates: (ErrorCoordinates, &[f64]),
+        (plant, designed): (&StateSpace, &SampledIntervalDesign),
+        period: f64,
+    ) -> Self {
+        let gain = Some(designed.observer.gains().l.clone());
+        let operation = operation::largest(study, observer);
+        let sampling = SampledPlant { plant, gain, period, held: false, operation, format: Format::Binary32 };
+        let found = sampled_design(&sampling, coordinates, observer.bounds.as_ref());
+        Self { binary32: found.map_err(|error| error.to_string()), binary64: Ok(designed.clone()) }
+    }
+
     /// The designs of a specification with the gain for samples; none for that of the least width.
     ///
     /// # Errors

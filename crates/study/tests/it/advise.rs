@@ -176,6 +176,8 @@ fn the_order_is_that_of_the_criterion() {
     let advice = advice(PENDULUM, &by("proved"));
     let verdicts: Vec<bool> = advice.ranking.iter().map(|one| one.verdict.word() == "proved").collect();
     assert!(verdicts[0] && verdicts.windows(2).all(|pair| pair[0] >= pair[1]), "{verdicts:?}");
+    let best = format!("1. {} has a proof, and the least rms |e| of those that have one.", advice.ranking[0].name);
+    assert!(advice.explanation[0].starts_with(&best), "{}", advice.explanation[0]);
 }
 
 /// The scores of the runs of an observer in `runs.csv`: rms and that of the second half.

@@ -140,6 +140,21 @@ fn what_was_changed_by_hand_is_kept_under_another_name() {
     assert!(folder.join("figures/states.svg").is_file());
 }
 
+/// A change that leaves the length of a file as it was is a change.
+#[test]
+fn a_digit_changed_by_hand_is_kept_too() {
+    let folder = scratch("changed-digit");
+    run(STUDY, &folder);
+    let path = folder.join("trajectories/one.csv");
+    let mut bytes = fs::read(&path).unwrap();
+    let digit = bytes.iter().rposition(u8::is_ascii_digit).unwrap();
+    bytes[digit] = if bytes[digit] == b'1' { b'2' } else { b'1' };
+    fs::write(&path, &bytes).unwrap();
+    let name = "trajectories/one.csv".to_owned();
+    assert_eq!(run(STUDY, &folder), [(name.clone(), format!("{name}.old"))]);
+    assert_eq!(fs::read(folder.join("trajectories/one.csv.old")).unwrap(), bytes);
+}
+
 #[test]
 fn a_folder_of_another_is_refused_unless_forced() {
     let folder = scratch("foreign");

@@ -1,5 +1,6 @@
 //! Numbers and figures in reports.
 
+use luenberger_proof::certificate::ProvedSentence;
 use luenberger_study::results::leading;
 use luenberger_study::{RunOptions, Step, execute};
 
@@ -44,6 +45,48 @@ fn a_direction_of_many_states_is_told_by_its_leading_terms() {
         leading("a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f + 0.4 g - 0.3 h"),
         "a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f and 2 smaller terms"
     );
+}
+
+/// The summary says what is proved, of up to three observers; what of more stands in their sections alone.
+#[test]
+fn the_summary_says_what_is_proved_of_a_few_observers() {
+    let plant = "[plant]\na = [[-1]]\nc = [[1]]\n";
+    for (count, is_said) in [(1, true), (3, true), (4, false)] {
+        let one = |k: usize| format!("[[observer]]\nname = \"number {k}\"\nkind = \"luenberger\"\npoles = [-{k}]\n");
+        let text = plant.to_owned() + &(2..2 + count).map(one).collect::<String>();
+        let page = crate::page::body(&report(&format!("summary-{count}"), &text));
+        let page = page.replace("&gt;", ">").replace("&lt;", "<").replace("&quot;", "\"");
+        let results = execute(&study(&text), Step::Run, &RunOptions::default()).unwrap();
+        for observer in &results.observers {
+            let statement = &observer.design.as_ref().unwrap().statement;
+            let proved: Vec<&str> = statement.proved_sentences().map(ProvedSentence::as_str).collect();
+            assert!(!proved.is_empty());
+            let sentence = format!("{}: {}", observer.name, proved.join(" "));
+            assert_eq!(page.contains(&sentence), is_said, "{sentence} in {page}");
+        }
+    }
+}
+
+/// Of more than six facts five are shown, with the number of the others. Each of the three entries of the Jacobian that
+/// vary has two bounds: eight vertices.
+#[test]
+fn the_facts_that_are_folded_are_counted() {
+    let text = r#"
+[plant]
+f = ["x2 - 0.1*sin(x1)", "x3 - 0.1*sin(x2)", "-x1 - 3*x2 - 3*x3 - 0.1*sin(x3)"]
+h = ["x1"]
+[[observer]]
+name = "lpv"
+kind = "lpv"
+region = { states = [[-1, 1], [-1, 1], [-1, 1]] }
+decay_rate = 0.1
+"#;
+    let results = execute(&study(text), Step::Design, &RunOptions::default()).unwrap();
+    let design = results.observers[0].design.as_ref().unwrap_or_else(|| panic!("{:?}", results.failures()));
+    assert_eq!(design.verdict.word(), "proved");
+    let (shown, folded) = design.leading_facts();
+    assert!(design.facts.len() > 8, "{}", design.facts.len());
+    assert_eq!((shown, folded), (&design.facts[..5], design.facts.len() - 5));
 }
 
 /// e+ = (1/2 - L) e - L v: one step and L v for L = 1/2, three steps and about L v for L = 1/4, and for L = 0 an error
