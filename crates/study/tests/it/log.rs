@@ -326,8 +326,8 @@ fn rejected_measurements_are_those_of_the_second_half() {
 #[test]
 fn the_deviations_of_a_smoothed_log_are_root_mean_squares_over_its_rows() {
     let rows = 30;
-    let lines = (0..rows).map(|k| format!("{k},0,{}", 0.1 * f64::from(k % 3)));
-    let csv = lines.collect::<Vec<_>>().join("\n");
+    let row = |csv: String, k: i32| csv + &format!("{k},0,{}\n", 0.1 * f64::from(k % 3));
+    let csv = (0..rows).fold("t,speed,position\n".to_owned(), row);
     let filter = FILTER.replace("w = [[0.01]]", "w = [[0]]");
     let text = format!("{CART}{filter}period = 1\nsmooth = true\n");
     let results = run(&bench("constant", &csv), &text);
