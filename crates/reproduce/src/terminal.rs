@@ -65,11 +65,11 @@ pub fn table(summary: &Summary, filter: &Filter, terminal: bool) -> String {
 /// apart: 12 misprint (0 reproduced, 11 refuted, 1 underspecified), 9 reading (..), 20 ours (..)
 /// ```
 pub fn headline(summary: &Summary) -> String {
+    const ALL: [Verdict; 3] = [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified];
     let of = |classes: &[Class], verdict| summary.count_of(classes, verdict);
     let verdicts = |classes: &[Class], which: &[Verdict]| {
         which.iter().map(|&verdict| format!("{} {verdict}", of(classes, verdict))).collect::<Vec<_>>().join(", ")
     };
-    const ALL: [Verdict; 3] = [Verdict::Reproduced, Verdict::Refuted, Verdict::Underspecified];
     let own = Class::OWN.map(|class| format!("{} {class}", summary.of(&[class]))).join(", ");
     let neither: usize = ALL[1..].iter().map(|&verdict| of(&[Class::Theorem], verdict)).sum();
     let apart: Vec<String> = Class::ALL

@@ -269,7 +269,7 @@ const PDE_ROUNDING: f64 = 8.0 * f64::EPSILON * 6.0;
 
 fn pde_residual(_: &Context) -> Result<Outcome, CheckError> {
     let residual = residual(&ExponentialCascadeMap, |x, f| Ok(apart(&phi(&along(x, f)))))?;
-    Ok(Outcome::new(Evidence::holds_by(residual <= PDE_ROUNDING, residual)).note(
+    Ok(Outcome::new(Evidence::holds_by(residual <= PDE_ROUNDING, residual)).instances(grid().count()).note(
         "φ is not injective by itself; with y it is, as (ii) of A1 allows. Derivatives are those of dual numbers.",
     ))
 }
@@ -416,7 +416,7 @@ fn psi_positive(context: &Context) -> Result<Outcome, CheckError> {
     }
     // Nine tenths of the 0.35 at the start are gone from each; what ψ(0) = 10 adds is unlearned last.
     let shrinks = left.iter().all(|left| *left < 0.1 * (target - 1.0));
-    Ok(Outcome::new(Evidence::holds_by(shrinks && least > 0.1, left)).note(format!(
+    Ok(Outcome::new(Evidence::holds_by(shrinks && least > 0.1, left)).instances(PSI.len() - 1).note(format!(
         "ψ ends at {} or more: that it is not square integrable follows from ξ2 being bounded, whatever ψ(0) > 0 or = 0 (kkl.prop6.psi-zero).",
         short(least)
     )))

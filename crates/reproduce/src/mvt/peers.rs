@@ -254,7 +254,7 @@ fn polytopic(_: &Context) -> Result<Outcome, CheckError> {
             (printed.certificate.is_proved(), rate, printed.l().norm(), printed.sentence()),
         );
     }
-    Ok(Outcome::new(Evidence::holds(proved)).note(words.join(" ")))
+    Ok(Outcome::new(Evidence::holds(proved)).instances(words.len()).note(words.join(" ")))
 }
 
 const GIVEN: &str = "as printed, e0";

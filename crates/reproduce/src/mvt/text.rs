@@ -116,7 +116,6 @@ where
     (0..200).map(form).collect()
 }
 
-#[expect(clippy::unnecessary_wraps, reason = "the signature of every check")]
 fn equation_18(_: &Context) -> Result<Outcome, CheckError> {
     let mut random = cases();
     let all = [

@@ -222,7 +222,7 @@ fn defect<O: CukObserver>(observer: &O, sizes: &[f64]) -> f64 {
             |(state, y): &(Vec<f64>, Vector2<f64>)| observer.derivative(0.0, &O::State::from_slice(state), &u, y);
         let (one, other, zero) = (point(0, 1.0), point(20, 1.0), point(0, 0.0));
         let sum: (Vec<f64>, _) = (one.0.iter().zip(&other.0).map(|(a, b)| a + b).collect(), one.1 + other.1);
-        let rates = [&sum, &zero, &one, &other].map(|at| rate(at));
+        let rates = [&sum, &zero, &one, &other].map(rate);
         for i in 0..n {
             let [sum, zero, one, other] = [0, 1, 2, 3].map(|k| rates[k].as_slice()[i]);
             let size = sum.abs() + zero.abs() + one.abs() + other.abs();
