@@ -3,7 +3,8 @@
 use super::scalar;
 use crate::Export;
 
-/// The declarations of the feedback and of the step of the block, in the header; `not_finite` says what values that are not finite do.
+/// The declarations of the feedback and of the step of the block, in the header; `not_finite` says what values that are
+/// not finite do.
 pub(super) fn declarations(export: &Export) -> String {
     let (name, number) = (&export.identifier, scalar(export));
     let upper = name.to_uppercase();

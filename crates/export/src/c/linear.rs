@@ -1,4 +1,5 @@
-//! The steps of observers of a linear plant: with a constant gain, in filter form, with a cubic part, at varying periods.
+//! The steps of observers of a linear plant: with a constant gain, in filter form, with a cubic part, at varying
+//! periods.
 
 use luenberger_observers::SampledCubicObserver;
 use luenberger_observers::semi_implicit::reach;

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 
+use luenberger_export::golden::Stepper;
 use luenberger_export::{Export, ExportError, ExportableObserver, Names, Scalar, golden};
+use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::{
-    DiscreteLinearObserver, OutputFeedback, SampledCubicGains, SampledCubicObserver, SampledObserver,
-    StationaryKalmanFilter, VaryingPeriodObserver, cubic,
+    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, OutputFeedback,
+    SampledCubicGains, SampledCubicObserver, SampledObserver, StationaryKalmanFilter, VaryingPeriodObserver, cubic,
 };
 use luenberger_plants::StateSpace;
 use luenberger_random::Random;
@@ -463,6 +465,77 @@ fn a_name_cannot_end_a_line_of_a_comment() {
             assert!(line.starts_with(" *") && !line.contains('\r'), "{end:?} in {line:?} of {header}");
         }
     }
+}
+
+/// The numbers of xorshift64* from 0x9e3779b97f4a7c15, as Python computes them with integers: the high 53 bits of the
+/// product as a fraction of 4, less 2.
+const NOISE: [f64; 6] = [
+    -1.7888365065659673,
+    -0.6755188759925859,
+    0.6292694229649958,
+    -0.04015838397581817,
+    0.2632348291847082,
+    0.4672124529510362,
+];
+
+/// Inputs and outputs are the numbers of the generator in their order; without samples of a nonlinear plant they are a
+/// twentieth of it, and the outputs are added to those that the estimate predicts.
+#[test]
+fn golden_vectors_are_those_of_the_generator() {
+    let linear = golden::steps(&export(program(13, (3, 1, 2), false, false), Scalar::Binary64), 2).unwrap();
+    let numbers: Vec<f64> = linear.iter().flat_map(|step| [&step.u[..], &step.y[..]].concat()).collect();
+    assert_eq!(numbers, NOISE);
+    let plant = ExpressionPlant::new(&["x2", "-x1 + u1"], &["x1*x2"], 1, &Parameters::new()).unwrap();
+    let copy = DiscreteNonlinearObserver::new(plant, dmatrix![0.1; 0.1], 0.1).unwrap();
+    let export = export(ExportableObserver::Discrete(copy), Scalar::Binary64);
+    let mut stepper = Stepper::new(&export).unwrap();
+    let mut noise = NOISE.into_iter().map(|x| 0.05 * x);
+    for step in golden::steps(&export, 3).unwrap() {
+        let (u, more) = (noise.next().unwrap(), noise.next().unwrap());
+        let [x1, x2] = stepper.estimate()[..] else { panic!("two states") };
+        assert_eq!((&step.u[..], &step.y[..]), (&[u][..], &[x1 * x2 + more][..]));
+        // xhat+ = f(xhat, u) + L (y - h(xhat)).
+        let (next, expected) = (stepper.step(&step.u, &step.y), [x2 + 0.1 * more, -x1 + u + 0.1 * more]);
+        assert!(next.iter().zip(expected).all(|(x, expected)| (x - expected).abs() < 1e-15), "{next:?} {expected:?}");
+        assert_eq!((&next, &stepper.estimate()), (&step.estimate, &step.estimate));
+    }
+}
+
+/// What a file is of stands at its head, and is the type that its crate builds on.
+#[test]
+fn the_files_of_a_linear_observer_and_of_its_filter_form_say_which_they_are() {
+    let predictor = export(program(11, (2, 1, 1), false, false), Scalar::Binary64);
+    let filter = predictor.clone().with_update(&dmatrix![0.4; 0.2]).unwrap();
+    for (export, kind, block) in [
+        (predictor, "Sampled linear observer", "StaticDiscreteLinearObserver"),
+        (filter, "Stationary Kalman filter", "StaticStationaryKalmanFilter"),
+    ] {
+        let header = &export.c().unwrap()[0].text;
+        assert!(header.contains(kind), "{header}");
+        let files = export.rust().unwrap();
+        let text = |name: &str| &files.iter().find(|file| file.name == name).unwrap().text;
+        assert!(text("README.md").contains(kind), "{}", text("README.md"));
+        assert!(text("src/lib.rs").contains(block), "{}", text("src/lib.rs"));
+        assert_eq!(text("src/lib.rs").contains("StationaryKalmanFilter"), block.contains("Kalman"));
+    }
+}
+
+/// A filter says what it does with a measurement that is not finite; with a gate that is another sentence.
+#[test]
+fn the_header_of_a_filter_says_what_happens_to_a_bad_measurement() {
+    let plant = ExpressionPlant::new(&["x2", "-x1"], &["x1"], 0, &Parameters::new()).unwrap();
+    let noises = NoiseModel { w: DMatrix::identity(2, 2), v: dmatrix![1.0], p0: DMatrix::identity(2, 2) };
+    let filter = ExtendedKalmanFilter::new(plant, noises, 0.1, 1).unwrap();
+    let header = |filter| {
+        let export = crate::fuzz::export("plant", ExportableObserver::Kalman(filter), Scalar::Binary64);
+        let text = export.c().unwrap()[0].text.clone();
+        text.replace("\n *", "")
+    };
+    let (plain, gated) = (header(filter.clone()), header(filter.with_gate(5.0).unwrap()));
+    let (passed, rejected) =
+        ("A sample with a value of y that is not finite is passed over", "is rejected by the gate");
+    assert!(plain.contains(passed) && !plain.contains(rejected), "{plain}");
+    assert!(gated.contains(rejected) && !gated.contains(passed), "{gated}");
 }
 
 /// Most inputs and outputs have a magnitude up to 2, which no column leaves that is a hundred times smaller; one in

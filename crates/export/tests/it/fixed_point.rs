@@ -40,6 +40,19 @@ fn agrees(export: &Export, formats: FixedPointFormats, folder: &std::path::Path,
     assert!(text.contains("64 of 64 steps agree to the last bit"), "{text}");
 }
 
+/// A signal beyond the range of the format is its end, on either side.
+#[test]
+fn a_replay_saturates_signals_at_the_ends_of_their_range() {
+    let export = export(3, (2, 1, 1), false);
+    let export = export.fixed_point(q(4, 12).into()).unwrap();
+    let after = |u: f64, y: f64| export.replay(&[(vec![u], vec![y])]);
+    // Q4.12 reaches from -8 to 8 - 2^-12.
+    let (low, high) = (-8.0, 8.0 - 2f64.powi(-12));
+    assert_eq!((after(0.0, -1e9), after(0.0, 1e9)), (after(0.0, low), after(0.0, high)));
+    assert_eq!((after(-1e9, 0.0), after(1e9, 0.0)), (after(low, 0.0), after(high, 0.0)));
+    assert_ne!(after(0.0, low), after(0.0, high));
+}
+
 #[test]
 fn optimised_and_sanitised_builds_give_the_same_bits() {
     let folder = folder("fixed-flags");

@@ -184,6 +184,42 @@ fn the_description_has_names_units_and_start_values() {
     }
 }
 
+/// FMI 3.0, section 2.5: the sources to build are named in `buildDescription.xml`, which FMI 2.0 does not have.
+#[test]
+fn the_sources_of_an_fmu_are_described() {
+    let export = export(program(3, (2, 1, 1), false, false), Scalar::Binary64);
+    let fmu = export.fmu(Version::Three).unwrap();
+    assert_eq!(fmu.file_name(), "plant.fmu");
+    let text = read(&fmu.archive().unwrap(), "sources/buildDescription.xml");
+    assert!(
+        text.starts_with("<?xml version=\"1.0\"") && text.contains("<fmiBuildDescription fmiVersion=\"3.0\""),
+        "{text}"
+    );
+    for source in fmu.paths().filter(|path| path.strip_suffix(".c").is_some()) {
+        let name = source.strip_prefix("sources/").unwrap();
+        assert!(text.contains(&format!("name=\"{name}\"")), "{name} is not in\n{text}");
+    }
+    assert!(text.contains("modelIdentifier=\"plant\""), "{text}");
+}
+
+/// The table for fmpy has the names and numbers of the golden vectors, and the script the name of the archive.
+#[test]
+fn the_test_of_an_fmu_has_the_golden_vectors() {
+    let export = export(program(3, (2, 1, 1), false, false), Scalar::Binary64);
+    let files = export.fmu_test().unwrap();
+    let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+    assert_eq!(names, ["plant_golden.csv", "test_plant.py"]);
+    let mut lines = files[0].text.lines();
+    assert_eq!(lines.next(), Some("\"u.u1\",\"y.y1\",\"xhat.x1\",\"xhat.x2\""));
+    let steps = golden::steps(&export, golden::STEPS).unwrap();
+    assert_eq!(lines.clone().count(), steps.len());
+    for (line, step) in lines.zip(&steps) {
+        let numbers: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(numbers, [&step.u[..], &step.y, &step.estimate].concat());
+    }
+    assert!(files[1].text.contains("plant.fmu") && files[1].text.contains("plant_golden.csv"), "{}", files[1].text);
+}
+
 /// XML 1.0 has no control characters but the three of white space, and in attributes these become spaces.
 #[test]
 fn the_description_has_no_control_characters() {

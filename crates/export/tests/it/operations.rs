@@ -134,6 +134,37 @@ fn a_moving_horizon_takes_the_operations_that_are_stated() {
     assert!(last <= most && 50 * last >= 49 * most, "{last} of {most}: {counts:?}");
 }
 
+/// The bytes of the state that a header states are those that a compiler gives it, in both formats, with a time in each
+/// sample and without.
+#[test]
+fn the_state_of_a_moving_horizon_has_the_bytes_that_are_stated() {
+    let Some(compiler) = compiled::compilers().into_iter().next() else {
+        eprintln!("SKIPPED: no C compiler");
+        return;
+    };
+    let folder = compiled::folder("bytes-moving-horizon");
+    for (is_timed, window) in [(true, 4), (false, 4), (true, 3), (false, 3)] {
+        for scalar in [Scalar::Binary32, Scalar::Binary64] {
+            let f = [if is_timed { "0.01*sin(t) - 0.5*x1" } else { "-0.5*x1" }, "0.1*u1 - 0.5*x2", "-0.5*x3"];
+            let plant = plant(&f, &["x1", "x2"], 1);
+            let estimator = MovingHorizon::new(plant, noises(), Horizon { window, iterations: 2 }, 0.1, 2).unwrap();
+            let export = fuzz::export("p0", ExportableObserver::MovingHorizon(estimator), scalar);
+            for file in export.c().unwrap() {
+                std::fs::write(folder.join(file.name), file.text).unwrap();
+            }
+            let body = "int main(void) { printf(\"%lu\", (unsigned long)sizeof(p0_state)); return 0; }";
+            let main = format!("#include <stdio.h>\n#include \"p0.h\"\n{body}\n");
+            std::fs::write(folder.join("bytes.c"), main).unwrap();
+            let built = Command::new(compiler).current_dir(&folder).args(["bytes.c", "-o", "bytes"]).output().unwrap();
+            assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+            let ran = Command::new(folder.join("bytes")).output().unwrap();
+            let bytes = String::from_utf8_lossy(&ran.stdout).into_owned();
+            let header = std::fs::read_to_string(folder.join("p0.h")).unwrap();
+            assert!(header.contains(&format!("The state has {bytes} bytes")), "{is_timed} {window} {bytes}: {header}");
+        }
+    }
+}
+
 /// The same of the other kinds, of plants without elementary functions, whose calls are stated as one operation each.
 #[test]
 fn steps_take_the_operations_that_are_stated() {
@@ -161,6 +192,14 @@ fn steps_take_the_operations_that_are_stated() {
     let one = |(k, program): (usize, ExportableObserver)| fuzz::export(&format!("p{k}"), program, Scalar::Binary64);
     let exports: Vec<Export> = programs.into_iter().enumerate().map(one).collect();
     let Some(counts) = counts(&compiled::folder("operations"), &exports) else { return };
+    // The statement is a bound: by how much it exceeds the operations of the compiled source.
+    let beyond = [0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 4, 0, 0, 3, 3, 3, 31, 61, 31];
+    let found: Vec<usize> = exports
+        .iter()
+        .zip(&counts)
+        .map(|(export, counts)| export.operations() - counts.iter().max().unwrap())
+        .collect();
+    assert_eq!(found, beyond);
     let mut wrong = Vec::new();
     for (k, (export, counts)) in exports.iter().zip(&counts).enumerate() {
         let (most, stated) = (*counts.iter().max().unwrap(), export.operations());

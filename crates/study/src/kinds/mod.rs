@@ -2,8 +2,8 @@
 //!
 //! A module has everything that is of its kind alone: the keys and their reader, the plants it is for, its design in
 //! continuous and in discrete time, its step on a target, its tuning rule and its words. Schema, help, `luenberger new
-//! --list`, `luenberger advise` and its benchmark, exports and the live page derive from the [`registry`]. A new kind is a
-//! module and a line of `KINDS`; a kind of another crate is one call of [`register`].
+//! --list`, `luenberger advise` and its benchmark, exports and the live page derive from the [`registry`]. A new kind
+//! is a module and a line of `KINDS`; a kind of another crate is one call of [`register`].
 //!
 //! | file | subject |
 //! |---|---|
