@@ -5,9 +5,13 @@
 static NUMBER rotation(NUMBER pivot, NUMBER entry, NUMBER *c, NUMBER *d)
 {
     const NUMBER r = ROOT((pivot * pivot) + (entry * entry));
-    const int is_zero = (r == REAL(0.0)) ? 1 : 0;
-    *c = (is_zero != 0) ? REAL(0.0) : (pivot / r);
-    *d = (is_zero != 0) ? REAL(0.0) : (entry / r);
+    if (r == REAL(0.0)) {
+        *c = REAL(0.0);
+        *d = REAL(0.0);
+    } else {
+        *c = pivot / r;
+        *d = entry / r;
+    }
     return r;
 }
 

@@ -64,6 +64,7 @@ static int interior(const observer_state *state, NUMBER *x, NUMBER *P)
     NUMBER z[WINDOW * BOUND_COUNT];
     NUMBER solution[WINDOW * STATES];
     NUMBER steps[2];
+    const int pairs = state->count * BOUND_COUNT;
     NUMBER mu = REAL(1.0);
     int is_right = 1;
     int step;
@@ -103,11 +104,11 @@ static int interior(const observer_state *state, NUMBER *x, NUMBER *P)
                     sum = sum + (s[at] * z[at]);
                 }
             }
-            mean = sum / (NUMBER)(state->count * BOUND_COUNT);
+            mean = sum / (NUMBER)pairs;
             for (i = 0; i < (state->count * STATES); ++i) {
                 x[i] = x[i] + (alpha * (solution[i] - x[i]));
             }
-            mu = larger((alpha > REAL(0.5)) ? (TENTH * mean) : (REAL(0.5) * mean), LEAST_MU);
+            mu = larger(((alpha > REAL(0.5)) ? TENTH : REAL(0.5)) * mean, LEAST_MU);
         }
     }
     clamp(state->count, x);

@@ -74,13 +74,14 @@ static int is_definite(const observer_state *state, const observer_sample *at)
 static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBER *y)
 {
     observer_sample *const at = &state->samples[state->count - 1];
-    const observer_sample before = *at;
+    observer_sample before;
     NUMBER x[WINDOW * STATES];
     NUMBER P[STATES][STATES];
     int is_right;
     int i;
     int j;
 
+    before = *at;
 #if TIMED
     at->t = t;
 #else
@@ -144,13 +145,14 @@ static int forget(observer_state *state)
 static void predict(observer_state *state, NUMBER t, const NUMBER *u)
 {
     observer_sample *const at = &state->samples[state->count - 1];
-    const observer_sample before = *at;
+    observer_sample before;
     NUMBER z[STATES + (2 * STATES * STATES)];
     NUMBER P[STATES][STATES];
     int is_right = 1;
     int i;
     int j;
 
+    before = *at;
 #if TIMED
     at->t = t;
 #else

@@ -42,9 +42,9 @@ static void flow(NUMBER *innovation, NUMBER *impulse, NUMBER dt)
     for (i = 0; i < OUTPUTS; ++i) {
         impulse[i] = innovation[i];
         for (j = 0; j < OUTPUTS; ++j) {
-            const NUMBER entry = s * G[i][j];
-            matrix[i][j] = (i == j) ? (REAL(1.0) + entry) : entry;
+            matrix[i][j] = s * G[i][j];
         }
+        matrix[i][i] = REAL(1.0) + matrix[i][i];
     }
     for (k = 0; (k < OUTPUTS) && (solved == 1); ++k) {
         int best = k;
@@ -53,7 +53,9 @@ static void flow(NUMBER *innovation, NUMBER *impulse, NUMBER dt)
                 best = i;
             }
         }
-        solved = (MAGNITUDE(matrix[best][k]) > REAL(0.0)) ? 1 : 0;
+        if (!(MAGNITUDE(matrix[best][k]) > REAL(0.0))) {
+            solved = 0;
+        }
         if ((solved == 1) && (best != k)) {
             const NUMBER entry = impulse[best];
             impulse[best] = impulse[k];

@@ -41,6 +41,12 @@ static void linearise(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *z)
     for (i = 0; i < STATES; ++i) {
         z[i] = x[i];
     }
+#if SEVERAL_STEPS
+    /* The first step writes Q and A without reading them, which compilers may not see. */
+    for (i = STATES; i < (STATES + (2 * STATES * STATES)); ++i) {
+        z[i] = REAL(0.0);
+    }
+#endif
     for (step = 0; step < SUBSTEPS; ++step) {
         classical(T_STEP, z, u, next, &phi[0][0], &h[0][0]);
         /* The noise of the step by Simpson's rule: (phi W phi' + 4 h W h' + W) tau/6. */

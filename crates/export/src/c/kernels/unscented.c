@@ -191,7 +191,9 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
         for (k = 0; k <= i; ++k) {
             variance = variance + (g[i][k] * g[i][k]);
         }
-        kept[i] = ((value[i] * value[i]) <= (GATE_SQUARED * variance)) ? 1 : 0;
+        if (!((value[i] * value[i]) <= (GATE_SQUARED * variance))) {
+            kept[i] = 0;
+        }
     }
     if (is_right != 0) {
         is_right = joint(state, t, u, kept, expected, &g[0][0], &m[0][0], &s[0][0]);
