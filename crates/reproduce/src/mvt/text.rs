@@ -127,7 +127,8 @@ fn equation_18(_: &Context) -> Result<Outcome, CheckError> {
     if let Some([d, g]) = all.iter().find(|[d, g]| d >= g) {
         return Err(format!("e'De = {d} is not below e'Ge = {g}: (18) is no slip").into());
     }
-    let printed = all.iter().map(|[_, g]| g - g).fold(f64::NEG_INFINITY, f64::max);
+    let difference = |[left, right]: [f64; 2]| left - right;
+    let printed = all.iter().map(|&[_, g]| difference([g, g])).fold(f64::NEG_INFINITY, f64::max);
     Ok(Outcome::new(Evidence::holds_by(printed < 0.0, printed))
         .note("With D on the left it holds in each of the 600 cases."))
 }
