@@ -119,11 +119,18 @@ enum Command {
     Python,
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
-    /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.
+    /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table; with --all, in
+    /// .cargo/mutants.toml.
     Mutate {
         /// Only mutants with this in their names or in the paths of their files; may be repeated
         #[arg(long)]
         only: Vec<String>,
+        /// Those that cargo-mutants finds in the files where results are formed (more than ten thousand, a minute each)
+        #[arg(long, conflicts_with = "only")]
+        all: bool,
+        /// A sample of these, k/n: every n-th of them, from the k-th on (counted from 0)
+        #[arg(long, requires = "all")]
+        shard: Option<String>,
         /// Show the mutants and run nothing
         #[arg(long)]
         list: bool,
@@ -183,7 +190,8 @@ fn main() -> ExitCode {
         Command::Screenshots => screenshots::run(),
         Command::Firmware { document } => firmware::run(document),
         Command::Python => python::run(),
-        Command::Mutate { only, list } => mutate::run(&only, list),
+        Command::Mutate { all: true, shard, list, .. } => mutate::all::run(shard.as_deref(), list),
+        Command::Mutate { only, list, .. } => mutate::run(&only, list),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,9 +1,11 @@
-//! Mutation testing: the formulas of the papers, each changed by a typical error that the tests must detect.
+//! Mutation testing: the formulas of the papers, each changed by a typical error that the tests must detect; and, in
+//! [`all`], what cargo-mutants finds in the files where results are formed.
 //!
 //! The mutants are data ([`table`]). A run copies the workspace to `target/mutate` (the checkout is never edited) and
 //! has rounds: first the tests of the crates that define the formulas, then, for undetected mutants, those of the
 //! dependent crates. Each round begins with the unchanged tests; the first failing test detects a mutant.
 
+pub(crate) mod all;
 mod copy;
 mod suite;
 mod table;
