@@ -37,6 +37,12 @@ class Kind:
         What each of its keys says; those that have to be given are in `required`.
     required : tuple of str
         The keys without a default.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> luenberger.kinds()["reduced-order"].keys["poles"]
+    'Eigenvalues of F: n - p numbers, complex ones as [re, im] with their conjugates.'
     """
 
     name: str
@@ -49,6 +55,10 @@ class Kind:
 
 def kinds() -> dict[str, Kind]:
     """All kinds of observers, by name.
+
+    Returns
+    -------
+    dict of str to Kind
 
     Examples
     --------
@@ -102,9 +112,7 @@ def observer(
     Raises
     ------
     InvalidArgument
-        No kind of this name, or an array of a type that a study does not have.
-    StudyFileError
-        A key that the kind does not have, or a value of the wrong type or size.
+        No kind of this name, a key that the kind does not have, or a value of the wrong type or size.
     NotApplicable
         A hypothesis of the kind that the plant does not have.
 
