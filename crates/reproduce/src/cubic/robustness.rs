@@ -84,7 +84,9 @@ pub(super) fn claims() -> Vec<Claim> {
         )
         .quoting(
             "ε_max ≤ λ_min(Q)/(2 λ_max(P)) (23) [..] In order for the Lyapunov derivative to be negative, it is sufficient that: -λ_min(Q) + 2 ε_max λ_max(P) < 0",
-            "the last line of the proof has <, and (23) has ≤: one of the two is a slip, and < is what is proved; θ ≥ 0 may be singular, as in Theorem 1",
+            "the last line of the proof has <, and (23) has ≤: one of the two is a slip, and < is what is proved. \
+             θ ≥ 0 may be singular, as in Theorem 1. Robustly stable is: the error tends to 0, as an observer's must \
+             (\"aimed to converge to the state vector of (1)\"); stable in the sense of Lyapunov it is at equality too",
         ),
         Claim::holds(
             Class::Ours,

@@ -64,7 +64,7 @@ pub(super) fn claims() -> Vec<Claim> {
         )
         .quoting(
             "θ̃' = Γ ψ̂ ψ̂ᵀ θ̃",
-            "θ̃ = θ̂ - θ or θ - θ̂, along the estimator (47): a sign apart, and either way a minus is missing",
+            "along the estimator (47), with θ̃ := θ̂ - θ as printed after it; θ - θ̂ would obey the same equation",
         ),
         Claim::holds(
             Class::Theorem,

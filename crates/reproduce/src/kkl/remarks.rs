@@ -516,6 +516,9 @@ fn coordinates(_: &Context) -> Result<Outcome, CheckError> {
     let slope = (output(step) - output(-step)) / (2.0 * step);
     let decays =
         [one, other].iter().all(|&x| x * Squared.derivative(0.0, &Vector1::new(x), &SVector::zeros())[0] < 0.0);
+    // The PDE (4) for φ = x, Λ = -1, B = 0.
+    let admits =
+        [one, other].iter().all(|&x| Squared.derivative(0.0, &Vector1::new(x), &SVector::zeros())[0] + x == 0.0);
     Ok(Outcome::new(Evidence::Counterexamples(vec![Counterexample {
         case: String::new(),
         what: "two states, as far apart, with one output: with n = p = 1 the output would be the whole new state, which a change of coordinates makes injective".to_owned(),
@@ -524,6 +527,11 @@ fn coordinates(_: &Context) -> Result<Outcome, CheckError> {
         hypotheses: vec![
             Hypothesis::computed("trajectories are bounded", decays, "x x' < 0 at both"),
             Hypothesis::computed("h is smooth", true, "a polynomial"),
+            Hypothesis::computed(
+                "Proposition 5: the plant admits a [KKL+PEB]O, with its rank",
+                admits,
+                "φ = x, Λ = -1, B = 0, q = n_ξ = 1, N = 0: ξ' = -ξ, x̂ = ξ",
+            ),
         ],
     }]))
     .note(format!(

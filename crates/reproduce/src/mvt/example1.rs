@@ -41,7 +41,7 @@ pub(super) fn claims() -> Vec<Claim> {
             check: |_| {
                 let start = SYSTEM.start();
                 let e0: Vec<f64> = start.x.iter().zip(start.xhat).map(|(x, xhat)| x - xhat).collect();
-                Ok(Outcome::new(Evidence::value(e0)).note("Three lines before, the paper prints e0 with the minus."))
+                Ok(Outcome::new(Evidence::value(e0)).note("Beside x0 and x̂0 the paper prints e0 with the minus."))
             },
         },
         Claim::holds(

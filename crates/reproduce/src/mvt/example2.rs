@@ -42,7 +42,7 @@ pub(super) fn claims() -> Vec<Claim> {
             assumptions: &["x0 = (3, 3, 3, 3) and e0, as printed"],
             quote: Some(Quote {
                 text: "x0 = [3 3 3 3]; x̂0 = [-1 -2 -0.5 -1] and e0 = x0 - x̂0. [..] e0 = x0 - x̂0 = [2 1 2.5 2]ᵀ",
-                reading: "e0 is right, twice printed; the signs of x̂0 are not",
+                reading: "e0 is right: e0 = x0 - x̂0 stands twice, and the signs of x̂0 are not",
             }),
             proof: None,
             check: |_| {

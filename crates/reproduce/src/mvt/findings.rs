@@ -47,7 +47,8 @@ fn slips() -> Vec<Finding> {
         ),
         finding(
             "Example 2: x̂0 = (1, 2, .5, 1), for the printed minus signs",
-            "e0 = x0 - x̂0 = (2, 1, 2.5, 2) is printed twice. Taken both as printed the observer converges too, at the same pace.",
+            "e0 = x0 - x̂0 is printed twice, once with (2, 1, 2.5, 2), and e01 differs from it in the last entry \
+             alone. Taken both as printed the observer converges too, at the same pace.",
             &["mvt.ex2.xhat0-sign", "mvt.ex2.both-as-printed"],
         ),
         finding(
