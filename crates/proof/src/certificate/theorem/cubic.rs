@@ -69,8 +69,8 @@ impl CubicConvergence {
         self.certify_knowing(&Certificate::default())
     }
 
-    /// The same; `P > 0` and (12) are taken over from a [`LinearConvergence`] of `known` with the same A, B, C, L, P
-    /// and rate.
+    /// The same; `P > 0` and (12) are taken over from a [`LinearConvergence`](super::LinearConvergence) of `known` with
+    /// the same A, B, C, L, P and rate.
     ///
     /// # Errors
     /// As [`certify`](Self::certify).
