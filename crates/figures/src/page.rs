@@ -39,6 +39,13 @@ pub(crate) fn in_base85(letters: &str) -> String {
     STANDARD.decode(letters).map(|bytes| base85::encode(&bytes)).unwrap_or_default()
 }
 
+/// `bytes` compressed by gzip, in base 85. Writing into memory does not fail.
+pub(crate) fn compressed(bytes: &[u8]) -> String {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    let packed = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    packed.map(|packed| base85::encode(&packed)).unwrap_or_default()
+}
+
 /// The bytes that the element `id` of a page holds compressed: `pictures` has the data of its figures,
 /// `plotting-library` the plotting library.
 pub fn unpacked(page: &str, id: &str) -> Option<Vec<u8>> {
@@ -102,8 +109,6 @@ impl Pictures {
 impl fmt::Display for Pictures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let json = serde_json::to_vec(&self.pictures).map_err(|_| fmt::Error)?;
-        let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-        let packed = encoder.write_all(&json).and_then(|()| encoder.finish()).map_err(|_| fmt::Error)?;
-        f.write_str(&base85::encode(&packed))
+        f.write_str(&compressed(&json))
     }
 }

@@ -28,7 +28,7 @@
 
 use crate::figure::{Figure, FigureError};
 use crate::formula::Formula;
-use crate::page::{Pictures, in_base85, page};
+use crate::page::{Pictures, compressed, in_base85, page};
 use luenberger_wording::escape;
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -166,6 +166,13 @@ impl Report {
     #[must_use]
     pub fn packed(mut self, id: &str, gzip_in_base64: &str) -> Self {
         self.packed.push((escape(id), in_base85(gzip_in_base64)));
+        self
+    }
+
+    /// The same for `bytes` that are not compressed yet.
+    #[must_use]
+    pub fn compressed(mut self, id: &str, bytes: &[u8]) -> Self {
+        self.packed.push((escape(id), compressed(bytes)));
         self
     }
 

@@ -20,7 +20,8 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn], live: &
     let mut report = Report::new("The papers and their claims")
         .lead("Every claim below is computed anew; the verdict follows from what is printed, what is computed and the tolerance.")
         .head(head(papers, summary))
-        .with(include_str!("page.css"), include_str!("page.js"));
+        .with(include_str!("page.css"), include_str!("page.js"))
+        .compressed("details", details(&summary.records).to_string().as_bytes());
     if papers.iter().any(|paper| !paper.findings.is_empty()) {
         report = report.section(Section::new("At a glance").html(glance(papers)));
         report = report.section(Section::new("Findings").html(findings(papers, &summary.records)));
@@ -156,10 +157,9 @@ fn findings(papers: &[Paper], records: &[Record]) -> String {
         for record in finding.claims.iter().filter_map(|id| records.iter().find(|record| record.id == *id)) {
             let _ = write!(
                 page,
-                "<li>{} <a href=\"#{id}\"><code>{id}</code></a>{}<div class=\"note\">{}</div></li>",
+                "<li>{} <a href=\"#{id}\"><code>{id}</code></a>{}<div class=\"note\"></div></li>",
                 badge(record),
                 numbers(record),
-                note(record),
                 id = escape(&record.id)
             );
         }
@@ -214,11 +214,14 @@ fn claims(papers: &[Paper], records: &[Record]) -> String {
             claim(&mut page, record);
         }
     }
-    // HTML lets these end tags out; they would be a tenth of the table.
-    for tag in ["</td>", "</th>", "</tr>", "</dt>", "</dd>", "</li>"] {
-        page = page.replace(tag, "");
-    }
-    page + "</table>"
+    short_tags(&page) + "</table>"
+}
+
+/// HTML lets these end tags out; they would be a tenth of the table.
+fn short_tags(page: &str) -> String {
+    ["</td>", "</th>", "</tr>", "</dt>", "</dd>", "</li>"]
+        .iter()
+        .fold(page.to_owned(), |page, tag| page.replace(tag, ""))
 }
 
 fn claim(page: &mut String, record: &Record) {
@@ -228,7 +231,7 @@ fn claim(page: &mut String, record: &Record) {
         "<tbody class=\"claim\" id=\"{id}\" data-verdict=\"{}\" data-class=\"{class}\" data-own=\"{}\" data-paper=\"{}\">\
          <tr class=\"row\"><td>{}</td>\
          <td><button class=\"more\"><code>{id}</code></button>\
-         <div class=\"statement\">{}</div>{}</td><td>{class}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
+         <div class=\"statement\">{}</div>{}</td><td>{class}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr></tbody>",
         record.word(),
         Class::OWN.contains(&record.class),
         escape(&record.paper),
@@ -239,13 +242,28 @@ fn claim(page: &mut String, record: &Record) {
         outcome(record).unwrap_or_else(|| computed(record)),
         class = record.class
     );
-    let _ = write!(page, "<tr class=\"details\" hidden><td></td><td colspan=\"4\"><dl>");
+}
+
+/// What a row of the table opens, and its note, which the findings show too: by the ids of the claims, as the JSON that
+/// the script of the page reads.
+fn details(records: &[Record]) -> serde_json::Value {
+    let of = |record: &Record| {
+        let note = if record.note.is_empty() { String::new() } else { short_tags(&note(record)) };
+        let details = serde_json::json!({ "rows": short_tags(&rows(record)), "note": note });
+        (record.id.clone(), details)
+    };
+    records.iter().map(of).collect::<serde_json::Map<_, _>>().into()
+}
+
+/// All of a claim but its note, as a list of terms.
+fn rows(record: &Record) -> String {
+    let mut page = String::new();
     let _ = write!(page, "<dt>Where</dt><dd>{}</dd>", escape(&record.place));
     if let Some(quote) = &record.quote {
         let _ = write!(page, "<dt>Printed there</dt><dd><q>{}</q></dd>", escape(quote.text));
         let _ = write!(page, "<dt>Read as</dt><dd>{}</dd>", escape(quote.reading));
     }
-    hypotheses(page, record);
+    hypotheses(&mut page, record);
     if !record.assumptions.is_empty() {
         let _ = write!(page, "<dt>Assumptions</dt><dd><ul>");
         for assumption in &record.assumptions {
@@ -263,10 +281,7 @@ fn claim(page: &mut String, record: &Record) {
             let _ = write!(page, "<dt>{name}</dt><dd>{}</dd>", full(value));
         }
     }
-    if !record.note.is_empty() {
-        let _ = write!(page, "<dt>Note</dt><dd>{}</dd>", note(record));
-    }
-    let _ = write!(page, "</dl></td></tr></tbody>");
+    page
 }
 
 /// The note, as a paragraph or a list of its parts, with its table behind a line that opens it.

@@ -5,10 +5,24 @@ function open(claim, show) {
   claim.querySelector(".details").hidden = !show;
   claim.querySelector(".more").setAttribute("aria-expanded", String(show));
 }
-for (const claim of claims) {
-  open(claim, false);
-  claim.querySelector(".row").addEventListener("click", () => open(claim, claim.querySelector(".details").hidden));
-}
+
+// What the rows open, and the notes, which the findings show as well.
+(async () => {
+  const details = await (await unpack("details")).json();
+  for (const claim of claims) {
+    const { rows, note } = details[claim.id];
+    const all = rows + (note && `<dt>Note<dd>${note}`);
+    claim.insertAdjacentHTML("beforeend", `<tr class="details" hidden><td><td colspan="4"><dl>${all}</dl>`);
+    open(claim, false);
+    claim.querySelector(".row").addEventListener("click", () => open(claim, claim.querySelector(".details").hidden));
+  }
+  for (const place of document.querySelectorAll(".evidence .note")) {
+    place.innerHTML = details[place.parentElement.querySelector("a").hash.slice(1)].note;
+  }
+  filter();
+  addEventListener("hashchange", follow);
+  follow();
+})();
 
 function filter() {
   const words = byId("text").value.toLowerCase().split(/\s+/).filter(Boolean);
@@ -37,7 +51,6 @@ for (const count of document.querySelectorAll(".count")) {
     byId("claims").scrollIntoView({ behavior: "smooth" });
   });
 }
-filter();
 
 // A link to a claim shows it, whatever the filter says.
 function follow() {
@@ -49,5 +62,3 @@ function follow() {
     claim.scrollIntoView({ block: "center" });
   }
 }
-addEventListener("hashchange", follow);
-follow();

@@ -10,7 +10,7 @@ use luenberger_reproduce::{
 };
 use serde_json::{Value as Json, json};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use terminal::Filter;
 
@@ -183,7 +183,7 @@ fn claims_are_counted_and_shown_by_class() {
             .unwrap()
             .contains("Not refuted, because the hypothesis \"η ≥ 1\" fails here (η = 0).")
     );
-    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let page = read_page(&out);
     for part in [
         "data-class=\"misprint\"",
         "<option>reading</option>",
@@ -193,6 +193,14 @@ fn claims_are_counted_and_shown_by_class() {
     ] {
         assert!(page.contains(part), "{part}");
     }
+}
+
+/// The page with what its script unpacks into it.
+fn read_page(out: &Path) -> String {
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let details: Json = serde_json::from_slice(&luenberger_figures::unpacked(&page, "details").unwrap()).unwrap();
+    let texts = details.as_object().unwrap().values().flat_map(|of| [&of["rows"], &of["note"]]);
+    texts.fold(page, |page, text| page + text.as_str().unwrap())
 }
 
 fn many(_: &Context) -> Result<Outcome, CheckError> {
@@ -226,7 +234,7 @@ fn a_theorem_is_proved_or_consistent_or_neither() {
     assert_eq!((&ledger[0]["standing"], &ledger[0]["instances"]), (&json!("proved"), &json!(12)));
     assert_eq!((&ledger[1]["standing"], &ledger[2]["instances"]), (&json!("consistent"), &json!(1)));
     assert_eq!((&ledger[3]["standing"], &ledger[4]["standing"]), (&Json::Null, &Json::Null));
-    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let page = read_page(&out);
     for part in
         ["consistent <small>× 12</small>", "data-verdict=\"consistent\"", "proved in <code>docs/theory.md</code>"]
     {
@@ -258,7 +266,7 @@ fn the_report_shows_the_digits_and_the_sentence() {
     let claims = vec![claim("demo.digits", "3702.5756", near), claim("demo.wrong", "3702.58", wrong_number)];
     let (summary, out) = run("digits", paper(claims, vec![], vec![]));
     assert!(summary.unwrap().is_complete());
-    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let page = read_page(&out);
     for part in
         ["<td class=\"number\">3702.5756<td class=\"number\">3702.57564", "<div class=\"deciding\"><q>e &lt; 5</q>"]
     {
@@ -299,7 +307,7 @@ fn the_report_loads_nothing_and_survives_hostile_words() {
         paper(vec![claim("demo.right", "0.33", right)], vec![Drawing { id: "demo-fig1", draw: decay }], vec![]),
     );
     summary.unwrap();
-    let html = fs::read_to_string(out.join("report.html")).unwrap();
+    let html = read_page(&out);
     // The plotting library and the figures are compressed: no letter of theirs is read by the browser's parser.
     let between = |start: &str| html.split_once(start).unwrap().1.split_once("</script>").unwrap().0;
     let packed = |text: &str| !text.contains(['<', '&']) && luenberger_figures::base85::decode(text).is_some();
