@@ -43,6 +43,13 @@ pub enum Tuning {
     Never(&'static str),
 }
 
+impl Tuning {
+    /// That of observers whose maps no rule can find.
+    pub(super) const MAPS_BY_HAND: Self = Self::OfStudy(
+        "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md",
+    );
+}
+
 /// A tuning rule: prior information to the keys of an `[[observer]]`.
 ///
 /// A rule tests hypotheses that the design does not name by itself; the design then decides.

@@ -76,9 +76,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     kind: of::<ImmersionSpec>,
     read,
     takes_long: false,
-    tuning: Tuning::OfStudy(
-        "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md",
-    ),
+    tuning: Tuning::MAPS_BY_HAND,
 };
 
 /// beta, phi, phi^L of an immersion-and-invariance observer.

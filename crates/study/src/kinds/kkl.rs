@@ -38,9 +38,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     kind: of::<KklMapsSpec>,
     read,
     takes_long: false,
-    tuning: Tuning::OfStudy(
-        "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md",
-    ),
+    tuning: Tuning::MAPS_BY_HAND,
 };
 
 fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
