@@ -9,7 +9,7 @@ use luenberger_sim::AnyObserver;
 use nalgebra::Dyn;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{Q, RHO, V, W};
+use super::keys::{CROSS_INTENSITY, NOISE_ENTERING, Q, RHO, V, W};
 use super::{Kind, of};
 use crate::designed::{Running, SampledDesign, sampled};
 use crate::keys::{Type, optional};
@@ -29,6 +29,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     keys: &[
         W,
         V,
+        NOISE_ENTERING,
+        CROSS_INTENSITY,
         RHO,
         Q,
         optional(

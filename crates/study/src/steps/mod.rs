@@ -189,7 +189,7 @@ pub(crate) fn sampled_linear(
     period: f64,
 ) -> Result<DiscreteDesign, DesignError> {
     match &gain.gain {
-        GainSpec::Kalman { w, v } => DiscreteDesign::sampled_kalman(&linear.observer.plant(), period, w, v),
+        GainSpec::Kalman(noise) => DiscreteDesign::sampled_kalman_of(&linear.observer.plant(), period, noise),
         _ => DiscreteDesign::sampled(linear, period),
     }
 }

@@ -151,7 +151,7 @@ pub(crate) fn other_gains(study: &Study, linear: &LinearSpec) -> Advice {
     if study.plant.dt.is_none() && !matches!(linear.gain, GainSpec::Lmi) {
         ways.push(Proposal::keys(["lmi = true".to_owned()], ALL, LARGEST_MARGIN));
     }
-    if !matches!(linear.gain, GainSpec::Kalman { .. }) {
+    if !matches!(linear.gain, GainSpec::Kalman(_)) {
         let unit = "kalman = { w = 1, v = 1 }".to_owned();
         let why = "the gain of a filter for noise of these intensities, which are to be chosen";
         ways.push(Proposal::keys([unit], UNLIMITED, why));

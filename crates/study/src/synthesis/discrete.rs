@@ -49,13 +49,21 @@ pub(crate) fn gain_of(
     }
     let design = match &spec.gain {
         GainSpec::Poles(poles) => DiscreteDesign::with_poles(plant, dt, poles),
-        GainSpec::Kalman { w, v } => DiscreteDesign::kalman(plant, dt, w, v),
+        GainSpec::Kalman(noise) => DiscreteDesign::kalman_of(plant, dt, noise),
         GainSpec::Given(l) => DiscreteDesign::with_gain(plant, dt, l),
         GainSpec::DecayRate(_) | GainSpec::Lmi => {
             return Err(refused("`decay_rate` and `lmi` are for plants in continuous time").into());
         }
     };
     Ok(design.map_err(Misfit::from))
+}
+
+/// The name of the gain of the measurement update.
+fn update_of(spec: &LinearSpec) -> &'static str {
+    match &spec.gain {
+        GainSpec::Kalman(noise) if noise.s.is_some() => "K (gain of the measurement update)",
+        _ => "K (gain of the measurement update, L = A K)",
+    }
 }
 
 /// A linear observer in numbers and words.
@@ -71,7 +79,7 @@ fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, (spec, d
         None => matrices.push(matrix("P", &design.p)),
     }
     if let (Some(filter), Some(covariance)) = (&filter, design.filter_covariance()) {
-        matrices.insert(1, matrix("K (gain of the measurement update, L = A K)", filter.k()));
+        matrices.insert(1, matrix(update_of(spec), filter.k()));
         matrices.insert(2, matrix(STATIONARY_COVARIANCES[0], &covariance));
     }
     let form = match &filter {

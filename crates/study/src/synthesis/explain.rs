@@ -160,6 +160,9 @@ pub(crate) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 }
                 DesignError::NormTooSmall { best, .. } => of_larger_gamma(*best, false),
                 DesignError::NormNotFound { best, is_limited, .. } => of_larger_gamma(*best, *is_limited),
+                DesignError::NoDisturbance { .. } => {
+                    Advice::hint("`e` with a column for what disturbs the states; or `gamma`, which L = 0 keeps")
+                }
                 DesignError::NoiselessOutput { .. } => {
                     Advice::hint("`gamma` or `max_gain`, which bound the gain; or a row of `d` for each output")
                 }

@@ -29,7 +29,7 @@ pub(crate) fn of(
     let weight = || requested.weight.clone().unwrap_or_default();
     match &requested.gain {
         GainSpec::Poles(poles) => LinearDesign::with_poles_and_weight(plant, poles, weight()),
-        GainSpec::Kalman { w, v } => LinearDesign::kalman_with_weight(plant, w, v, weight()),
+        GainSpec::Kalman(noise) => LinearDesign::kalman_of(plant, noise, weight()),
         GainSpec::Given(l) => LinearDesign::with_gain_and_weight(plant, l, weight()),
         _ if requested.weight.is_some() => Err(DesignError::LyapunovMatrixGiven),
         GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, options),
