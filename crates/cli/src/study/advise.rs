@@ -101,7 +101,8 @@ fn ranking(text: &mut String, advice: &Advice) {
     let mut rows = vec![["observer", "uses", "rule"].map(str::to_owned).to_vec()];
     for one in &advice.ranking {
         let uses: Vec<&str> = one.information.iter().map(|item| item.name()).collect();
-        rows.push(vec![one.name.clone(), uses.join(", "), one.rule.clone()]);
+        let same = one.same_as.as_ref().map(|name| format!("; the same gain as {name}")).unwrap_or_default();
+        rows.push(vec![one.name.clone(), uses.join(", "), one.rule.clone() + &same]);
     }
     table(text, &rows);
     let medians = if advice.runs > 1 { format!(": medians of {} runs", advice.runs) } else { ": one run".to_owned() };

@@ -327,6 +327,7 @@ fn designs(
             Outcome::Open => advice.not_reached.push(format!("the design of {name}, within half of the budget")),
         }
     }
+    candidate::find_same(&mut candidates);
     for (kind, why) in without_rule() {
         if !study.observers.iter().any(|observer| observer.kind.name() == kind) {
             advice.not_applicable.push(NotApplicable { name: kind.to_owned(), hypothesis: why.to_owned() });
@@ -417,6 +418,7 @@ fn ranked(one: &Candidate, score: f64) -> RankedObserver {
         noise_gain: report.number("noise gain"),
         verdict: report.verdict,
         statement: report.statement.clone(),
+        same_as: one.same_as.clone(),
         rule: one.rule.to_owned(),
         source: one.source.to_owned(),
         information: one.information.clone(),

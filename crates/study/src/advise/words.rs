@@ -44,6 +44,19 @@ impl Ranking<'_> {
         all
     }
 
+    /// The name of one before it in the ranking that is the same observer.
+    fn same(&self, other: &Candidate) -> Option<&str> {
+        let before = self.ordered.iter().map(|(one, _)| *one).take_while(|one| one.spec.name != other.spec.name);
+        let is_same = |one: &&Candidate| {
+            let names = [Some(&one.spec.name), one.same_as.as_ref()];
+            other
+                .same_as
+                .as_ref()
+                .map_or_else(|| one.same_as.as_ref() == Some(&other.spec.name), |same| names.contains(&Some(same)))
+        };
+        before.filter(is_same).map(|one| one.spec.name.as_str()).next()
+    }
+
     fn time(&self, settling: f64) -> String {
         let unit = self.study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
         format!("{}{unit}", short(settling))
@@ -97,6 +110,12 @@ impl Ranking<'_> {
 
     fn behind(&self, first: &Candidate, other: &Candidate, score: f64) -> String {
         let (name, best) = (&other.spec.name, &first.spec.name);
+        if let Some(same) = self.same(other) {
+            return format!(
+                "{name} is the same observer as {same}, with the same gain to three digits. {}.",
+                capital(other.character)
+            );
+        }
         let mut text = match &self.criteria.0[..] {
             _ if !other.is_complete() => format!("{name}{}.{}", self.ended(other), Self::otherwise(first, other)),
             [(Criterion::Proved, _)] if other.is_proved() == first.is_proved() => {
@@ -187,7 +206,8 @@ impl Ranking<'_> {
 
     /// The two first ones are as good.
     fn tie(&self) -> Option<String> {
-        let [(first, one), (second, other), ..] = &self.ordered[..] else { return None };
+        let mut different = self.ordered.iter().filter(|(one, _)| self.same(one).is_none());
+        let ((first, one), (second, other)) = (different.next()?, different.next()?);
         let close = first.is_complete() && second.is_complete() && ratio(*other, *one) < 1.0 + SMALL;
         close.then(|| {
             format!(
