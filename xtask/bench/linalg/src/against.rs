@@ -9,9 +9,29 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 const ROUTINES: [&str; 23] = [
-    "schur", "eigenvalues", "lyapunov", "lyapunov-factor", "generalized-lyapunov", "dlyap", "sylvester", "care", "dare",
-    "generalized-care", "kalman", "place", "exponential", "hold", "first-order-hold", "tustin", "logarithm", "noise",
-    "h2-norm", "h-infinity-norm", "observability", "zeros", "decomposition",
+    "schur",
+    "eigenvalues",
+    "lyapunov",
+    "lyapunov-factor",
+    "generalized-lyapunov",
+    "dlyap",
+    "sylvester",
+    "care",
+    "dare",
+    "generalized-care",
+    "kalman",
+    "place",
+    "exponential",
+    "hold",
+    "first-order-hold",
+    "tustin",
+    "logarithm",
+    "noise",
+    "h2-norm",
+    "h-infinity-norm",
+    "observability",
+    "zeros",
+    "decomposition",
 ];
 const ORDERS: [usize; 5] = [4, 10, 30, 100, 300];
 const KINDS: [&str; 3] = ["random", "scaled", "defective"];
@@ -134,7 +154,8 @@ fn problem(kind: &str, n: usize, routine: &str) -> Data {
         a *= 0.95 / poles(&a).iter().map(|pole: &Complex<f64>| pole.norm()).fold(0.0, f64::max);
     }
     let poles = DMatrix::from_fn(n, 2, |i, j| if j == 0 { -1.0 - i as f64 / n as f64 } else { 0.0 });
-    let (q, e) = (&g * g.transpose() / n as f64 + DMatrix::identity(n, n), DMatrix::identity(n, n) + &g * (0.3 / n as f64));
+    let (q, e) =
+        (&g * g.transpose() / n as f64 + DMatrix::identity(n, n), DMatrix::identity(n, n) + &g * (0.3 / n as f64));
     if routine == "sylvester" {
         (b, c) = (a.transpose(), g);
     }

@@ -154,9 +154,7 @@ fn call_deimos(data: &Data, routine: &str) -> Answer {
     let answer = match routine {
         "lyapunov" => peer::solve_continuous_lyapunov_dense(transposed, get("q")).map_err(|e| text(&e))?.solution,
         "dlyap" => peer::solve_discrete_stein_dense(transposed, get("q")).map_err(|e| text(&e))?.solution,
-        "care" => {
-            peer::solve_care_dense(seen(a), get("b"), get("q"), get("r")).map_err(|e| text(&e))?.solution
-        }
+        "care" => peer::solve_care_dense(seen(a), get("b"), get("q"), get("r")).map_err(|e| text(&e))?.solution,
         "place" => {
             let specified: Vec<_> = poles(data).iter().map(|p| faer::c64::new(p.re, p.im)).collect();
             synthesis::place_poles_dense(seen(a), get("b"), &specified).map_err(|e| text(&e))?.gain
