@@ -121,13 +121,13 @@ pub use crate::verdict::NoErrorBallReason;
 pub use ball::{ErrorBall, Intermediate, Running};
 pub use format::{Format, Formats};
 
-use super::{Expression, embed, embed_symmetric, number, positive, stein_decrease};
-use crate::definite::{Direction, Sense};
+use super::{embed, embed_symmetric, positive, stein_decrease};
+use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
-use crate::ring::Ring;
 use crate::verdict::Verdict;
 use disturbance::Disturbance;
 
@@ -375,34 +375,6 @@ pub fn deployed_sampled_cubic(
     Ok(Deployed { stored, positive, decrease, saturated: Some(saturated), running })
 }
 
-struct Saturated<'a> {
-    a: &'a Matrix<f64>,
-    c: &'a Matrix<f64>,
-    n: &'a Matrix<f64>,
-    w: f64,
-    p: &'a Matrix<f64>,
-}
-
-impl Saturated<'_> {
-    /// `w A + A N C`.
-    fn map<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let order = self.a.rows();
-        let a = embed::<R>(self.a, "A", (order, order))?;
-        let c = embed::<R>(self.c, "C", (self.c.rows(), order))?;
-        let n = embed::<R>(self.n, "N", (order, self.c.rows()))?;
-        a.product(&Matrix::scalar(order, &number(self.w, "w")?).sum(&n.product(&c)?)?)
-    }
-}
-
-impl Expression for Saturated<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let order = self.a.rows();
-        let p = embed_symmetric::<R>(self.p, "P", order)?;
-        let w = number::<R>(self.w, "w")?;
-        self.map::<R>()?.congruence(&p)?.difference(&p.scaled(&w.mul(&w)))
-    }
-}
-
 /// `(w A + A N C)'P(w A + A N C) - w^2 P < 0`: the error map of the sampled cubic observer decreases V in the limit of
 /// a strong cubic correction, `g = 1/w`, for N and w exactly as given.
 ///
@@ -418,7 +390,8 @@ pub fn saturated_decrease(
     w: f64,
     p: &Matrix<f64>,
 ) -> Result<Verdict<Direction>, ProofError> {
-    Saturated { a, c, n, w, p }.decide(Sense::NegativeDefinite)
+    let names = Names::new().matrix("A", a).matrix("C", c).matrix("N", n).number("w", w).symmetric("P", p);
+    names.decide("(wA + ANC)'P(wA + ANC) - w^2 P < 0")
 }
 
 fn check(
