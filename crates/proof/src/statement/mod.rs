@@ -13,17 +13,14 @@ pub(crate) mod deployed_cubic;
 mod equation;
 pub(crate) mod exponential;
 mod hidden;
-mod input_to_state;
 mod interval_observer;
 mod kkl;
 mod left_inverse;
 mod linear_system;
 mod lyapunov;
-mod reduced_order;
 mod sector;
 mod spectrum;
 mod super_twisting;
-mod unknown_input;
 mod varying_periods;
 
 pub use contracting::cascade_decrease;
@@ -33,22 +30,20 @@ pub use deployed::{
     SampledPlant, Step, Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
-pub(crate) use deployed_cubic::deployed_cubic_knowing;
+pub(crate) use deployed_cubic::{deployed_cubic_knowing, structured_for};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum, schur_spectrum};
-pub use input_to_state::{CubicTerm, DisturbedObserver, ErrorBound, InputToState, input_to_state};
 pub use interval_observer::{BlockCoordinates, HeldPlant, SampledBounds, SampledIntervals, held_plant};
 pub(crate) use interval_observer::{entries_at_least, product_up, rounding, units};
 pub(crate) use kkl::{Axes, Composition, Expressions};
+pub(crate) use left_inverse::{Product, Stacked, times_left_inverse};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive, stein_decrease,
 };
-pub use reduced_order::{ReducedOrder, reduced_order};
 pub use sector::{SectorTerm, sector_decrease, sector_decrease_within};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
 pub use super_twisting::super_twisting;
-pub use unknown_input::{Decoupled, UnknownInput, unknown_input};
 pub(crate) use varying_periods::Effort;
 pub use varying_periods::decrease_over_times;
 

@@ -68,7 +68,7 @@ pub use hurwitz::HurwitzStability;
 pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
 pub use inequality_refuted::InequalityRefuted;
-pub use input_to_state::{DisturbedPlant, InputToStateStability};
+pub use input_to_state::{CubicTerm, DisturbedPlant, InputToStateStability};
 pub use interval_observer::{IntervalCoordinates, IntervalEnclosure};
 pub use kkl::{KklBox, KklClaims, KklErrorBound, KklMapError, KklMapName, KklMaps, KklTexts, LARGEST_KKL};
 pub use kkl_injectivity::KklInjectivity;
