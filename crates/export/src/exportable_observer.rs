@@ -497,8 +497,8 @@ pub(crate) fn cast_linear<T: RealField + Copy>(
     DiscreteLinearObserver::new(plant, cast("L", observer.l()), nalgebra::convert(observer.period()))
 }
 
-/// An observer at varying periods over the scalar `T`, whose matrices `cast` makes of those of these names; those of the
-/// nominal period alone have none.
+/// An observer at varying periods over the scalar `T`, whose matrices `cast` makes of those of these names; those that
+/// the nominal period alone has are without a name.
 pub(crate) fn cast_varying<T: RealField + Copy>(
     step: &VaryingPeriodStep<f64, Dyn, Dyn, Dyn>,
     mut cast: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,

@@ -13,8 +13,8 @@ use crate::error::ExportError;
 use crate::exportable_observer::{ExportableObserver, cast_cubic, cast_linear, cast_varying};
 use crate::extension::results;
 
-/// The program of the next state, a function of the state and of (u, y); in filter form of the estimate at the sample and
-/// of the next state. None of an observer whose step is not recorded.
+/// The program of the next state, a function of the state and of (u, y); in filter form of the estimate at the sample
+/// and of the next state. None of an observer whose step is not recorded.
 ///
 /// # Errors
 /// [`ExportError::Rounded`] is not expected of an observer that was made; [`ExportError::NoStep`].
@@ -69,8 +69,8 @@ pub(crate) fn slope(
     program.map_err(|error| ExportError::NoStep { why: error.to_string(), format })
 }
 
-/// The programs of an observer at varying periods: the first term of the series of a prediction, a function of the state
-/// and of (u, tau, degree), a further one, and the state after a correction, a function of (u, y).
+/// The programs of an observer at varying periods: the first term of the series of a prediction, a function of the
+/// state and of (u, tau, degree), a further one, and the state after a correction, a function of (u, y).
 ///
 /// # Errors
 /// As [`step`].

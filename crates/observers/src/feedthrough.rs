@@ -45,6 +45,7 @@ pub(crate) fn innovation<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
 }
 
 /// `y - C xhat - D u`.
+#[allow(clippy::type_complexity, reason = "three columns, not a type")]
 pub(crate) fn innovation_of<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
     c: &OMatrix<T, P, N>,
     d: Option<&OMatrix<T, P, M>>,

@@ -107,7 +107,7 @@ where
     }
 }
 
-/// Solves `A x = b` in place, A by rows, with row exchanges; 1 if every pivot differs from 0, else 0, and then x is none.
+/// Solves `A x = b` in place, A by rows, with row exchanges; 1 if every pivot differs from 0, else 0, and x is none.
 ///
 /// Rows are exchanged by choices between numbers, so that a program can be recorded.
 #[inline(always)]

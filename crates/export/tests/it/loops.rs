@@ -1,5 +1,5 @@
-//! Programs of named matrices as C with loops: the bits of the body over numbers, for bodies of which some are loops, some
-//! are nearly, and some are none. Without a C compiler the comparison says so and passes.
+//! Programs of named matrices as C with loops: the bits of the body over numbers, for bodies of which some are loops,
+//! some are nearly, and some are none. Without a C compiler nothing is compared.
 
 use std::fmt::Write as _;
 use std::process::Command;

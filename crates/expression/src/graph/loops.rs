@@ -124,11 +124,11 @@ pub(super) fn body(routine: &Routine, dialect: &Dialect, columns: Columns<'_>) -
             writer.written.text.push(format!("    {name}[{}] = {value};", from + k));
         }
     }
-    writer.written.text.iter().map(|line| format!("{line}\n")).collect()
+    writer.written.text.iter().fold(String::new(), |text, line| text + line + "\n")
 }
 
-/// The values of numbers without time, states and inputs, as the format computes them; a condition is 1 or 0. A result in binary64 of one
-/// operation, rounded to binary32, is that of binary32.
+/// The values of numbers without time, states and inputs, as the format computes them; a condition is 1 or 0. The
+/// result of one operation in binary64, rounded to binary32, is that of binary32.
 fn fixed(routine: &Routine, single: bool) -> Vec<Option<f64>> {
     let round = |x: f64| if single { f64::from(x as f32) } else { x };
     let mut values: Vec<Option<f64>> = Vec::with_capacity(routine.code.len());
@@ -422,6 +422,9 @@ impl Writer<'_> {
 
     /// A sum of like terms in all lanes.
     fn sum(&mut self, lanes: &Lanes) -> Option<Form> {
+        if lanes.lengths.len() >= COUNTERS.len() {
+            return None;
+        }
         let chains: Option<Vec<Chain>> = lanes.ids.iter().map(|id| self.chain(*id)).collect();
         let chains = chains?;
         let (binary, start, terms) = chains.first()?;
@@ -594,11 +597,11 @@ impl Writer<'_> {
         match form {
             Form::Atom(name) => (name.clone(), true),
             Form::Entry(name, indices) => {
-                let indices: String = indices.iter().map(|index| format!("[{}]", index.text(counters))).collect();
-                (format!("{name}{indices}"), true)
+                let entry = indices.iter().fold(name.clone(), |entry, index| entry + "[" + &index.text(counters) + "]");
+                (entry, true)
             }
             Form::Sum { binary, start, term, count } => {
-                let next = COUNTERS.get(counters.len()).copied().unwrap_or("m");
+                let next = COUNTERS.get(counters.len()).copied().unwrap_or_default();
                 let first = [counters, &["0"]].concat();
                 let (value, from) = match start {
                     Some(start) => (self.text(start, counters, depth, lines).0, 0),

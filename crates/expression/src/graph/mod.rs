@@ -237,8 +237,8 @@ impl Graph {
         self.push(Node::Constant(value.to_bits()))
     }
 
-    /// The node of an operation on constants, if the result is a finite number; beside matrices, whose numbers are those
-    /// of the format, only if the format computes it.
+    /// The node of an operation on constants, if the result is a finite number; beside matrices, whose numbers are
+    /// those of the format, only if the format computes it.
     fn folded(&mut self, value: f64, single: f32) -> Option<Id> {
         let is_same = self.matrices.is_empty() || (value as f32).to_bits() == single.to_bits();
         (value.is_finite() && is_same).then(|| self.constant(value))

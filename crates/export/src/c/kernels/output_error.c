@@ -1,4 +1,4 @@
-/* The measured minus the expected output, which a functional mock-up unit has as a variable; output_error is recorded. */
+/* The measured minus the expected output, a variable of a functional mock-up unit; output_error is recorded. */
 #include "typical.h"
 
 void observer_innovation(const observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *innovation)
