@@ -14,6 +14,7 @@
 
 pub(crate) mod block;
 mod candidate;
+mod document;
 mod figure;
 pub(crate) mod ranking;
 mod report;

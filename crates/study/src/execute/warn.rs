@@ -3,7 +3,7 @@
 use luenberger_proof::wording::significant;
 
 use crate::design::SPEED_RATIO;
-use crate::results::report::eigenvalue;
+use crate::results::eigenvalue;
 use crate::results::{DesignReport, Results};
 use crate::signal::Input;
 use crate::study::{Simulation, Study};

@@ -19,7 +19,7 @@ use super::{Kind, of as kind};
 use crate::designed::{Refusal, Runnable, Running, StepOf, continuous, rows};
 use crate::reader::{Given, Reader, gain};
 use crate::results::DesignReport;
-use crate::results::report::eigenvalue;
+use crate::results::eigenvalue;
 use crate::steps::recorded::{cast, recorded, refused};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::explain::Misfit;

@@ -7,6 +7,7 @@
 mod about_zero;
 mod alternative;
 mod coverage;
+mod document;
 mod log;
 pub(crate) mod report;
 mod score_tables;
@@ -17,11 +18,12 @@ pub use about_zero::{ABOUT_ZERO, ABOUT_ZERO_MEANS, is_about_zero};
 pub use alternative::Alternative;
 pub(crate) use alternative::Proposal;
 pub use coverage::{CoverageReport, StateCoverage};
+pub(crate) use document::{eigenvalue, with_unit};
+pub use document::{leading, log_data};
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,
     SmoothedDeviation, SmoothedReport, StateScore,
 };
-pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
     MeritsReport, NormReport, PercentileReport, RunReport, SamplingReport, ScoreStatistics, ScoringReport,
@@ -154,7 +156,7 @@ impl PlantSummary {
 
     /// A name with its unit, `speed (rad/s)`.
     pub fn labelled(&self, name: &str) -> String {
-        report::with_unit(name, self.unit(name))
+        document::with_unit(name, self.unit(name))
     }
 
     /// Values by names, `speed = 2 rad/s, current = 0.1 A`.

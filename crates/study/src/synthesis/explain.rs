@@ -11,7 +11,7 @@ use luenberger_proof::wording::{at_least, at_most, shortest, significant};
 
 use super::alternative::{Advice, another_gain, list, other_kinds, rows, slower};
 use crate::model::Model;
-use crate::results::report::eigenvalue;
+use crate::results::eigenvalue;
 use crate::results::{FailureReport, Proposal};
 use crate::structure::Structure;
 use crate::study::{ObserverSpec, Study};

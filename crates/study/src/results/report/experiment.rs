@@ -3,7 +3,8 @@
 use luenberger_expression::Formula as Typeset;
 use luenberger_figures::{Cell, Formula, Grid, Section};
 
-use super::{number, short, typeset, with_unit};
+use super::super::document::{number, short, with_unit};
+use super::typeset;
 use crate::digest;
 use crate::model::Model;
 use crate::signal::{Input, Program};
