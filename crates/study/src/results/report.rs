@@ -312,15 +312,15 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
         let count = design.facts.len();
         caption.push(format!("The {} smallest margins of {count} conditions; `study.json` has all.", shown.len()));
     }
-    let any = |what: &str| design.facts.iter().any(|fact| fact.statement.contains(what));
-    if any("at vertex") {
+    if design.facts.iter().any(|fact| fact.is_at_vertex) {
         caption.push(
             "A vertex (A, C) is a combination of extreme values of the entries of the Jacobians df/dx and dh/dx over the \
              region: what holds at all vertices holds for all Jacobians over the region."
                 .to_owned(),
         );
     }
-    match (any(" (12)"), any(" (13')")) {
+    let has = |equation: &str| design.facts.iter().any(|fact| fact.equation.as_deref() == Some(equation));
+    match (has("(12)"), has("(13')")) {
         (true, true) => caption.push("(12) and (13') are their numbers in the paper on the cubic observer.".to_owned()),
         (true, false) => caption.push("(12) is its number in the paper on the cubic observer.".to_owned()),
         (false, true) => caption.push("(13') is its number in the paper on the cubic observer.".to_owned()),

@@ -139,7 +139,7 @@ pub(super) fn equations(study: &Study) -> Option<Vec<Formula>> {
             let motion = sum(Typeset::motion("x", names.dt.is_some()), "A", (!names.inputs.is_empty()).then_some("B"));
             return Some(vec![motion, sum(Typeset::name("y"), "C", plant.d.as_ref().map(|_| "D"))]);
         }
-        Model::Expressions(plant) => plant,
+        Model::Expressions(plant, _) => plant,
         Model::Builtin(_) => return None,
     };
     let f = names.states.iter().zip(plant.f());
