@@ -11,8 +11,8 @@ use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::StateSpace;
 use luenberger_sim::{AnyObserver, Continuous};
 use luenberger_study::advise::{AdviseOptions, advise};
-use luenberger_study::deployment::{Refusal, exported, sampled};
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::deployment::{exported, sampled};
+use luenberger_study::design::{Designed, NoObserver, design};
 use luenberger_study::kinds::{
     Declaration, Information, Kind, Plan, Rule, Running, StepOf, Tuning, Value, named, of, register,
 };
@@ -58,8 +58,8 @@ impl Specification for TransposedOutput {
 }
 
 impl Kind for TransposedOutput {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        let StateSpace { a, b, c, .. } = plan.linear()?;
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        let StateSpace { a, b, c, .. } = plan.linear()?.clone();
         let observer = Injected { a, b, l: c.transpose() * self.k, c };
         Ok(Designed::new(observer.into(), DesignReport::default(), None))
     }
@@ -103,9 +103,9 @@ impl Running for Injected<f64> {
         Arc::new(Continuous::new(self))
     }
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let [a, b, c, l] = [&self.a, &self.b, &self.c, &self.l].map(|m| m.map(convert::<f64, Recorded>));
-        RecordedObserver::new(recording, &Injected { a, b, c, l }).map_err(|error| (error.to_string(), Vec::new()))
+        Ok(RecordedObserver::new(recording, &Injected { a, b, c, l })?)
     }
 }
 

@@ -180,7 +180,7 @@ fn plant(study: &Study, model: &Model, parameters: Option<&Parameters>) -> Optio
         Model::Linear(plant) | Model::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
             Some(StoredPlant::linear(plant))
         }
-        Model::Expressions(plant) => {
+        Model::Expressions(plant, _) => {
             let texts = |rows: &[Expression]| rows.iter().map(|row| row.text().to_owned()).collect();
             Some(StoredPlant::Expressions {
                 states: study.plant.states.clone(),

@@ -33,13 +33,13 @@ use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Theorem;
 
-use crate::design::{Designed, NoDesign, design_until};
+use crate::design::{Designed, design_until};
 use crate::error::StudyError;
 use crate::kinds;
 use crate::model::Model;
 use crate::read::file_name;
 use crate::results::{
-    FailureReport, NamedMatrix, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
+    NamedMatrix, NoObserver, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
 };
 use crate::study::{ObserverSpec, Study};
 use crate::synthesis::matrix;
@@ -374,7 +374,7 @@ fn save(folder: &Folder, results: &mut Results) -> Result<(), StudyError> {
 
 /// Result of the design of an observer.
 struct Outcome {
-    designed: Result<Designed, FailureReport>,
+    designed: Result<Designed, NoObserver>,
     /// Why its proof cannot be written as a file.
     open: Option<String>,
 }
@@ -395,9 +395,8 @@ fn designs(
             return Ok(None);
         }
         let designed = match design_until(study, requested, options.cancel, options.until) {
-            Ok(designed) => Ok(designed),
-            Err(NoDesign::Misfit(failure)) => Err(failure),
-            Err(NoDesign::Interrupted) => return Ok(None),
+            Err(none) if none.is_interrupted() => return Ok(None),
+            designed => designed,
         };
         let open = match &designed {
             Ok(designed) if certified => certificate(folder, &requested.name, designed)?,
@@ -471,7 +470,7 @@ pub(crate) fn summary(study: &Study) -> PlantSummary {
     let plant = &study.plant;
     let (kind, mut equations) = match &plant.model {
         Model::Linear(_) => ("linear".to_owned(), Vec::new()),
-        Model::Expressions(expressions) => {
+        Model::Expressions(expressions, _) => {
             let mark = if plant.dt.is_some() { "+" } else { "'" };
             let f =
                 plant.states.iter().zip(expressions.f()).map(|(name, row)| format!("{name}{mark} = {}", row.text()));
@@ -487,11 +486,11 @@ pub(crate) fn summary(study: &Study) -> PlantSummary {
     let linear = plant.model.linear();
     let mark = if plant.dt.is_some() { "+" } else { "'" };
     let motion = format!("x{mark} = A x{}", if plant.inputs.is_empty() { "" } else { " + B u" });
-    if let Some(linear) = &linear {
+    if let Some(linear) = linear {
         let output = if linear.d.is_some() { "y = C x + D u" } else { "y = C x" };
         equations.extend([motion, output.to_owned()]);
     }
-    let matrices = linear.as_ref().map(matrices).unwrap_or_default();
+    let matrices = linear.map(matrices).unwrap_or_default();
     PlantSummary {
         kind,
         states: plant.states.clone(),

@@ -14,10 +14,10 @@ use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous};
-use crate::steps::recorded::{recorded, refused};
+use crate::designed::{NonlinearStep, Running, StepOf, continuous};
+use crate::steps::recorded::recorded;
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Advice, Designed, NoDesign, Plan, matrix, number, other_kinds, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, other_kinds, uncertified};
 use crate::tuning::{Context, Keys, Value, chain_settling, compositions, short};
 
 use crate::keys::{Range, Type, optional, required};
@@ -27,8 +27,8 @@ use crate::model::{Model, PlantModel};
 use crate::reader::maps::list;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
-use crate::results::{DesignReport, FailureReport, Statement};
-use crate::synthesis::explain::{self, Misfit, no_chains};
+use crate::results::{DesignReport, NoObserver, Statement};
+use crate::synthesis::explain::no_chains;
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -211,12 +211,12 @@ impl Specification for HighGain {
 }
 
 impl Kind for HighGain {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let Self { r, chains: lengths, alpha, maps } = self;
-        plan.explained(match maps {
+        match maps {
             Some(maps) => high_gain_maps(plan.study, plan.requested, maps, alpha, *r),
             None => high_gain(chains(plan.study, plan.requested, lengths)?, alpha, *r),
-        })
+        }
     }
 }
 
@@ -315,7 +315,7 @@ impl Running for HighGainObserver<Chains, f64, Dyn> {
         continuous(self)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let (map, gain) = (self.map(), self.gain());
         let mut l = DMatrix::zeros(gain.len(), of.study.plant.outputs.len());
         for i in 0..gain.len() {
@@ -330,8 +330,8 @@ impl Running for HighGainObserver<HighGainMaps, f64, Dyn> {
         continuous(self)
     }
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
-        recorded(recording, &over_recorded(self).map_err(refused)?)
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
+        recorded(recording, &over_recorded(self)?)
     }
 }
 
@@ -343,11 +343,11 @@ fn over_recorded(
 }
 
 /// The chains of a high-gain observer, whose coefficients of the next states are not 0 at the first estimate.
-fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
+fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<Chains, NoObserver> {
     let (model, size) = (&study.plant.model, study.plant.model.size());
     let (states, kind) = (&study.plant.states, requested.kind.name());
     if let Some(hypothesis) = no_chains(study, &model.structure(), kind, lengths) {
-        return Err(explain::failure(requested, hypothesis, other_kinds(study, requested)));
+        return Err(NoObserver::new(hypothesis).advise(other_kinds(study, requested)));
     }
     let mut input = DVector::zeros(size.inputs);
     if let Some(program) = study.input.program() {
@@ -361,11 +361,11 @@ fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<
             shortest(coefficient)
         );
         let remedy = "`initial` at a state where this derivative is finite and not 0, such as the operating point";
-        explain::failure(requested, hypothesis, Advice::hint(remedy))
+        NoObserver::new(hypothesis).hint(remedy)
     })
 }
 
-fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, Misfit> {
+fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, NoObserver> {
     let column = |entries: &DVector<f64>| DMatrix::from_column_slice(entries.len(), 1, entries.as_slice());
     let constant = chains.have_constant_coefficients();
     let has_factors = !constant || chains.factors().iter().any(|factor| *factor != 1.0);
@@ -404,7 +404,7 @@ fn high_gain_maps(
     maps: &HighGainMaps,
     alpha: &[f64],
     r: f64,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let observer = HighGainObserver::new(maps.clone(), DVector::from_column_slice(alpha), r)?;
     let gain = observer.gain();
     let plant = study.plant.model.expressions().ok();

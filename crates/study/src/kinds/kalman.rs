@@ -9,15 +9,15 @@ use luenberger_sim::AnyObserver;
 use nalgebra::Dyn;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{Q, RHO, V, W};
+use super::keys::{CROSS_INTENSITY, NOISE_ENTERING, Q, RHO, V, W};
 use super::{Kind, of};
 use crate::designed::{Running, SampledDesign, sampled};
 use crate::keys::{Type, optional};
 use crate::reader::{Given, Reader, gain};
-use crate::results::FailureReport;
+use crate::results::NoObserver;
 use crate::steps::{self};
 use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Designed, NoDesign, Plan, Sampling, discrete, linear};
+use crate::synthesis::{Designed, Plan, Sampling, discrete, linear};
 use crate::tuning::{Context, Keys, Value, covariance, intensity, linear as is_linear, noisy, process_noise};
 
 /// The kind.
@@ -29,6 +29,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     keys: &[
         W,
         V,
+        NOISE_ENTERING,
+        CROSS_INTENSITY,
         RHO,
         Q,
         optional(
@@ -79,24 +81,20 @@ impl Specification for Kalman {
 }
 
 impl Kind for Kalman {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         linear::design(plan, &self.0)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         discrete::design(plan, &self.0, dt)
     }
 
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
         steps::of_gain(of, &self.0)
     }
 
-    fn sampled_at_point(
-        &self,
-        of: &Sampling<'_>,
-        point: &OperatingPoint,
-    ) -> Option<Result<SampledDesign, FailureReport>> {
-        Some(steps::of_gain_at_point(of, &self.0, point))
+    fn sampled_at_point(&self, of: &Sampling<'_>, point: &OperatingPoint) -> Result<Option<SampledDesign>, NoObserver> {
+        steps::of_gain_at_point(of, &self.0, point).map(Some)
     }
 }
 

@@ -43,6 +43,16 @@ pub(crate) const V: Key = required(
     Type::Weight,
     "Intensity V of the measurement noise, p x p; for extended-kalman, ukf and mhe its covariance at a sample.",
 );
+pub(crate) const NOISE_ENTERING: Key = optional(
+    "g",
+    Type::Rows,
+    "G, n x q, of process noise that enters as x' = A x + B u + G w; W is then q x q (default: the identity).",
+);
+pub(crate) const CROSS_INTENSITY: Key = optional(
+    "s",
+    Type::Rows,
+    "Cross-intensity S = E w v' of process and measurement noise, n x p, with g q x p (default: 0).",
+);
 pub(crate) const PERIOD: Key = required("period", Type::Number(Range::Positive), "Sampling period.");
 
 pub(crate) const P0: Key =
@@ -130,6 +140,8 @@ const NOISES: Table = Table {
     keys: &[
         required("w", Type::Weight, "Intensity W of the process noise, n x n."),
         required("v", Type::Weight, "Intensity V of the measurement noise, p x p."),
+        NOISE_ENTERING,
+        CROSS_INTENSITY,
     ],
 };
 

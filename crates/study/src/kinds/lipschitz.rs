@@ -14,11 +14,10 @@ use crate::reader::gain::this_gain;
 use crate::reader::region::region;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
-use crate::results::{DesignReport, Statement};
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::study::{ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::Misfit;
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::{Designed, NoDesign, Plan, certified, lower_bound, matrix, number};
+use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number};
 use crate::tuning::{nonlinear, over_region};
 
 /// The kind.
@@ -130,9 +129,9 @@ impl Specification for Lipschitz {
 }
 
 impl Kind for Lipschitz {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let Self { split, region, rate, gain } = self;
-        plan.explained(lipschitz(plan.study, split.as_ref(), region, *rate, gain.as_ref(), &plan.options()))
+        lipschitz(plan.study, split.as_ref(), region, *rate, gain.as_ref(), &plan.options())
     }
 }
 
@@ -143,7 +142,7 @@ fn lipschitz(
     rate: f64,
     gain: Option<&DMatrix<f64>>,
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let enclosure = enclose(&study.plant.model, region)?;
     let read = LipschitzPlant::over(&enclosure)?;
     let plant = match split {
@@ -166,11 +165,11 @@ pub(super) fn by_sectors(
     design: &LipschitzDesign,
     sentence: Option<ProvedSentence>,
     whose: &str,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let count = design.plant.sectors().len();
     let centre = design.plant.centre();
     let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l, None);
-    let mut numbers = vec![lower_bound("rate", design.rate), number("sectors", count as f64)];
+    let mut numbers = vec![lower_bound(Quantity::Rate, design.rate), number("sectors", count as f64)];
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: Statement::of_proved(sentence).remark(whose),

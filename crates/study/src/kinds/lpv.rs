@@ -17,9 +17,9 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
 use super::lipschitz::by_sectors;
 use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous, rows, sampled};
+use crate::designed::{NonlinearStep, Running, StepOf, continuous, rows, sampled};
 use crate::study::{ObserverKind, PlantClass, RateSpec, Specification, Study, Time};
-use crate::synthesis::{Designed, NoDesign, Plan, certified, lower_bound, matrix, number, upper_bound};
+use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, upper_bound};
 use crate::tuning::{nonlinear, over_region};
 
 use crate::keys::{Range, Type, optional};
@@ -27,8 +27,7 @@ use crate::model::Model;
 use crate::reader::gain::{alternatives, this_gain};
 use crate::reader::region::region;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, Statement};
-use crate::synthesis::explain::Misfit;
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::synthesis::noise_gain::NoiseGain;
 
 /// The kind.
@@ -121,12 +120,12 @@ impl Specification for Lpv {
 }
 
 impl Kind for Lpv {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(lpv(plan.study, &self.region, &self.rate, &plan.options()))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        lpv(plan.study, &self.region, &self.rate, &plan.options())
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
-        plan.explained(discrete_lpv(plan.study, &self.region, &self.rate, dt, &plan.options()))
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
+        discrete_lpv(plan.study, &self.region, &self.rate, dt, &plan.options())
     }
 }
 
@@ -139,7 +138,7 @@ impl Running for NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn> {
         Some((live::ObserverKind::NonlinearLuenberger { l: rows(self.l()) }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         of.with_gain(self.l(), of.observer.initial.clone(), "").map(Some)
     }
 }
@@ -154,17 +153,17 @@ impl Running for DiscreteNonlinearObserver<Model, f64, Dyn, Dyn, Dyn> {
         Some((live::ObserverKind::DiscreteNonlinear { l: rows(self.l()), period }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let observer = DiscreteNonlinearObserver::new(of.plant.clone(), self.l().clone(), of.period);
-        let observer = observer.map_err(|error| (error.to_string(), Vec::new()))?;
+        let observer = observer?;
         if of.designed.certificate.is_none() {
-            return Err(("the design has no certificate to refer to".to_owned(), Vec::new()));
+            return Err(NoObserver::new("the design has no certificate to refer to"));
         }
         Ok(Some(NonlinearStep::of(of.designed, ExportableObserver::Discrete(observer))))
     }
 }
 
-fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {
+fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, NoObserver> {
     let model = &study.plant.model;
     let design = match rate {
         RateSpec::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, options),
@@ -184,9 +183,9 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -
     let l = design.l();
     let noise = NoiseGain::of(study, pairs, l, None);
     let mut numbers = vec![
-        lower_bound("rate", design.rate),
-        upper_bound("overshoot", design.overshoot),
-        number("vertices", design.polytope.vertices.len() as f64),
+        lower_bound(Quantity::Rate, design.rate),
+        upper_bound(Quantity::Overshoot, design.overshoot),
+        number(Quantity::Vertices, design.polytope.vertices.len() as f64),
     ];
     numbers.extend(noise.numbers());
     let report = DesignReport {
@@ -207,7 +206,7 @@ fn discrete_lpv(
     rate: &RateSpec,
     dt: f64,
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let model = study.plant.model.clone();
     let design = match rate {
         RateSpec::Rate(rate) => DiscreteLpvDesign::new(model, dt, region, *rate, options)?,
@@ -224,11 +223,11 @@ fn discrete_lpv(
         statement: Statement::of_proved(design.sentence()),
         matrices: vec![matrix("L", l), matrix("P", &design.p)],
         numbers: vec![
-            lower_bound("rate", design.rate),
+            lower_bound(Quantity::Rate, design.rate),
             upper_bound("factor of a step", design.factor),
-            upper_bound("overshoot", design.overshoot),
-            number("vertices", design.polytope.vertices.len() as f64),
-            number("norm of L", l.clone().svd(false, false).singular_values.max()),
+            upper_bound(Quantity::Overshoot, design.overshoot),
+            number(Quantity::Vertices, design.polytope.vertices.len() as f64),
+            number(Quantity::GainNorm, l.clone().svd(false, false).singular_values.max()),
         ],
         evidence,
         ..certified(&design.certificate, &design.vertex_names())
@@ -239,7 +238,12 @@ fn discrete_lpv(
 
 /// Where the vertices are too many: the norm-bounded form, with a sector for each entry that varies and one inequality
 /// in place of one for each vertex. It is sufficient only.
-fn beyond_vertices(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {
+fn beyond_vertices(
+    study: &Study,
+    region: &Region,
+    rate: &RateSpec,
+    options: &GainOptions,
+) -> Result<Designed, NoObserver> {
     let enclosure = enclose(&study.plant.model, region)?;
     let plant = LipschitzPlant::over(&enclosure)?;
     let count = plant.sectors().len();

@@ -13,11 +13,11 @@ use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES
 use super::{Kind, of};
 use crate::designed::{At, Runnable, Running, SampledDesign, continuous, sampled};
 use crate::reader::{Given, Reader, gain};
-use crate::results::FailureReport;
+use crate::results::NoObserver;
 use crate::steps::{self};
 use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::operating_point::{at, page_point};
-use crate::synthesis::{Designed, NoDesign, Plan, Sampling, discrete, linear};
+use crate::synthesis::{Designed, Plan, Sampling, discrete, linear};
 use crate::tuning::{self, Context, Keys, Value, intensity, noisy, rates};
 
 /// The kind.
@@ -77,24 +77,20 @@ impl Specification for Luenberger {
 }
 
 impl Kind for Luenberger {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         linear::design(plan, &self.0)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         discrete::design(plan, &self.0, dt)
     }
 
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
         steps::of_gain(of, &self.0)
     }
 
-    fn sampled_at_point(
-        &self,
-        of: &Sampling<'_>,
-        point: &OperatingPoint,
-    ) -> Option<Result<SampledDesign, FailureReport>> {
-        Some(steps::of_gain_at_point(of, &self.0, point))
+    fn sampled_at_point(&self, of: &Sampling<'_>, point: &OperatingPoint) -> Result<Option<SampledDesign>, NoObserver> {
+        steps::of_gain_at_point(of, &self.0, point).map(Some)
     }
 }
 

@@ -14,17 +14,16 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
 use super::keys::{P0, PERIOD, SUBSTEPS, V, W};
 use super::{Kind, of};
-use crate::designed::{Filter, NonlinearStep, Refusal, Running, StepOf, sampled};
+use crate::designed::{Filter, NonlinearStep, Running, StepOf, sampled};
 use crate::keys::{Type, optional};
 use crate::model::Model;
 use crate::reader::region::bounds;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, Statement};
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning::{self, Context, Keys, Value};
 
 /// The kind.
@@ -149,18 +148,18 @@ impl Specification for MovingHorizonSpec {
 }
 
 impl Kind for MovingHorizonSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        designed(&plan.study.plant.model, self, Prediction::ErrorControlled)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         plan.has_period_of_plant(self.period, dt)?;
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
+        designed(&plan.study.plant.model, self, Prediction::Discrete)
     }
 }
 
 /// The estimator of a plant in continuous or in discrete time.
-fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> Result<Designed, Misfit> {
+fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> Result<Designed, NoObserver> {
     let MovingHorizonSpec { w, v, p0, period, horizon, bounds, .. } = spec;
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
     let mut estimator =
@@ -179,7 +178,7 @@ fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> 
         )),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         numbers: vec![
-            number("period", *period),
+            number(Quantity::Period, *period),
             number("window", horizon.window as f64),
             number("iterations", horizon.iterations as f64),
         ],
@@ -203,7 +202,7 @@ impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_
         Some(self)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let (noises, period) = (self.noise_model(), SampledObserver::<f64>::period(self));
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };

@@ -10,8 +10,10 @@ use super::keys::{
 use super::{Kind, of, peb};
 use crate::maps::PebSpec;
 use crate::reader::{Given, Reader, maps};
+use crate::results::{Advice, Cause, NoObserver};
 use crate::study::{ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::{Designed, NoDesign, Plan};
+use crate::synthesis::kkl_maps::other_maps;
+use crate::synthesis::{Designed, Plan};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -60,7 +62,11 @@ impl Specification for Pebo {
 }
 
 impl Kind for Pebo {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(peb::designed(plan.study, plan.requested, &self.0))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        peb::designed(plan.study, plan.requested, &self.0)
+    }
+
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        other_maps(plan.study, cause)
     }
 }

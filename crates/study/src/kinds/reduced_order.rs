@@ -15,14 +15,13 @@ use nalgebra::{Complex, DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::{Kind, of};
-use crate::designed::{Refusal, Running, StepOf, continuous};
+use crate::designed::{Running, StepOf, continuous};
 use crate::keys::{Type, required};
 use crate::reader::{Given, Reader, check, gain};
-use crate::results::DesignReport;
-use crate::steps::recorded::{cast, recorded, refused};
+use crate::results::{DesignReport, NoObserver, Quantity};
+use crate::steps::recorded::{cast, recorded};
 use crate::study::{GainSpec, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::synthesis::{Designed, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
 use crate::tuning::{Context, Keys, linear as is_linear, listed, sampled as in_time};
 
 /// An observer of what the outputs leave open.
@@ -85,9 +84,9 @@ impl Specification for ReducedOrder {
 }
 
 impl Kind for ReducedOrder {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        plan.explained(reduced_order(plan.study, &plant, &self.0))
+        reduced_order(plan.study, plant, &self.0)
     }
 }
 
@@ -96,16 +95,16 @@ impl Running for ReducedOrderObserver {
         continuous(self)
     }
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let (maps, inverse) = (self.map(), self.map().inverse());
-        let inverse = LinearInverse::new(cast(inverse.m()), cast(inverse.n()), cast(inverse.t())).map_err(refused)?;
+        let inverse = LinearInverse::new(cast(inverse.m()), cast(inverse.n()), cast(inverse.t()))?;
         let (d, b, e) = (cast(maps.d()), cast(maps.b()), cast(maps.e()));
         let maps = LinearKkl::<Recorded, Dyn, Dyn, Dyn, Dyn, _>::new(d, b, e, inverse);
-        recorded(recording, &KklObserver::new(maps.map_err(refused)?))
+        recorded(recording, &KklObserver::new(maps?))
     }
 }
 
-fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Complex<f64>]) -> Result<Designed, Misfit> {
+fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Complex<f64>]) -> Result<Designed, NoObserver> {
     let design = ReducedOrderDesign::with_poles(plant, requested)?;
     let o = &design.observer;
     let inverse = LinearInverse::new(o.m.clone(), o.n.clone(), o.t.clone())?;
@@ -119,7 +118,10 @@ fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Complex<f64>]) 
             .remark(asymptotic_rate(slowest)),
         matrices,
         poles: poles(&design.poles),
-        numbers: vec![number("decay rate", slowest), number("noise passed to the estimate, norm of N", norm(&o.n))],
+        numbers: vec![
+            number(Quantity::DecayRate, slowest),
+            number("noise passed to the estimate, norm of N", norm(&o.n)),
+        ],
         ..certified(&design.certificate, &[])
     };
     let runnable = KklObserver::new(maps).into();

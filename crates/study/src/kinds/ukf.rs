@@ -13,16 +13,15 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
 use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
 use super::{Kind, of};
-use crate::designed::{Filter, NonlinearStep, Refusal, Running, StepOf, sampled};
+use crate::designed::{Filter, NonlinearStep, Running, StepOf, sampled};
 use crate::keys::{Range, Type, optional};
 use crate::model::Model;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, Statement};
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning;
 
 /// The kind.
@@ -149,18 +148,18 @@ impl Specification for UnscentedSpec {
 }
 
 impl Kind for UnscentedSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        designed(&plan.study.plant.model, self, Prediction::ErrorControlled)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         plan.has_period_of_plant(self.period, dt)?;
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
+        designed(&plan.study.plant.model, self, Prediction::Discrete)
     }
 }
 
 /// The filter of a plant in continuous or in discrete time.
-fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Result<Designed, Misfit> {
+fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Result<Designed, NoObserver> {
     let UnscentedSpec { w, v, p0, sigma, period, gate, .. } = spec;
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
     let mut filter =
@@ -177,7 +176,7 @@ fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Resu
         )),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         numbers: vec![
-            number("period", *period),
+            number(Quantity::Period, *period),
             number("alpha", sigma.alpha),
             number("beta", sigma.beta),
             number("kappa", sigma.kappa),
@@ -205,7 +204,7 @@ impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some(self)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let (factors, sigma, period) = (self.factors(), self.sigma_points(), SampledObserver::<f64>::period(self));
         let covariance = |factor: &DMatrix<f64>| factor * factor.transpose();
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {

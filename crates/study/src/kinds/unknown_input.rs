@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use luenberger_design::{DecoupledPlant, GainOptions, Pair, UnknownInputDesign};
+use luenberger_design::{DecoupledPlant, DesignError, GainOptions, Pair, UnknownInputDesign};
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Recorded, Recording};
 use luenberger_live as live;
@@ -16,15 +16,15 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{cubic, cubic_of, matrices, unknown};
 use super::keys::{DECAY, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
 use super::{Kind, of as kind};
-use crate::designed::{Refusal, Runnable, Running, StepOf, continuous, rows};
+use crate::designed::{Runnable, Running, StepOf, continuous, rows};
 use crate::reader::{Given, Reader, gain};
-use crate::results::DesignReport;
-use crate::results::report::eigenvalue;
-use crate::steps::recorded::{cast, recorded, refused};
+use crate::results::eigenvalue;
+use crate::results::{Advice, Cause, DesignReport, NoObserver, Proposal, Quantity};
+use crate::steps::recorded::{cast, recorded};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::Misfit;
+use crate::synthesis::alternative::{self, another_gain};
 use crate::synthesis::linear::{measurement, of};
-use crate::synthesis::{Designed, NoDesign, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::synthesis::{Designed, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
 use crate::tuning::{Context, Keys, Value, disturbance as of_study, linear as is_linear, rates};
 
 /// An observer whose error does not depend on a disturbance.
@@ -92,9 +92,35 @@ impl Specification for UnknownInput {
 }
 
 impl Kind for UnknownInput {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        plan.explained(designed((&plant, &plan.reading()), self, &plan.options()))
+        designed((plant, &plan.reading()), self, &plan.options())
+    }
+
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        let another = || another_gain(plan.study, plan.requested);
+        match cause {
+            Cause::Design(DesignError::FixedPoles { .. }) => {
+                Some(another().and(Advice::hint("`poles` with these zeros among them")))
+            }
+            Cause::Design(DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. }) => {
+                Some(self.with_slow_disturbance())
+            }
+            Cause::Design(DesignError::OfPair { pair: Pair::Decoupled, .. }) => {
+                Some(self.with_slow_disturbance().and(another()))
+            }
+            _ => None,
+        }
+    }
+}
+
+impl UnknownInput {
+    /// The disturbance as a state, or seen by another output.
+    fn with_slow_disturbance(&self) -> Advice {
+        let keys = [format!("e = {}", alternative::rows(&self.e)), "lmi = true".to_owned()];
+        let why = "for a disturbance that is constant or varies slowly";
+        Advice::of([Proposal::kind("proportional-integral", keys, why)])
+            .and(Advice::hint("a further output, whose derivative depends on the disturbance"))
     }
 }
 
@@ -102,7 +128,7 @@ fn designed(
     (plant, reading): (&StateSpace, &Reading<'_>),
     UnknownInput { e, linear: gain, cubic }: &UnknownInput,
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let decoupled = DecoupledPlant::new(plant, e)?;
     let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
     let linear = match &gain.gain {
@@ -134,7 +160,7 @@ fn designed(
             .remark(asymptotic_rate(speed)),
         matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
         poles: poles(&linear.poles),
-        numbers: vec![number("decay rate", speed)],
+        numbers: vec![number(Quantity::DecayRate, speed)],
         ..certified(&certificate, &[])
     };
     Ok(Designed::new(runnable, report, Some(certificate)))
@@ -153,10 +179,10 @@ impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
         Some((live::ObserverKind::UnknownInput { observer: Box::new(self.inner().clone()), h, d }, None))
     }
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let LinearObserver { a, b, c, d, l } = self.inner();
         let inner = LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) };
-        recorded(recording, &without_disturbance(self, inner).map_err(refused)?)
+        recorded(recording, &without_disturbance(self, inner)?)
     }
 
     fn remark_of_step(&self) -> &'static str {
@@ -174,11 +200,11 @@ impl Running for WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {
         Some((live::ObserverKind::UnknownInputCubic { observer: Box::new(self.inner().clone()), h, d }, None))
     }
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let CubicObserver { a, b, c, d, l, n, theta } = self.inner();
         let (a, b, c, d) = (cast(a), cast(b), cast(c), d.as_ref().map(cast));
         let inner = CubicObserver { a, b, c, d, l: cast(l), n: cast(n), theta: cast(theta) };
-        recorded(recording, &without_disturbance(self, inner).map_err(refused)?)
+        recorded(recording, &without_disturbance(self, inner)?)
     }
 
     fn remark_of_step(&self) -> &'static str {

@@ -2,7 +2,7 @@
 
 use luenberger_proof::wording::significant;
 
-use super::report::with_unit;
+use super::document::with_unit;
 use super::{
     NormReport, PercentileReport, PlantSummary, Results, RunReport, SimulationReport, StateReport, SweepReport,
     SweepRow,

@@ -10,7 +10,7 @@ use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::number;
-use crate::results::NamedNumber;
+use crate::results::{NamedNumber, Quantity};
 use crate::study::{OutputNoise, Simulation, Study};
 
 /// The noise gain of a design, and what it means for the noise of the study.
@@ -58,8 +58,8 @@ impl NoiseGain {
 
     /// The numbers of the report.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = NamedNumber> {
-        let ratio = self.ratio.map(|ratio| number(SPEED_RATIO, ratio));
-        [number("norm of L", self.norm), number("noise gain", self.gain)].into_iter().chain(ratio)
+        let ratio = self.ratio.map(|ratio| number(Quantity::SpeedRatio, ratio));
+        [number(Quantity::GainNorm, self.norm), number(Quantity::NoiseGain, self.gain)].into_iter().chain(ratio)
     }
 }
 
@@ -79,6 +79,3 @@ fn held(f: &DMatrix<f64>, l: &DMatrix<f64>, simulation: &Simulation) -> Option<D
     }
     Some(sum)
 }
-
-/// The name of the ratio of the largest modulus of an observer pole to that of a plant pole.
-pub(crate) const SPEED_RATIO: &str = "fastest pole relative to the plant";

@@ -27,6 +27,7 @@ mod log;
 mod maps;
 mod messages;
 mod mistakes;
+mod no_observer;
 mod norm_filter;
 mod operating_point;
 mod optimal;

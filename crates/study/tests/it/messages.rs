@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_study::diagnostic::Located;
-use luenberger_study::results::FailureReport;
+use luenberger_study::results::NoObserver;
 use luenberger_study::table::Table;
 use luenberger_study::{Excess, Format, RunOptions, Step, Study, StudyError, execute};
 
@@ -31,7 +31,7 @@ pub(crate) fn mistake(located: &Located) {
 }
 
 /// Notes an observer that does not apply.
-pub(crate) fn misfit(failure: &FailureReport) {
+pub(crate) fn misfit(failure: &NoObserver) {
     let advice = failure.advice().iter().fold(String::new(), |lines, line| lines + "    " + line + "\n");
     MISFITS.with_borrow_mut(|seen| seen.insert(format!("{}\n{advice}", failure.hypothesis)));
 }

@@ -3,7 +3,8 @@
 use luenberger_expression::Formula as Typeset;
 use luenberger_figures::{Cell, Formula, Grid, Section};
 
-use super::{number, short, typeset, with_unit};
+use super::super::document::{number, short, with_unit};
+use super::typeset;
 use crate::digest;
 use crate::model::Model;
 use crate::signal::{Input, Program};
@@ -139,7 +140,7 @@ pub(super) fn equations(study: &Study) -> Option<Vec<Formula>> {
             let motion = sum(Typeset::motion("x", names.dt.is_some()), "A", (!names.inputs.is_empty()).then_some("B"));
             return Some(vec![motion, sum(Typeset::name("y"), "C", plant.d.as_ref().map(|_| "D"))]);
         }
-        Model::Expressions(plant) => plant,
+        Model::Expressions(plant, _) => plant,
         Model::Builtin(_) => return None,
     };
     let f = names.states.iter().zip(plant.f());
