@@ -116,8 +116,13 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
         Kind::Lyapunov => &p * &a + a.tr_mul(&p) + &weight,
         Kind::Stein => a.tr_mul(&(&p * &a)) - &p + &weight,
     };
-    // Norms without squares that overflow.
-    let residual = relative(norm(&defect), kind.weight(norm(&a)) * norm(&p) + norm(&weight));
+    let residual = relative(defect.norm(), kind.weight(a.norm()) * p.norm() + weight.norm());
+    // Norms whose squares leave the range.
+    let residual = if residual.is_finite() {
+        residual
+    } else {
+        relative(norm(&defect), kind.weight(norm(&a)) * norm(&p) + norm(&weight))
+    };
     // Back from balanced states: U D^-1 is triangular too.
     if let Some(balance) = &balance {
         u = balance.gain_back(&u);
