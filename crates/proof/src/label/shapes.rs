@@ -43,7 +43,8 @@ impl Sizes<'_> {
         self.same_as[other] = one;
     }
 
-    fn new(&mut self) -> usize {
+    /// A size that no name has.
+    fn other(&mut self) -> usize {
         self.same_as.push(self.same_as.len());
         self.same_as.len() - 1
     }
@@ -85,8 +86,8 @@ impl Sizes<'_> {
             }
             Formula::Diagonal(x) => self.of(x).map(|(_, length)| (length, length)),
             Formula::Blocks(rows) => {
-                let heights: Vec<usize> = rows.iter().map(|_| self.new()).collect();
-                let widths: Vec<usize> = rows.first()?.iter().map(|_| self.new()).collect();
+                let heights: Vec<usize> = rows.iter().map(|_| self.other()).collect();
+                let widths: Vec<usize> = rows.first()?.iter().map(|_| self.other()).collect();
                 for (i, row) in rows.iter().enumerate() {
                     for (j, entry) in row.iter().enumerate() {
                         if let Some((height, width)) = entry.as_ref().and_then(|entry| self.of(entry)) {
@@ -99,7 +100,7 @@ impl Sizes<'_> {
                         }
                     }
                 }
-                Some((self.new(), self.new()))
+                Some((self.other(), self.other()))
             }
         }
     }

@@ -268,7 +268,7 @@ theorems! {
 }
 
 /// The members of a theorem by their names, for the labels of its facts.
-fn names<'a>(members: &'a impl Written) -> Names<'a> {
+fn names(members: &impl Written) -> Names<'_> {
     members.name_in("", false, Names::new())
 }
 
