@@ -67,7 +67,7 @@
 //! p = p' = 1/b                                       if c > 1/epsilon,
 //! j = p d,   i = (((k p) p') s) d,                   and i = j = z if s = 0.
 //! ```
-//! (`observers::SampledCubicConvergence` uses w = 0 if N = 0, so that c = 0: the linear observer, g = 0.) Let
+//! (`observers::SampledCubicObserver` uses w = 0 if N = 0, so that c = 0: the linear observer, g = 0.) Let
 //! `r = 1/sqrt(1 + c^2)` *with the computed c*. Then r is in (0, 1] whatever the errors before: those of d, q, k and of
 //! the roots move g within `[0, 1/w)` and are no disturbance. It remains to bound the errors of i and j for this r,
 //! that is of `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`,
@@ -171,7 +171,7 @@ pub struct Deviation {
 pub enum Step {
     /// `xhat+ = F xhat + B u + L y`, with F the exact `A - L C` (A and C of the plant, L as stored) rounded once.
     Joined,
-    /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::LinearConvergence` does.
+    /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::DiscreteLinearObserver` does.
     Innovation,
     /// As [`Step::Innovation`], with `y - C xhat` and `A xhat + B u + L z` each accumulated without rounding and then
     /// rounded once, as `observers::FixedPointObserver` does.
@@ -324,7 +324,7 @@ pub fn deployed_linear(
 
 /// The sampled cubic observer with gains `l` and `cubic`, with matrices stored and steps computed in the given formats.
 ///
-/// As [`deployed_linear`], for the step of `observers::SampledCubicConvergence`. In fixed point only the stored
+/// As [`deployed_linear`], for the step of `observers::SampledCubicObserver`. In fixed point only the stored
 /// matrices are verified, not the running observer. The theory is in the head of this module, including the reason why
 /// two Stein inequalities suffice for a rounded N.
 /// # Errors
