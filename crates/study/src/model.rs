@@ -305,7 +305,7 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
             return plant.motion_into(t, x, u, f, df);
         }
         let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
-        self.derivative_into(t, x, u, f) && put(&self.state_jacobian(t, &state, &input), df)
+        self.derivative_into(t, x, u, f) && copy_into(&self.state_jacobian(t, &state, &input), df)
     }
 
     fn measurement_into(&self, t: f64, x: &[f64], u: &[f64], h: &mut [f64], dh: &mut [f64]) -> bool {
@@ -313,12 +313,12 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
             return plant.measurement_into(t, x, u, h, dh);
         }
         let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
-        self.output_into(t, x, u, h) && put(&self.output_jacobian(t, &state, &input), dh)
+        self.output_into(t, x, u, h) && copy_into(&self.output_jacobian(t, &state, &input), dh)
     }
 }
 
 /// Copies a matrix out by columns; whether its size fits.
-fn put(matrix: &DMatrix<f64>, target: &mut [f64]) -> bool {
+fn copy_into(matrix: &DMatrix<f64>, target: &mut [f64]) -> bool {
     let fits = matrix.len() == target.len();
     if fits {
         target.copy_from_slice(matrix.as_slice());

@@ -14,7 +14,7 @@ use luenberger_study::advise::{AdviseOptions, advise};
 use luenberger_study::deployment::{exported, sampled};
 use luenberger_study::design::{Designed, NoObserver, design};
 use luenberger_study::kinds::{
-    Declaration, Information, Kind, Plan, Rule, Running, StepOf, Tuning, Value, named, of, register,
+    Declaration, Information, Kind, Plan, Rule, Running, StepOf, Tuning, Value, as_kind, named, register,
 };
 use luenberger_study::results::DesignReport;
 use luenberger_study::schema::{Range, Type, required, schema};
@@ -27,8 +27,8 @@ static TRANSPOSED: Declaration = Declaration {
     about: "Copy of a linear plant with the gain L = k C'.",
     source: "made for a test",
     plant: PlantClass::Linear(Time::OF_STATE),
-    keys: &[required("k", Type::Number(Range::Positive), "The gain k.")],
-    kind: of::<TransposedOutput>,
+    keys: &[&[required("k", Type::Number(Range::Positive), "The gain k.")]],
+    kind: as_kind::<TransposedOutput>,
     read: |given, _reader| Some(TransposedOutput { k: given.number_or("k", f64::NAN)? }.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {

@@ -31,10 +31,14 @@ const TABLE: usize = 20_000;
 /// The experiment and the observers that are not in it, or in a sentence why the page does not simulate the study; none
 /// for a study without a simulation.
 pub(crate) fn experiment(study: &Study, members: &[Member<'_>]) -> Option<Result<(Experiment, Vec<String>), String>> {
-    study.simulation.as_ref().map(|simulation| of(study, simulation, members))
+    study.simulation.as_ref().map(|simulation| experiment_of(study, simulation, members))
 }
 
-fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<(Experiment, Vec<String>), String> {
+fn experiment_of(
+    study: &Study,
+    simulation: &Simulation,
+    members: &[Member<'_>],
+) -> Result<(Experiment, Vec<String>), String> {
     let names = &study.plant;
     if names.states.len() > STATES {
         return Err(format!("its plant has more than {STATES} states"));

@@ -189,7 +189,7 @@ pub fn replay_designed(
     until: Option<std::time::Instant>,
 ) -> Result<ObserverRun, StudyError> {
     let log = study.log.as_ref().ok_or(StudyError::Missing { step: "simulate", needs: "a [log]" })?;
-    Ok(log::one(study, log, &Member { requested: observer, designed }, until)?.named(&observer.name, true))
+    Ok(log::replay_one(study, log, &Member { requested: observer, designed }, until)?.named(&observer.name, true))
 }
 
 /// All steps of a study: [`execute()`] with [`Step::Run`].
@@ -263,7 +263,7 @@ fn stages(
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
             }
         };
-        let simulated = simulate::all(study, simulation, &members, options, &finished)?;
+        let simulated = simulate::simulate_all(study, simulation, &members, options, &finished)?;
         results.simulation = Some(simulated.report);
         results.filters = simulated.filters;
         results.intervals = simulated.intervals;
@@ -309,7 +309,7 @@ fn stages(
     }
     if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
-        let (report, outcomes, warnings) = log::all(study, log, &members, options);
+        let (report, outcomes, warnings) = log::replay_all(study, log, &members, options);
         results.warnings.extend(warnings);
         let reached: Vec<&str> = outcomes.iter().map(|(member, _)| member.requested.name.as_str()).collect();
         results.warnings.extend(unfinished("run on the log", names(&members, &reached)));
@@ -332,7 +332,7 @@ fn stages(
     if let (Some(sweep), Some(simulation), Some(blocks)) = (&study.sweep, &study.simulation, blocks) {
         options.check()?;
         let sweep::Outcome { report, warnings, notes } =
-            sweep::all(study, (simulation, sweep), &members, blocks, (folder, options))?;
+            sweep::sweep_all(study, (simulation, sweep), &members, blocks, (folder, options))?;
         results.warnings.extend(warnings);
         results.notes = notes;
         figures.extend(pictures::sweep(study, &report).into_iter().chain(pareto::sweep(study, &report)));

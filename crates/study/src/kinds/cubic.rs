@@ -1,20 +1,17 @@
 //! The cubic observer: a Luenberger observer with the term `-(y~'theta y~) N y~`.
 
-use std::sync::Arc;
-
 use luenberger_design::{
     CubicDesign, CubicGain, DesignError, ErrorBound, LinearDesign, OperatingPoint, SampledCubicDesign, UncertainBound,
 };
 use luenberger_live as live;
 use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA};
-use super::{Kind, of};
-use crate::designed::{At, NonlinearStep, Runnable, Running, SampledDesign, StepOf, continuous};
+use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN, THETA};
+use super::{Kind, as_kind};
+use crate::designed::{At, NonlinearStep, Runnable, Running, SampledDesign, StepOf};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::{alternatives, general, theta};
 use crate::reader::tree::Node;
@@ -24,7 +21,7 @@ use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specifica
 use crate::synthesis::error_bound::{acting, bounded};
 use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::operating_point::{at, page_point};
+use crate::synthesis::operating_point::{in_deviations, page_point};
 use crate::synthesis::{Designed, Plan, Sampling, certified, feedback, matrix, number, poles, proved_of};
 use crate::tuning::{
     CUBIC_SHARE, Context, Keys, Value, continuous as in_continuous_time, listed, placed, short, unit_strength,
@@ -37,26 +34,21 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Share Pasand, Luenberger-type cubic observers, eq. (5)",
     plant: PlantClass::AtPoint(Time::CONTINUOUS),
     keys: &[
-        POLES,
-        DECAY,
-        LMI,
-        KALMAN,
-        GAIN,
-        RHO,
-        Q,
-        MAX_GAIN,
-        NOISE,
-        THETA,
-        optional(
-            "gamma",
-            Type::Number(Range::Positive),
-            "Gain of the cubic term, N = -gamma P^-1 C' theta. Give one of gamma, radial and s.",
-        ),
-        optional("radial", Type::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
-        optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
-        ERROR_BOUNDS,
+        GAINS,
+        OF_GAIN,
+        &[
+            THETA,
+            optional(
+                "gamma",
+                Type::Number(Range::Positive),
+                "Gain of the cubic term, N = -gamma P^-1 C' theta. Give one of gamma, radial and s.",
+            ),
+            optional("radial", Type::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
+            optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
+            ERROR_BOUNDS,
+        ],
     ],
-    kind: of::<Cubic>,
+    kind: as_kind::<Cubic>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -107,6 +99,10 @@ impl Specification for Cubic {
         Some(&self.linear)
     }
 
+    fn takes_uncertainty(&self) -> bool {
+        true
+    }
+
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
     }
@@ -132,12 +128,10 @@ impl Kind for Cubic {
 }
 
 impl Running for CubicObserver<f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
-        Some(at(self.clone(), point).map(Runnable::from))
+        Some(in_deviations(self.clone(), point).map(Runnable::from))
     }
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
@@ -146,9 +140,7 @@ impl Running for CubicObserver<f64, Dyn, Dyn, Dyn> {
 }
 
 impl Running for At<CubicObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::Cubic(Box::new(self.inner().clone())), Some(page_point(self))))
@@ -167,7 +159,7 @@ pub(super) fn at_point_refusal() -> NoObserver {
 
 fn designed(plan: &Plan<'_>, plant: &StateSpace, spec: &Cubic) -> Result<Designed, NoObserver> {
     let study = plan.study;
-    let linear = linear::of(plant, &spec.linear, &plan.options())?;
+    let linear = linear::linear_design(plant, &spec.linear, &plan.options())?;
     let cubic = CubicDesign::new(&linear, &spec.theta, &spec.correction)?;
     let designed = report(study, plant, (&linear, &cubic), plan.requested.bounds.as_ref())?;
     Ok(feedback::cubic(study, &plan.requested.name, plant, &cubic, designed))

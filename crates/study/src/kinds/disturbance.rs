@@ -1,7 +1,5 @@
 //! Observers of the state and of a disturbance: the kinds `proportional-integral` and `extended-state`.
 
-use std::sync::Arc;
-
 use luenberger_design::{
     CubicDesign, CubicGain, DesignError, ErrorBound, LinearDesign, Pair, SampledCubicDesign, disturbances_with_rate,
     proportional_integral as handed_out, with_disturbance_chain,
@@ -11,14 +9,13 @@ use luenberger_observers::{CubicObserver, LinearObserver, ProportionalIntegralOb
 use luenberger_plants::{Dimensions, StateSpace};
 use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::counted;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
 use super::Kind;
 use super::{extended_state, proportional_integral};
-use crate::designed::{Runnable, Running, SampledDesign, continuous};
+use crate::designed::{Runnable, Running, SampledDesign};
 use crate::reader::tree::Node;
-use crate::reader::{Given, Noted, Reader, gain};
+use crate::reader::{Given, Reader, Reported, gain};
 use crate::results::{Advice, Cause, DesignReport, NoObserver, Quantity};
 use crate::steps::{self};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study};
@@ -83,16 +80,20 @@ pub(super) fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Opt
 }
 
 /// theta and gamma; none without `gamma`, where theta has no effect.
-pub(super) fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Result<Option<(DMatrix<f64>, f64)>, Noted> {
+pub(super) fn cubic(
+    node: &Node,
+    size: Dimensions,
+    reader: &mut Reader,
+) -> Result<Option<(DMatrix<f64>, f64)>, Reported> {
     match (node.get("gamma"), node.entry("theta")) {
         (Some(gamma), _) => {
-            let theta = gain::theta(node, size.outputs, reader).ok_or(Noted)?;
-            Ok(Some((theta, gamma.number().ok_or(Noted)?)))
+            let theta = gain::theta(node, size.outputs, reader).ok_or(Reported)?;
+            Ok(Some((theta, gamma.number().ok_or(Reported)?)))
         }
         (None, Some(theta)) => {
             let message = "`theta` has no effect without a cubic term";
             reader.wrong(theta.span.clone(), message, "expected `gamma` with it");
-            Err(Noted)
+            Err(Reported)
         }
         (None, None) => Ok(None),
     }
@@ -227,7 +228,7 @@ fn designed(
 ) -> Result<Designed, NoObserver> {
     let (n, order) = (plant.a.nrows(), chain.unwrap_or(1));
     let both = with_disturbance_chain(plant, e, order)?;
-    let linear = linear::of(&both, gain, options).map_err(|error| error.of_pair(Pair::WithDisturbance))?;
+    let linear = linear::linear_design(&both, gain, options).map_err(|error| error.of_pair(Pair::WithDisturbance))?;
     let cubic = cubic_of(&linear, cubic)?;
     let certificate = cubic.as_ref().map_or(&linear.certificate, |cubic| &cubic.certificate).clone();
     let runnable = match &cubic {
@@ -255,9 +256,7 @@ fn designed(
 }
 
 impl Running for WithDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn disturbances(&self) -> usize {
         disturbances(self)
@@ -269,9 +268,7 @@ impl Running for WithDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
 }
 
 impl Running for WithDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn disturbances(&self) -> usize {
         disturbances(self)

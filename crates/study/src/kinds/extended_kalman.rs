@@ -1,19 +1,17 @@
 //! The extended Kalman filter.
 
-use std::sync::Arc;
-
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_live as live;
 use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, SampledObserver};
-use luenberger_sim::{AnyObserver, Replay};
+use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
-use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
-use super::{Kind, of};
-use crate::designed::{Filter, NonlinearStep, Running, StepOf, rows, sampled};
+use super::keys::{FILTER, OF_FILTER};
+use super::{Kind, as_kind};
+use crate::designed::{Filter, NonlinearStep, Running, StepOf, rows};
 use crate::model::Model;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
@@ -28,8 +26,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Extended Kalman filter for a plant in continuous time with sampled measurements.",
     source: "Gelb, Applied Optimal Estimation, 1974, section 6.1",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[W, V, P0, PERIOD, SUBSTEPS, GATE, SMOOTH],
-    kind: of::<ExtendedKalman>,
+    keys: &[FILTER, OF_FILTER],
+    kind: as_kind::<ExtendedKalman>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -99,8 +97,7 @@ impl Kind for ExtendedKalman {
 
     fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         plan.has_period_of_plant(self.period, dt)?;
-        let same = Self { period: dt, ..self.clone() };
-        same.designed(&plan.study.plant.model, Prediction::Discrete)
+        self.designed(&plan.study.plant.model, Prediction::Discrete)
     }
 }
 
@@ -127,9 +124,7 @@ impl ExtendedKalman {
 }
 
 impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     // As a filter it also records its covariance.
     fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {

@@ -11,7 +11,7 @@ use luenberger_sim::{AnyObserver, Scenario};
 use nalgebra::{Complex, DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Tuning};
-use super::{Kind, of};
+use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf, continuous};
 use crate::study::{GainSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Time};
 use crate::synthesis::alternative::{list, rows};
@@ -27,15 +27,15 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Functional observer (Darouach): an estimate of z = K x alone, with as many states as K has rows; for linear plants whose outputs do not depend on the input. Its errors are K x - zhat, its first estimate is K initial.",
     source: "Luenberger 1966, Darouach 2000",
     plant: PlantClass::Linear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         required("k", Type::Rows, "K of z = K x, a row for each function."),
         required(
             "poles",
             Type::Poles,
             "Eigenvalues of F: as many numbers as `k` has rows, complex ones as [re, im] with their conjugates.",
         ),
-    ],
-    kind: of::<Functional>,
+    ]],
+    kind: as_kind::<Functional>,
     read,
     takes_long: false,
     tuning: Tuning::Never("it estimates functions of the state, and the others are compared by the state"),

@@ -1,20 +1,17 @@
 //! The high-gain observer: a copy of a plant in triangular form, or given maps, with the gains `alpha_i / r^i` along
 //! chains of integrators that begin at the outputs.
 
-use std::sync::Arc;
-
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Expression, ParameterError, Recorded, Recording, Scope};
 use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 use luenberger_observers::{HighGainObserver, Observer, ObserverDimensions, ObserverError};
 use luenberger_plants::{Plant, state_jacobian};
 use luenberger_proof::wording::{counted, shortest};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf};
 use crate::steps::recorded::recorded;
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, matrix, number, other_kinds, uncertified};
@@ -36,7 +33,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Copy of a plant in triangular form, or given maps, with the gains alpha_i / r^i along chains of integrators that begin at the outputs.",
     source: "Yi, Ortega and Zhang 2018, Table I; Khalil and Praly 2014",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         required("r", Type::Number(Range::Positive), "High-gain parameter: a small positive number."),
         optional(
             "chains",
@@ -68,8 +65,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             Type::Expressions,
             "With `drift`: xi at the start, expressions of the states at the first estimate and the outputs (default: the first estimate).",
         ),
-    ],
-    kind: of::<HighGain>,
+    ]],
+    kind: as_kind::<HighGain>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -311,9 +308,7 @@ impl HighGainMap<f64> for Chains {
 }
 
 impl Running for HighGainObserver<Chains, f64, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let (map, gain) = (self.map(), self.gain());
@@ -326,9 +321,7 @@ impl Running for HighGainObserver<Chains, f64, Dyn> {
 }
 
 impl Running for HighGainObserver<HighGainMaps, f64, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         recorded(recording, &over_recorded(self)?)

@@ -11,12 +11,10 @@
 //! decays exponentially as long as x stays in the region and beta(y, chi) in Z: (A5). phi^L has bounded derivatives by
 //! z there, and xhat tends to x.
 
-use std::sync::Arc;
-
 use super::declaration::{Declaration, Tuning};
 use super::keys::BOUNDED;
-use super::{Kind, of};
-use crate::designed::{Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{Running, StepOf};
 use crate::keys::{Type, optional, required};
 use crate::maps::MapNames;
 use crate::maps::{ImmersionMaps, ImmersionSpec, KklMaps, left_inverse_defect};
@@ -41,7 +39,6 @@ use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::counted;
 use luenberger_proof::wording::{at_least, at_most, significant};
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector};
 
 /// The kind.
@@ -50,7 +47,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Immersion-and-invariance observer: chi makes beta(y, chi) follow phi(x), xhat = phi^L(beta(y, chi), y).",
     source: "Yi, Ortega and Zhang 2018, eq. (18) and (19), Proposition 4",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         required("beta", Type::Expressions, "beta(y, chi), one expression of chi1, .. and the outputs for each z."),
         required("phi", Type::Expressions, "phi(x), one expression of the states for each z."),
         required(
@@ -71,8 +68,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "Q(y, chi, u): how chi moves in the directions that beta does not see (default 0).",
         ),
         optional("rho", Type::Expressions, "rho(y, chi, u): how beta moves beside phi(xhat) (default 0)."),
-    ],
-    kind: of::<ImmersionSpec>,
+    ]],
+    kind: as_kind::<ImmersionSpec>,
     read,
     takes_long: false,
     tuning: Tuning::MAPS_BY_HAND,
@@ -159,9 +156,7 @@ impl Kind for ImmersionSpec {
 }
 
 impl Running for ImmersionInvarianceObserver<Model, ImmersionMaps> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let Some(spec) = of.observer.kind.of::<ImmersionSpec>() else {

@@ -1,20 +1,17 @@
 //! The interval observer: bounds that enclose the state, in continuous time and for samples.
 
-use std::sync::Arc;
-
 use luenberger_design::{DesignError, DisturbanceBounds, ErrorCoordinates, GainOptions, IntervalDesign};
 use luenberger_live as live;
 use luenberger_observers::{ComparisonSystem, IntervalObserver, LinearObserver, SampledIntervalObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::statement::Format;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
-use super::{Kind, of as kind};
-use crate::designed::{IntervalDeployment, Origin, Running, SampledDesign, continuous, rows, sampled};
+use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN};
+use super::{Kind, as_kind};
+use crate::designed::{IntervalDeployment, Origin, Running, SampledDesign, rows};
 use crate::keys::{Range, Type, optional, required};
 use crate::operation;
 use crate::reader::tree::Node;
@@ -23,7 +20,7 @@ use crate::results::{Advice, Cause, DesignReport, NamedNumber, NoObserver, Propo
 use crate::steps::{self, SampledPlant, WITH_FEEDTHROUGH, bounds, sampled_design};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::error_bound::acting;
-use crate::synthesis::linear::{self, measurement, of};
+use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::{
     Designed, Plan, Sampling, certified, discrete, lower_bound, matrix, poles, proved_of, upper_bound,
 };
@@ -39,36 +36,31 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013",
     plant: PlantClass::Linear(Time::ANY),
     keys: &[
-        required(
+        &[required(
             "initial_bounds",
             Type::Numbers(Range::NotNegative),
             "Bounds of |x(0) - initial|, n numbers: the box in which the first state lies.",
-        ),
-        POLES,
-        DECAY,
-        LMI,
-        KALMAN,
-        GAIN,
-        optional(
+        )],
+        GAINS,
+        &[optional(
             "least_width",
             Type::Switch,
             "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program (a sum up to one per cent larger is allowed for a smaller gain).",
-        ),
-        RHO,
-        Q,
-        MAX_GAIN,
-        NOISE,
-        optional(
-            "coordinates",
-            Type::Choice(&[
-                ("modal", "Those of the eigenvectors of A - L C; the poles have to be distinct."),
-                ("plant", "The states themselves: for A - L C that are Metzler, or nearly so."),
-            ]),
-            "Coordinates in which the error is bounded (default modal; with least_width plant).",
-        ),
-        ERROR_BOUNDS,
+        )],
+        OF_GAIN,
+        &[
+            optional(
+                "coordinates",
+                Type::Choice(&[
+                    ("modal", "Those of the eigenvectors of A - L C; the poles have to be distinct."),
+                    ("plant", "The states themselves: for A - L C that are Metzler, or nearly so."),
+                ]),
+                "Coordinates in which the error is bounded (default modal; with least_width plant).",
+            ),
+            ERROR_BOUNDS,
+        ],
     ],
-    kind: kind::<IntervalSpec>,
+    kind: as_kind::<IntervalSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -97,7 +89,7 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
     };
     let least = node.entry("least_width").filter(|entry| entry.node.truth() == Some(true));
     if let Some(entry) = least {
-        if let Some(gain) = ["poles", "decay_rate", "lmi", "kalman", "gain"].iter().find_map(|key| node.entry(key)) {
+        if let Some(gain) = GAINS.iter().find_map(|key| node.entry(key.name)) {
             let message = format!("`{}` conflicts with `least_width`", gain.key);
             return reader.refuse(gain.span.clone(), message, "expected one of them");
         }
@@ -214,7 +206,7 @@ impl Kind for IntervalSpec {
                 (None, _) => None,
                 (Some(gain), Some(dt)) => Some(discrete::gain_of_step(plan, plant, gain, dt)?.observer.l().clone()),
                 (Some(gain), None) => {
-                    let linear = linear::of(plant, gain, &plan.options())?;
+                    let linear = linear::linear_design(plant, gain, &plan.options())?;
                     Some(steps::sampled_linear(&linear, gain, of.period)?.l().clone())
                 }
             };
@@ -246,7 +238,7 @@ fn continuous_design(
     let acting: DisturbanceBounds = acting(&bounds(given, plant));
     let design = match &spec.gain {
         Some(gain) => {
-            let linear = of(plant, gain, options)?;
+            let linear = linear::linear_design(plant, gain, options)?;
             IntervalDesign::new(&linear.observer, &acting, spec.coordinates, &spec.first)?
         }
         None => IntervalDesign::least_width(plant, &acting, &spec.first)?,
@@ -309,9 +301,7 @@ fn discrete_design(
 }
 
 impl Running for Enclosing {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn half_widths_of(&self, state: &[f64]) -> Option<DVector<f64>> {
         Some(self.half_widths(state))
@@ -330,9 +320,7 @@ impl Running for Enclosing {
 }
 
 impl Running for SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn half_widths_of(&self, state: &[f64]) -> Option<DVector<f64>> {
         Some(self.half_widths(state))

@@ -1,19 +1,16 @@
 //! The KKL observer with given maps: `xi' = Lambda xi + B(y, u)`, `xhat = phi^L(xi, y)`.
 
-use std::sync::Arc;
-
 use luenberger_design::kkl::KklSettings;
 use luenberger_design::{Certificate, DesignError, KklDesign, Region};
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::Recording;
 use luenberger_observers::KklObserver;
-use luenberger_sim::AnyObserver;
 use nalgebra::DMatrix;
 
 use super::declaration::{Declaration, Tuning};
-use super::keys::{B, BOUNDED, LAMBDA, LEFT_INVERSE, PHI};
-use super::{Kind, of};
-use crate::designed::{Running, StepOf, continuous};
+use super::keys::{LAMBDA, MAPS, PHI};
+use super::{Kind, as_kind};
+use crate::designed::{Running, StepOf};
 use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
 use crate::reader::maps::{bounded, kkl_maps};
 use crate::reader::{Given, Reader};
@@ -32,8 +29,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "KKL observer xi' = Lambda xi + B(y, u), xhat = phi^L(xi, y), with maps that are given.",
     source: "Yi, Ortega and Zhang 2018, eq. (6), Proposition 1",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[PHI, LAMBDA, B, LEFT_INVERSE, BOUNDED],
-    kind: of::<KklMapsSpec>,
+    keys: &[&[PHI, LAMBDA], MAPS],
+    kind: as_kind::<KklMapsSpec>,
     read,
     takes_long: false,
     tuning: Tuning::MAPS_BY_HAND,
@@ -64,9 +61,7 @@ impl Kind for KklMapsSpec {
 }
 
 impl Running for KklObserver<KklMaps> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         recorded(recording, self)

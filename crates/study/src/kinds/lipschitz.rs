@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION, SECTOR};
-use super::{Kind, of};
+use super::{Kind, as_kind};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::this_gain;
 use crate::reader::region::region;
@@ -26,7 +26,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Copy of a nonlinear plant with a gain for all nonlinearities within sectors (Thau, Rajamani, circle criterion).",
     source: "Thau 1973, Rajamani 1998, Arcak and Kokotovic 2001",
     plant: PlantClass::Nonlinear(Time::CONTINUOUS),
-    keys: &[
+    keys: &[&[
         optional(
             "a",
             Type::Rows,
@@ -38,8 +38,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
         optional("gain", Type::Rows, "In place of a design: a given gain L, n x p, is analysed."),
         MAX_GAIN,
         NOISE,
-    ],
-    kind: of::<Lipschitz>,
+    ]],
+    kind: as_kind::<Lipschitz>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {

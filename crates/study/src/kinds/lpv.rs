@@ -1,7 +1,5 @@
 //! A copy of a nonlinear plant with one gain for all Jacobians over a region (polytopic design).
 
-use std::sync::Arc;
-
 use luenberger_design::enclosure::enclose;
 use luenberger_design::{
     DesignError, DiscreteLpvDesign, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, Region,
@@ -10,14 +8,13 @@ use luenberger_export::ExportableObserver;
 use luenberger_live as live;
 use luenberger_observers::{DiscreteNonlinearObserver, NonlinearLuenbergerObserver, SampledObserver};
 use luenberger_proof::wording::significant;
-use luenberger_sim::AnyObserver;
 use nalgebra::Dyn;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
 use super::lipschitz::by_sectors;
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Running, StepOf, continuous, rows, sampled};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf, rows};
 use crate::study::{ObserverKind, PlantClass, RateSpec, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, upper_bound};
 use crate::tuning::{nonlinear, over_region};
@@ -36,7 +33,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Copy of a nonlinear plant with one gain for all Jacobians over a region (polytopic design).",
     source: "Boyd et al., Linear Matrix Inequalities in System and Control Theory, 1994",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[
+    keys: &[&[
         REGION,
         optional("decay_rate", Type::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
         optional(
@@ -47,8 +44,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
         optional("gain", Type::Rows, "In place of a design: a given gain L, n x p, is analysed."),
         MAX_GAIN,
         NOISE,
-    ],
-    kind: of::<Lpv>,
+    ]],
+    kind: as_kind::<Lpv>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -130,9 +127,7 @@ impl Kind for Lpv {
 }
 
 impl Running for NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::NonlinearLuenberger { l: rows(self.l()) }, None))
@@ -144,9 +139,7 @@ impl Running for NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn> {
 }
 
 impl Running for DiscreteNonlinearObserver<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         let period = SampledObserver::<f64>::period(self);

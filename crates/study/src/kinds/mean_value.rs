@@ -1,7 +1,5 @@
 //! The mean-value-theorem observer, with output injection or as printed.
 
-use std::sync::Arc;
-
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
 use luenberger_design::{GainOptions, LeastSquares, MeanValueDesign, Region};
@@ -10,13 +8,12 @@ use luenberger_expression::{Recorded, Recording};
 use luenberger_observers::mean_value::{Mean, MeanJacobian};
 use luenberger_observers::{Beta, Integral, MeanValueObserver, ObserverError};
 use luenberger_plants::Dimensions;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf};
 use crate::keys::{Range, Type, optional};
 use crate::model::Model;
 use crate::reader::region::region;
@@ -38,7 +35,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Mean-value-theorem observer, with output injection or as printed, for plants whose outputs are the first states.",
     source: "Ben Messaoud and Hajji 2018, eq. (3)",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         REGION,
         optional("decay_rate", Type::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
         optional("eta", Type::Number(Range::Positive), "Gain eta of the internal error (default 1)."),
@@ -58,8 +55,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
         ),
         MAX_GAIN,
         NOISE,
-    ],
-    kind: of::<MeanValue>,
+    ]],
+    kind: as_kind::<MeanValue>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -160,9 +157,7 @@ impl Kind for MeanValue {
 }
 
 impl Running for MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     // z = xhat + e has the constant gain L, and the certificate is about z.
     fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
@@ -173,9 +168,7 @@ impl Running for MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn> {
 }
 
 impl Running for MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let Some(MeanValue { eta, internal_error, .. }) = of.observer.kind.of() else {

@@ -1,20 +1,18 @@
 //! The moving-horizon estimator: the states of the last samples by least squares, with bounds.
 
-use std::sync::Arc;
-
 use luenberger_export::ExportableObserver;
 use luenberger_export::moving_horizon::{LONGEST_WINDOW, MovingHorizon};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{Horizon, MovingHorizonEstimator, NoiseModel, Prediction, SampledObserver};
 use luenberger_proof::wording::counted;
-use luenberger_sim::{AnyObserver, Replay};
+use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
-use super::keys::{P0, PERIOD, SUBSTEPS, V, W};
-use super::{Kind, of};
-use crate::designed::{Filter, NonlinearStep, Running, StepOf, sampled};
+use super::keys::FILTER;
+use super::{Kind, as_kind};
+use crate::designed::{Filter, NonlinearStep, Running, StepOf};
 use crate::keys::{Type, optional};
 use crate::model::Model;
 use crate::reader::region::bounds;
@@ -33,24 +31,22 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Rao, Rawlings and Mayne 2003; Bell, Burke and Pillonetto 2009",
     plant: PlantClass::Nonlinear(Time::ANY),
     keys: &[
-        W,
-        V,
-        P0,
-        PERIOD,
-        SUBSTEPS,
-        optional("window", Type::Count(1), "Samples in the window, at most 32 (default 10)."),
-        optional(
-            "iterations",
-            Type::Count(1),
-            "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
-        ),
-        optional(
-            "state_bounds",
-            Type::Bounds,
-            "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
-        ),
+        FILTER,
+        &[
+            optional("window", Type::Count(1), "Samples in the window, at most 32 (default 10)."),
+            optional(
+                "iterations",
+                Type::Count(1),
+                "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
+            ),
+            optional(
+                "state_bounds",
+                Type::Bounds,
+                "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
+            ),
+        ],
     ],
-    kind: of::<MovingHorizonSpec>,
+    kind: as_kind::<MovingHorizonSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -188,9 +184,7 @@ fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> 
 }
 
 impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_WINDOW> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     // As a filter it also records its covariance. Rows that measure nothing are no samples of the window.
     fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {

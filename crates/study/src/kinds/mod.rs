@@ -24,6 +24,15 @@ macro_rules! declared {
     };
 }
 
+/// An observer as one that is simulated: `continuous`, or in samples (`sampled`).
+macro_rules! runs {
+    ($time:ident) => {
+        fn any(&self) -> std::sync::Arc<dyn luenberger_sim::AnyObserver + '_> {
+            crate::designed::$time(self)
+        }
+    };
+}
+
 pub(crate) mod cubic;
 mod declaration;
 pub(crate) mod disturbance;
@@ -64,6 +73,7 @@ use luenberger_design::OperatingPoint;
 
 use crate::designed::{Designed, SampledDesign};
 use crate::results::{Advice, Cause, NoObserver};
+use crate::steps;
 use crate::study::{ObserverKind, Specification};
 use crate::synthesis::explain;
 
@@ -79,7 +89,6 @@ pub use high_gain::{Chains, HighGain};
 pub use interval::IntervalSpec;
 pub use kalman::Kalman;
 pub use kkl_numerical::{Kkl, KklSpec};
-pub use kkl_peb::KklPeb;
 pub use lipschitz::Lipschitz;
 pub use lpv::Lpv;
 pub use luenberger::Luenberger;
@@ -87,8 +96,7 @@ pub use mean_value::{MeanValue, PrintedMean};
 pub use mhe::MovingHorizonSpec;
 pub use norm_filter::NormFilterSpec;
 pub use optimal_cubic::OptimalCubic;
-pub use peb::PebObserver;
-pub use pebo::Pebo;
+pub use peb::{ParameterEstimation, PebObserver};
 pub use reduced_order::{ReducedOrder, ReducedOrderObserver};
 pub use sampled_cubic::{SampledCubic, VaryingPeriods};
 pub use sliding_mode::SlidingModeSpec;
@@ -182,8 +190,7 @@ pub trait Kind: Specification {
     /// # Errors
     /// [`NoObserver`].
     fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
-        let _ = of;
-        Ok(None)
+        self.whole_gain().map_or(Ok(None), |gain| steps::of_gain(of, gain))
     }
 
     /// The sampled design of one whose design is that of the linearisation at the operating point of the study.
@@ -191,13 +198,12 @@ pub trait Kind: Specification {
     /// # Errors
     /// [`NoObserver`].
     fn sampled_at_point(&self, of: &Sampling<'_>, point: &OperatingPoint) -> Result<Option<SampledDesign>, NoObserver> {
-        let _ = (of, point);
-        Ok(None)
+        self.whole_gain().map(|gain| steps::of_gain_at_point(of, gain, point)).transpose()
     }
 }
 
 /// The specification as one of this type, of a declaration.
-pub fn of<K: Kind>(specification: &dyn Any) -> Option<&dyn Kind> {
+pub fn as_kind<K: Kind>(specification: &dyn Any) -> Option<&dyn Kind> {
     specification.downcast_ref::<K>().map(|kind| kind as &dyn Kind)
 }
 

@@ -127,9 +127,9 @@ impl Kind for NormFilterSpec {
                     None => in_discrete_time(plant, self, dt, &options)?,
                 }
             }
-            (Some(plant), None, _) => held(plant, self, of.period, &options)?,
+            (Some(plant), None, _) => held_filter(plant, self, of.period, &options)?,
             (None, None, Some(point)) => {
-                let held = held(&point.linear, self, of.period, &options)?;
+                let held = held_filter(&point.linear, self, of.period, &options)?;
                 return around(&held, point, (of.period, &of.plan.reading())).map(Some);
             }
             (None, ..) => return Err(NoObserver::new(format!("the kind {} needs a linear plant", self.name()))),
@@ -196,7 +196,7 @@ fn designed(
 
 /// The filter of the sampled plant, its input and w held over the period h. For H2, w has the covariance `I/h`, which
 /// approaches white noise of unit intensity. A given gain keeps its poles, `exp(h s)`.
-fn held(
+fn held_filter(
     plant: &StateSpace,
     spec: &NormFilterSpec,
     h: f64,

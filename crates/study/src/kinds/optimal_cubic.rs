@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::cubic;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::ERROR_BOUNDS;
-use super::{Kind, of};
+use super::{Kind, as_kind};
 use crate::designed::SampledDesign;
 use crate::keys::{Range, Type, optional, required};
 use crate::reader::tree::Node;
@@ -29,7 +29,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Cubic observer whose gains L, N and theta have the least cost for given noise and first errors, found by a search from the linear optimum, for linear plants.",
     source: "open problem of Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md",
     plant: PlantClass::Linear(Time::CONTINUOUS),
-    keys: &[
+    keys: &[&[
         required(
             "first_errors",
             Type::Numbers(Range::Positive),
@@ -57,8 +57,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "T of e'Te in the cost, n x n (default: each error in units of its first error).",
         ),
         ERROR_BOUNDS,
-    ],
-    kind: of::<OptimalCubic>,
+    ]],
+    kind: as_kind::<OptimalCubic>,
     read,
     takes_long: true,
     tuning: Tuning::Rules(&[Rule {

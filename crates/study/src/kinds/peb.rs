@@ -5,18 +5,17 @@
 //! checked as (4) is: (s, phi) is the phi of a plant whose inputs are (u, theta), and (g + m theta, B) its B, evaluated
 //! at `xi = phi(x) - missing(theta)`.
 
-use std::sync::Arc;
-
-use super::{KklPeb, Pebo};
-use crate::designed::{Running, StepOf, continuous};
+use super::{Kind, kkl_peb, pebo};
+use crate::designed::{Running, StepOf};
 use crate::maps::{Estimator, PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
-use crate::results::{Cause, DesignReport, DesignVerdict, FactReport, NoObserver, Statement};
+use crate::reader::{Given, Reader, maps};
+use crate::results::{Advice, Cause, DesignReport, DesignVerdict, FactReport, NoObserver, Statement};
 use crate::signal::Input;
 use crate::steps::recorded::recorded;
-use crate::study::{ObserverKind, ObserverSpec, Study};
-use crate::synthesis::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
-use crate::synthesis::{Designed, matrix, number, upper_bound};
+use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study};
+use crate::synthesis::kkl_maps::{self, candidate, is_left_inverse, other_maps, undecided_injectivity};
+use crate::synthesis::{Designed, Plan, matrix, number, upper_bound};
 use crate::trajectory::{self, Member};
 use luenberger_design::kkl::{KklSettings, Residual, ResidualWitness};
 use luenberger_design::kkl_peb::{Excitation, Excite, excitation};
@@ -29,21 +28,55 @@ use luenberger_observers::{FilterMemory, KklPebObserver, ObserverDimensions, Obs
 use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::Verdict;
 use luenberger_proof::wording::{at_most, counted, significant};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
 
 /// A PEBO or [KKL+PEB] observer, ready to run.
 pub type PebObserver = KklPebObserver<RegressionMaps, Estimator, f64>;
 
+/// The observer with these maps, regression and estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterEstimation {
+    /// Its maps, regression and estimator.
+    pub spec: PebSpec,
+    /// Whether Lambda is given, which is 0 otherwise: the kind `kkl-peb`.
+    pub is_kkl: bool,
+}
+
+pub(super) fn read(given: &Given<'_>, is_kkl: bool, reader: &mut Reader) -> Option<ObserverKind> {
+    Some(ParameterEstimation { spec: maps::peb(given.node, given.plant, reader)?, is_kkl }.into())
+}
+
+impl Specification for ParameterEstimation {
+    fn name(&self) -> &'static str {
+        if self.is_kkl { kkl_peb::DECLARATION.name } else { pebo::DECLARATION.name }
+    }
+
+    fn plant(&self) -> PlantClass {
+        pebo::DECLARATION.plant
+    }
+
+    fn region_of_design(&self) -> Option<Region> {
+        Some(self.spec.region.clone())
+    }
+}
+
+impl Kind for ParameterEstimation {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        designed(plan.study, plan.requested, &self.spec)
+    }
+
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        other_maps(plan.study, cause)
+    }
+}
+
 /// The specification of an observer of one of the two kinds.
 fn spec(kind: &ObserverKind) -> Option<&PebSpec> {
-    kind.of::<Pebo>().map(|spec| &spec.0).or_else(|| kind.of::<KklPeb>().map(|spec| &spec.0))
+    Some(&kind.of::<ParameterEstimation>()?.spec)
 }
 
 impl Running for PebObserver {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let spec = spec(&of.observer.kind).ok_or_else(|| NoObserver::new("the observer has another kind"))?;
@@ -82,7 +115,7 @@ fn samples_between(reset: f64, period: f64) -> Result<usize, NoObserver> {
 
 /// The observer, if (4) is proved over the region, the regression is not refuted there, the rest of Lambda is Hurwitz,
 /// phi^L takes phi(x) back, and the run of the study, if there is one, excites the regression.
-pub(super) fn designed(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Result<Designed, NoObserver> {
+fn designed(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Result<Designed, NoObserver> {
     let (model, maps) = (&study.plant.model, &spec.maps);
     let settings = KklSettings::default();
     let report = candidate(model, &maps.kkl)?.check(&spec.region, &settings)?;

@@ -1,8 +1,6 @@
 //! The reduced-order observer: the outputs enter the estimate directly. It runs as a KKL observer with linear maps:
 //! `phi = T x`, `Lambda = F`, `B = G y + H u`, `phi^L = M xi + N y`.
 
-use std::sync::Arc;
-
 use luenberger_design::ReducedOrderDesign;
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Recorded, Recording};
@@ -10,12 +8,11 @@ use luenberger_linalg::{PolePattern, poles_from};
 use luenberger_observers::{KklObserver, LinearInverse, LinearKkl};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::counted;
-use luenberger_sim::AnyObserver;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::{Kind, of};
-use crate::designed::{Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{Running, StepOf};
 use crate::keys::{Type, required};
 use crate::reader::{Given, Reader, check, gain};
 use crate::results::{DesignReport, NoObserver, Quantity};
@@ -33,12 +30,12 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Reduced-order observer (Luenberger, Gopinath): n - p states, the outputs enter the estimate directly; for linear plants whose outputs do not depend on the input.",
     source: "Luenberger 1964, Gopinath 1971",
     plant: PlantClass::Linear(Time::OF_STATE),
-    keys: &[required(
+    keys: &[&[required(
         "poles",
         Type::Poles,
         "Eigenvalues of F: n - p numbers, complex ones as [re, im] with their conjugates.",
-    )],
-    kind: of::<ReducedOrder>,
+    )]],
+    kind: as_kind::<ReducedOrder>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -91,9 +88,7 @@ impl Kind for ReducedOrder {
 }
 
 impl Running for ReducedOrderObserver {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let (maps, inverse) = (self.map(), self.map().inverse());

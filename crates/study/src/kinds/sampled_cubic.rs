@@ -13,9 +13,9 @@ use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::cubic::at_point_refusal;
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{DECAY, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, PERIOD, POLES, Q, RHO, THETA};
-use super::{Kind, of};
-use crate::designed::{At, NonlinearStep, Origin, Runnable, Running, SampledDesign, StepOf, continuous, sampled};
+use super::keys::{GAINS, OF_GAIN, PERIOD, THETA};
+use super::{Kind, as_kind};
+use crate::designed::{At, NonlinearStep, Origin, Runnable, Running, SampledDesign, StepOf, continuous};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::{alternatives, general, theta};
 use crate::reader::region::bound;
@@ -24,7 +24,7 @@ use crate::reader::{Given, Reader, gain};
 use crate::results::{Advice, Cause, DesignReport, DesignVerdict, NoObserver, Proposal, Quantity, Statement};
 use crate::study::{LinearSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Study, Time};
 use crate::synthesis::linear::{self, measurement};
-use crate::synthesis::operating_point::{at, page_point};
+use crate::synthesis::operating_point::{in_deviations, page_point};
 use crate::synthesis::{
     Designed, Plan, Sampling, certified, discrete, facts, matrix, number, poles, proved_of, upper_bound,
 };
@@ -37,40 +37,39 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md",
     plant: PlantClass::AtPoint(Time::ANY),
     keys: &[
-        POLES,
-        DECAY,
-        LMI,
-        KALMAN,
-        GAIN,
-        RHO,
-        Q,
-        MAX_GAIN,
-        NOISE,
-        THETA,
-        optional(
-            "gamma",
-            Type::Number(Range::Positive),
-            "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted and s.",
-        ),
-        optional(
-            "weighted",
-            Type::Number(Range::Positive),
-            "gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.",
-        ),
-        optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step."),
-        PERIOD,
-        optional(
-            "jitter",
-            Type::Bound,
-            "Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws the periods between them (default: the period only).",
-        ),
-        optional(
-            "misses",
-            Type::Count(0),
-            "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
-        ),
+        GAINS,
+        OF_GAIN,
+        &[
+            THETA,
+            optional(
+                "gamma",
+                Type::Number(Range::Positive),
+                "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted and s.",
+            ),
+            optional(
+                "weighted",
+                Type::Number(Range::Positive),
+                "gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.",
+            ),
+            optional(
+                "s",
+                Type::Rows,
+                "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step.",
+            ),
+            PERIOD,
+            optional(
+                "jitter",
+                Type::Bound,
+                "Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws the periods between them (default: the period only).",
+            ),
+            optional(
+                "misses",
+                Type::Count(0),
+                "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
+            ),
+        ],
     ],
-    kind: of::<SampledCubic>,
+    kind: as_kind::<SampledCubic>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -178,7 +177,7 @@ impl Kind for SampledCubic {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let (plant, reading) = (plan.linear()?, plan.reading());
         let Self { linear, theta, correction, period, varying } = self;
-        let linear = linear::of(plant, linear, &plan.options())?;
+        let linear = linear::linear_design(plant, linear, &plan.options())?;
         plan.at_point(if let Some(periods) = varying {
             let design = VaryingPeriodDesign::new(&linear, theta, correction, *period, periods)?;
             of_varying(&design, (plant, &reading), *period)?
@@ -259,12 +258,10 @@ pub(super) fn with_strength(correction: &CubicGain, gamma: f64) -> Option<CubicG
 }
 
 impl Running for SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
-        Some(at(self.clone(), point).map(Runnable::from))
+        Some(in_deviations(self.clone(), point).map(Runnable::from))
     }
 
     // In discrete time the matrices of the plant are not used: its period does not change.
@@ -274,9 +271,7 @@ impl Running for SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
 }
 
 impl Running for At<SampledCubicObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn live(&self, study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((of_page(self.inner(), &study.operating_point.as_ref()?.linear), Some(page_point(self))))

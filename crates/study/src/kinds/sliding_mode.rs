@@ -1,7 +1,5 @@
 //! The sliding-mode observer of a chain of integrators.
 
-use std::sync::Arc;
-
 use luenberger_design::{SuperTwistingDesign, sliding_mode_gains};
 use luenberger_export::ExportableObserver;
 use luenberger_export::step::RecordedStep;
@@ -12,13 +10,12 @@ use luenberger_observers::sliding_mode::{Discretisation, SlidingModeObserver};
 use luenberger_plants::Plant;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::{at_most, significant};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::PERIOD;
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Running, StepOf, sampled};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf};
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, facts, matrix, number, other_kinds, proved_of, upper_bound};
 use crate::tuning::{Context, INSTANTS, Keys, MANY, Value, continuous as in_continuous_time, short};
@@ -37,7 +34,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Super-twisting observer and robust exact differentiator, for chains of integrators x1' = x2, .., x_n' = f(x, u) + d with the output x1: exact after a finite time in continuous time, stepped at samples without chattering.",
     source: "Levant 2003; Davila, Fridman and Levant 2005; implicit step: Acary and Brogliato 2010, Mojallizadeh, Brogliato and Acary 2021",
     plant: PlantClass::Nonlinear(Time::CONTINUOUS),
-    keys: &[
+    keys: &[&[
         required(
             "bound",
             Type::Number(Range::Positive),
@@ -57,8 +54,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             ]),
             "How the sign is discretised (default implicit).",
         ),
-    ],
-    kind: of::<SlidingModeSpec>,
+    ]],
+    kind: as_kind::<SlidingModeSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -126,9 +123,7 @@ impl Kind for SlidingModeSpec {
 }
 
 impl Running for SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         let (gains, period) = (self.gains().as_slice().to_vec(), self.period());

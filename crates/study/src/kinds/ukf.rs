@@ -1,19 +1,17 @@
 //! The unscented Kalman filter in square-root form.
 
-use std::sync::Arc;
-
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{NoiseModel, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter};
 use luenberger_proof::wording::counted;
-use luenberger_sim::{AnyObserver, Replay};
+use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
-use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
-use super::{Kind, of};
-use crate::designed::{Filter, NonlinearStep, Running, StepOf, sampled};
+use super::keys::{FILTER, OF_FILTER};
+use super::{Kind, as_kind};
+use crate::designed::{Filter, NonlinearStep, Running, StepOf};
 use crate::keys::{Range, Type, optional};
 use crate::model::Model;
 use crate::reader::tree::Node;
@@ -31,26 +29,23 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Julier and Uhlmann 2004; Van der Merwe and Wan, ICASSP 2001",
     plant: PlantClass::Nonlinear(Time::ANY),
     keys: &[
-        W,
-        V,
-        P0,
-        PERIOD,
-        SUBSTEPS,
-        GATE,
-        SMOOTH,
-        optional(
-            "alpha",
-            Type::Number(Range::Positive),
-            "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
-        ),
-        optional(
-            "beta",
-            Type::Number(Range::Any),
-            "Weight of the central point in covariances (default 2, for Gaussian errors).",
-        ),
-        optional("kappa", Type::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
+        FILTER,
+        OF_FILTER,
+        &[
+            optional(
+                "alpha",
+                Type::Number(Range::Positive),
+                "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
+            ),
+            optional(
+                "beta",
+                Type::Number(Range::Any),
+                "Weight of the central point in covariances (default 2, for Gaussian errors).",
+            ),
+            optional("kappa", Type::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
+        ],
     ],
-    kind: of::<UnscentedSpec>,
+    kind: as_kind::<UnscentedSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -187,9 +182,7 @@ fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Resu
 }
 
 impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     // As a filter it also records its covariance.
     fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {

@@ -1,7 +1,5 @@
 //! The unknown-input observer, whose error does not depend on a disturbance of any form.
 
-use std::sync::Arc;
-
 use luenberger_design::{DecoupledPlant, DesignError, GainOptions, Pair, UnknownInputDesign};
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Recorded, Recording};
@@ -9,21 +7,20 @@ use luenberger_live as live;
 use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverError, UnknownInputObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{cubic, cubic_of, matrices, unknown};
-use super::keys::{DECAY, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
-use super::{Kind, of as kind};
-use crate::designed::{Runnable, Running, StepOf, continuous, rows};
+use super::keys::{GAINS, GAMMA, OF_GAIN, THETA, UNKNOWN};
+use super::{Kind, as_kind};
+use crate::designed::{Runnable, Running, StepOf, rows};
 use crate::reader::{Given, Reader, gain};
 use crate::results::eigenvalue;
 use crate::results::{Advice, Cause, DesignReport, NoObserver, Proposal, Quantity};
 use crate::steps::recorded::{cast, recorded};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::alternative::{self, another_gain};
-use crate::synthesis::linear::{measurement, of};
+use crate::synthesis::linear::{linear_design, measurement};
 use crate::synthesis::{Designed, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
 use crate::tuning::{Context, Keys, Value, disturbance as of_study, linear as is_linear, rates};
 
@@ -36,8 +33,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, for linear plants with rank(C E) = q and stable invariant zeros of (A, E, C).",
     source: "open problem of Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994",
     plant: PlantClass::Linear(Time::CONTINUOUS),
-    keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
-    kind: kind::<UnknownInput>,
+    keys: &[&[UNKNOWN], GAINS, OF_GAIN, &[THETA, GAMMA]],
+    kind: as_kind::<UnknownInput>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -133,7 +130,7 @@ fn designed(
     let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
     let linear = match &gain.gain {
         GainSpec::Poles(poles) => decoupled.with_poles_and_weight(poles, gain.weight.clone().unwrap_or_default())?,
-        _ => of(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
+        _ => linear_design(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
     };
     let cubic = cubic_of(&linear, cubic.as_ref())?;
     let (runnable, certificate) = match &cubic {
@@ -170,9 +167,7 @@ fn designed(
 const REMARK: &str = "Between two samples the disturbance is not seen: it adds an error of the order of the period times the disturbance.";
 
 impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         let (h, d) = (rows(self.h()), self.d().map(rows));
@@ -191,9 +186,7 @@ impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
 }
 
 impl Running for WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         let (h, d) = (rows(self.h()), self.d().map(rows));

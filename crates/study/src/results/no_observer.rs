@@ -1,4 +1,5 @@
-//! Why a study does not have an observer, or its step on a target: one error from the equation that fails to the report.
+//! Why a study does not have an observer, or its step on a target: one error, from the equation that fails to the
+//! report.
 
 use luenberger_design::kkl::ResidualWitness;
 use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError};
@@ -35,47 +36,35 @@ pub struct NoObserver {
 }
 
 /// What failed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Cause {
     /// The user interrupted, or the time was over.
-    #[error("interrupted")]
     Interrupted,
     /// A design.
-    #[error(transparent)]
     Design(DesignError),
     /// The Jacobians of the plant have no bounds over the region.
-    #[error(transparent)]
     Enclosure(EnclosureError),
     /// A design for a polytope.
-    #[error(transparent)]
     Lpv(LpvError),
     /// The fit of a numerical KKL observer.
-    #[error(transparent)]
     NumericalKkl(NumericalKklError),
     /// The maps of a KKL observer.
-    #[error(transparent)]
     Kkl(KklError),
     /// The plant has no expressions of its own.
-    #[error(transparent)]
     Expressions(ExpressionPlantError),
     /// The body of an observer cannot be recorded.
-    #[error("the observer has no program: {0}")]
     Recording(RecordingError),
     /// A numerical KKL observer has no step.
-    #[error(transparent)]
     KklExport(KklExportError),
     /// The design of a step, where that of the observer has succeeded.
-    #[error(transparent)]
     Step(Box<Cause>),
     /// A kind for continuous time, and a plant in discrete time.
-    #[error("the plant is in discrete time with dt = {dt}")]
     DiscreteTime {
         /// Its period.
         dt: f64,
     },
     /// A sampled observer with another period than its plant in discrete time.
-    #[error("period = {period}, and the plant is in discrete time with dt = {dt}")]
     OtherPeriod {
         /// That of the observer.
         period: f64,
@@ -83,16 +72,13 @@ pub enum Cause {
         dt: f64,
     },
     /// A kind for linear plants, and another plant.
-    #[error("the plant is not linear")]
     NotLinear,
     /// A kind for outputs of the state alone, and an output that depends on an input.
-    #[error("output {output} depends on the input")]
     Feedthrough {
         /// The output, from 0.
         output: usize,
     },
     /// phi^L does not take phi(x) back to x.
-    #[error("`left_inverse` is not a left inverse of phi: at {point:?} state {state} is {found}")]
     NotLeftInverse {
         /// The state, from 0, whose error is the largest.
         state: usize,
@@ -106,13 +92,11 @@ pub enum Cause {
         missed: f64,
     },
     /// phi^L is not finite.
-    #[error("`left_inverse` has no finite value at {point:?}")]
     UndefinedLeftInverse {
         /// x.
         point: Vec<f64>,
     },
     /// `D_chi beta` of an immersion and invariance observer loses rank.
-    #[error("D_chi beta does not have the rank {needed}: its least singular value is {smallest} at {point:?}")]
     Rank {
         /// Rows of beta.
         needed: usize,
@@ -122,10 +106,8 @@ pub enum Cause {
         point: Vec<f64>,
     },
     /// A regression that does not hold, with the worst point.
-    #[error("row {} is no regression: the two sides differ by at least {}", .0.row, .0.at_least)]
     NotRegression(ResidualWitness),
     /// A regression that the run of the study does not excite.
-    #[error("over the {window} after t = {from} the least eigenvalue of int M'M is {delta}")]
     NotExciting {
         /// The least eigenvalue of `int M'M` over the window.
         delta: f64,
@@ -147,7 +129,7 @@ impl NoObserver {
 
     /// Interrupted by the user, or by the end of its time.
     pub fn interrupted() -> Self {
-        Cause::Interrupted.into()
+        Self::new("interrupted").because(Cause::Interrupted)
     }
 
     /// Whether that is so.
@@ -195,18 +177,12 @@ impl NoObserver {
     }
 }
 
-impl From<Cause> for NoObserver {
-    fn from(cause: Cause) -> Self {
-        Self::new(cause.to_string()).because(cause)
-    }
-}
-
-/// An error as a cause.
+/// Errors as causes, in their own words.
 macro_rules! causes {
     ($($error:ty: $from:ident => $cause:expr,)*) => {
         $(impl From<$error> for NoObserver {
             fn from($from: $error) -> Self {
-                $cause.into()
+                Self::new($from.to_string()).because($cause)
             }
         })*
     };
@@ -219,21 +195,32 @@ causes! {
     ObserverError: error => Cause::Design(error.into()),
     EnclosureError: error => Cause::Enclosure(error),
     ExpressionPlantError: error => Cause::Expressions(error),
-    RecordingError: error => Cause::Recording(error),
     KklExportError: error => Cause::KklExport(error),
     LpvError: error => match error {
         LpvError::Design(error) => Cause::Design(error),
         LpvError::Enclosure(error) => Cause::Enclosure(error),
         error => Cause::Lpv(error),
     },
-    NumericalKklError: error => match error {
-        NumericalKklError::Design(error) => Cause::Design(error),
-        NumericalKklError::Stopped { .. } => Cause::Interrupted,
-        error => Cause::NumericalKkl(error),
-    },
     KklError: error => match error {
         KklError::Design(error) => Cause::Design(error),
         KklError::Enclosure(error) => Cause::Enclosure(error),
         error => Cause::Kkl(error),
     },
+}
+
+impl From<NumericalKklError> for NoObserver {
+    fn from(error: NumericalKklError) -> Self {
+        let words = error.to_string();
+        match error {
+            NumericalKklError::Design(error) => error.into(),
+            NumericalKklError::Stopped { .. } => Self::interrupted(),
+            error => Self::new(words).because(Cause::NumericalKkl(error)),
+        }
+    }
+}
+
+impl From<RecordingError> for NoObserver {
+    fn from(error: RecordingError) -> Self {
+        Self::new(format!("the observer has no program: {error}")).because(Cause::Recording(error))
+    }
 }

@@ -13,13 +13,13 @@ use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 /// The design of an observer that is linear, of this gain.
 pub(crate) fn design(plan: &Plan<'_>, requested: &LinearSpec) -> Result<Designed, NoObserver> {
     let plant = plan.linear()?;
-    let linear = of(plant, requested, &plan.options())?;
+    let linear = linear_design(plant, requested, &plan.options())?;
     let designed = linear_report(plan.study, plant, &linear, plan.requested.bounds.as_ref())?;
     plan.at_point(plan.in_loop(plant, designed))
 }
 
 /// The linear design of a specification.
-pub(crate) fn of(
+pub(crate) fn linear_design(
     plant: &StateSpace,
     requested: &LinearSpec,
     options: &GainOptions,

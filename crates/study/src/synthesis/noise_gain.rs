@@ -39,7 +39,7 @@ impl NoiseGain {
             let f = a - l * c;
             let white = lyapunov(&f.transpose(), &symmetric_part(&(l * l.transpose())));
             worst.gain = worst.gain.max(white.map_or(f64::NAN, |x| x.p.trace().max(0.0).sqrt()));
-            if let Some(x) = simulation.and_then(|simulation| held(&f, l, simulation)) {
+            if let Some(x) = simulation.and_then(|simulation| noise_covariance(&f, l, simulation)) {
                 let deviation = x.diagonal().map(|variance| variance.max(0.0).sqrt());
                 if worst.deviation.is_empty() {
                     worst.deviation = deviation.as_slice().to_vec();
@@ -64,7 +64,7 @@ impl NoiseGain {
 }
 
 /// The stationary covariance of the error with the noise of the study; none if it does not exist in floating point.
-fn held(f: &DMatrix<f64>, l: &DMatrix<f64>, simulation: &Simulation) -> Option<DMatrix<f64>> {
+fn noise_covariance(f: &DMatrix<f64>, l: &DMatrix<f64>, simulation: &Simulation) -> Option<DMatrix<f64>> {
     let noises: Vec<Option<OutputNoise>> = (0..l.ncols()).map(|output| simulation.noise_of(output)).collect();
     let mut periods: Vec<f64> = noises.iter().flatten().map(|noise| noise.period).collect();
     periods.sort_by(f64::total_cmp);

@@ -37,7 +37,7 @@ pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
 }
 
 /// The observer in deviations from the point.
-pub(crate) fn at<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, DesignError> {
+pub(crate) fn in_deviations<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, DesignError> {
     let made = DeviationObserver::new(observer, point.x.clone(), point.u.clone(), point.y.clone());
     Ok(made?)
 }

@@ -45,7 +45,9 @@ impl<'a> Plan<'a> {
             return Ok(());
         }
         let same = Proposal::keys([format!("period = {}", shortest(dt))], &["period"], "that of the plant");
-        Err(NoObserver::from(Cause::OtherPeriod { period, dt }).advise(Advice::of([same])))
+        Err(NoObserver::new(format!("period = {period}, and the plant is in discrete time with dt = {dt}"))
+            .because(Cause::OtherPeriod { period, dt })
+            .advise(Advice::of([same])))
     }
 
     /// The options of a gain by a matrix inequality.
@@ -106,7 +108,7 @@ impl<'a> Sampling<'a> {
     pub(crate) fn linear(&self, plant: &StateSpace, gain: &LinearSpec) -> Result<Cow<'a, LinearDesign>, DesignError> {
         match self.designed.and_then(Designed::linear) {
             Some(linear) => Ok(Cow::Borrowed(linear)),
-            None => linear::of(plant, gain, &self.plan.options()).map(Cow::Owned),
+            None => linear::linear_design(plant, gain, &self.plan.options()).map(Cow::Owned),
         }
     }
 

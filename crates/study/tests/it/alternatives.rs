@@ -119,10 +119,7 @@ fn applied(plant: &str, observer: &str, alternative: &str) -> String {
 }
 
 fn refusal(text: &str) -> Option<NoObserver> {
-    match designed(&read(text).unwrap_or_else(|error| panic!("{text}\n{error}"))) {
-        Err(failure) => Some(failure),
-        Ok(_) => None,
-    }
+    designed(&read(text).unwrap_or_else(|error| panic!("{text}\n{error}"))).err()
 }
 
 #[test]

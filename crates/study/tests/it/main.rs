@@ -20,6 +20,7 @@ mod high_gain;
 mod import;
 mod in_other_units;
 mod interval;
+mod kind_names;
 mod kkl_numerical;
 mod limits;
 mod live;

@@ -103,7 +103,7 @@ fn refused(text: &str) -> (String, String) {
     let study = read(text).unwrap_or_else(|error| panic!("{error}"));
     match design(&study, &study.observers[0], &AtomicBool::new(false)) {
         Err(failure) => {
-            messages::misfit(&failure);
+            messages::refusal(&failure);
             (failure.hypothesis.clone(), failure.advice().join("; "))
         }
         other => panic!("{other:?}"),

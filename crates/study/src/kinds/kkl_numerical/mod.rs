@@ -6,7 +6,7 @@ mod step;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::{Kind, of};
+use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf, continuous};
 use crate::keys::{Range, Type, optional, required};
 use crate::model::Model;
@@ -42,7 +42,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with one output: of 2 to 6 states, or of 2 or 3 states with inputs that are held at constant values.",
     source: "Kazantzis and Kravaris 1998, Andrieu and Praly 2006; computed by simulation",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         required("domain", Type::Bounds, "Region of the states, n finite pairs [lower, upper]."),
         optional(
             "inputs",
@@ -85,8 +85,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             ]),
             "Left inverse to simulate (default interpolated).",
         ),
-    ],
-    kind: of::<KklSpec>,
+    ]],
+    kind: as_kind::<KklSpec>,
     read,
     takes_long: true,
     tuning: Tuning::Rules(&[Rule {
@@ -429,19 +429,19 @@ fn designed(model: &Model, requested: &KklSpec, cancel: &AtomicBool) -> Result<D
         (5, 0) => plain!(5, 6, Train<5, 6>, Five, FiveEmbedded),
         (_, 0) => plain!(6, 7, Train<6, 7>, Six, SixEmbedded),
         (2, 1) => {
-            let (observer, report) = held::<2, 1, 3, 4>(&plant.fixed()?, requested, cancel)?;
+            let (observer, report) = held_inputs::<2, 1, 3, 4>(&plant.fixed()?, requested, cancel)?;
             (Kkl::TwoHeld(observer), report)
         }
         (2, _) => {
-            let (observer, report) = held::<2, 2, 3, 5>(&plant.fixed()?, requested, cancel)?;
+            let (observer, report) = held_inputs::<2, 2, 3, 5>(&plant.fixed()?, requested, cancel)?;
             (Kkl::TwoHeldTwo(observer), report)
         }
         (_, 1) => {
-            let (observer, report) = held::<3, 1, 4, 5>(&plant.fixed()?, requested, cancel)?;
+            let (observer, report) = held_inputs::<3, 1, 4, 5>(&plant.fixed()?, requested, cancel)?;
             (Kkl::ThreeHeld(observer), report)
         }
         _ => {
-            let (observer, report) = held::<3, 2, 4, 6>(&plant.fixed()?, requested, cancel)?;
+            let (observer, report) = held_inputs::<3, 2, 4, 6>(&plant.fixed()?, requested, cancel)?;
             (Kkl::ThreeHeldTwo(observer), report)
         }
     };
@@ -528,7 +528,7 @@ fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
 type Held<const N: usize, const M: usize, const Z: usize, const ZM: usize> =
     (Box<HeldInputs<N, M, 1, Z, ZM>>, DesignReport);
 
-fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
+fn held_inputs<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     plant: &Fixed<N, M, 1>,
     requested: &KklSpec,
     cancel: &AtomicBool,

@@ -112,7 +112,7 @@ pub(super) fn reproduction(study: &Study) -> Section {
     let mut facts = vec![
         ("computed by".to_owned(), format!("luenberger {}", env!("CARGO_PKG_VERSION"))),
         ("study".to_owned(), study.file_name()),
-        ("SHA-256 of the study".to_owned(), digest::of(text.as_bytes())),
+        ("SHA-256 of the study".to_owned(), digest::sha256(text.as_bytes())),
     ];
     facts.extend(study.files.iter().map(|file| (format!("SHA-256 of {}", file.name), file.sha256.clone())));
     Section::new("Reproduction").facts(facts).folded("The study file", Section::new("").verbatim(text.trim_end()))
