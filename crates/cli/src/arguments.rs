@@ -266,6 +266,9 @@ pub(crate) struct StudyInput {
     /// Number of threads; it does not affect the results [default: number of processors]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<usize>,
+    /// Print the results as Markdown, for an issue or a notebook
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) markdown: bool,
 }
 
 #[derive(Args)]
@@ -288,6 +291,9 @@ pub(crate) struct AdviseInput {
     /// Number of threads [default: number of processors]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<usize>,
+    /// Print the results as Markdown, for an issue or a notebook
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) markdown: bool,
 }
 
 #[derive(Args)]

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::block::{Block, study_with};
 use super::ranking::{Criterion, Ranked, UNPROVED_FACTOR};
 use crate::deployment::{self, ExportOptions};
-use crate::design::{Designed, NoDesign, attempt};
+use crate::design::{Designed, attempt};
 use crate::execute::Scored;
 use crate::kinds::Rule;
 use crate::statistics;
@@ -92,9 +92,9 @@ pub(super) fn by_rule(
                 };
                 return Outcome::Designed(Box::new(found));
             }
-            Err(NoDesign::Interrupted) => return Outcome::Open,
-            Err(NoDesign::Misfit(failure)) => {
-                why.get_or_insert(failure.hypothesis);
+            Err(none) if none.is_interrupted() => return Outcome::Open,
+            Err(none) => {
+                why.get_or_insert(none.hypothesis);
             }
         }
     }
@@ -132,8 +132,8 @@ pub(super) fn of_study(
                 runs: Vec::new(),
             }))
         }
-        Err(NoDesign::Interrupted) => Outcome::Open,
-        Err(NoDesign::Misfit(failure)) => Outcome::Unfit(failure.hypothesis),
+        Err(none) if none.is_interrupted() => Outcome::Open,
+        Err(none) => Outcome::Unfit(none.hypothesis),
     }
 }
 

@@ -6,6 +6,7 @@ use luenberger_proof::wording::{capital, counted, significant};
 
 use super::candidate::Candidate;
 use super::ranking::{Criteria, Criterion, Ranked, ratio};
+use crate::results::DesignVerdict;
 use crate::study::Study;
 
 /// Observers after this rank are in the table only.
@@ -225,9 +226,10 @@ impl Ranking<'_> {
         if first.is_proved() {
             return format!("{name} is proved: {}.", statement(first));
         }
-        let has = match first.designed.report.verdict.word() {
-            "measured" => "was checked by measurements, without a proof",
-            _ => "has no stability certificate",
+        let has = if first.designed.report.verdict == DesignVerdict::MEASURED {
+            "was checked by measurements, without a proof"
+        } else {
+            "has no stability certificate"
         };
         match self.ordered.iter().enumerate().find(|(_, (one, _))| one.is_proved() && one.is_complete()) {
             Some((rank, (proved, _))) => {

@@ -2,7 +2,6 @@
 
 use luenberger_proof::certificate::Theorem;
 use luenberger_study::deployment::{SampledDesign, sampled};
-use luenberger_study::design::NoDesign;
 
 use crate::studies::{designed, read};
 
@@ -118,7 +117,7 @@ fn the_exported_filter_is_that_of_the_sampled_plant() {
 #[test]
 fn what_fails_is_named() {
     let why = |kind: &str, rest: &str| match designed(&read(&scalar(kind, rest)).unwrap()) {
-        Err(NoDesign::Misfit(failure)) => (failure.hypothesis.clone(), failure.advice().join("; ")),
+        Err(failure) => (failure.hypothesis.clone(), failure.advice().join("; ")),
         other => panic!("{other:?}"),
     };
     let (why_not, instead) = why("h-infinity", "d = [[0, 1]]\ngamma = 0.5");

@@ -93,7 +93,7 @@ impl Mutant {
     }
 }
 
-const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["--test", "it"], only: &[] };
+const OBSERVERS: Suite = Suite { package: "luenberger-observers-tests", binaries: &["--test", "it"], only: &[] };
 const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"], only: &[] };
 const POSITIVE_REAL: Suite = Suite { package: MODULES, binaries: &["--test", "positive_real"], only: &[] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
@@ -108,6 +108,7 @@ const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
 const DEPLOYED: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["deployed::"] };
+const LABELS: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["label::"] };
 const LEFT_INVERSES: Suite =
     Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["left_inverses::"] };
 const SYSTEMS: Suite =
