@@ -182,8 +182,8 @@ impl LinearDesign {
     /// `L = (Sigma C' + G S) V^-1`.
     ///
     /// # Errors
-    /// As [`kalman_with_weight`](Self::kalman_with_weight); shapes of G and S that do not fit; a joint intensity of both
-    /// noises that is not positive semidefinite.
+    /// As [`kalman_with_weight`](Self::kalman_with_weight); shapes of G and S that do not fit; a joint intensity of
+    /// both noises that is not positive semidefinite.
     pub fn kalman_of(plant: &StateSpace, noise: &KalmanNoise, weight: LyapunovWeight) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let Kalman { l, p, .. } = noise.of_states(plant)?.gain(TimeDomain::Continuous, plant)?;

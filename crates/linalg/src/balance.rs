@@ -78,8 +78,8 @@ impl Balance {
         let mut columns = a.clone();
         columns.fill_diagonal(f64::NEG_INFINITY);
         let rows = columns.transpose();
-        // Where some states are tied to the others by their weight alone, the balance is not unique: it starts where the
-        // weights are one, whatever the units given.
+        // Where some states are tied to the others by their weight alone, the balance is not unique: it starts where
+        // the weights are one, whatever the units given.
         if let Some((q, g)) = forms
             && (0..n).any(|i| is_zero(&rows, g, i) || is_zero(&columns, q, i))
         {

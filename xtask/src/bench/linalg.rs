@@ -51,8 +51,8 @@ fn built(sources: &Path) -> Result<PathBuf, Failure> {
     Ok(build.join("release").join(format!("linalg-bench{}", std::env::consts::EXE_SUFFIX)))
 }
 
-/// The times of this tree relative to those of a commit, routine by routine, in turn. Its sources are put into `target`,
-/// and get the program of this tree.
+/// The times of this tree relative to those of a commit, routine by routine, in turn. Its sources are put into
+/// `target`, and get the program of this tree.
 fn compare(commit: &str, largest: usize) -> Result<(), Failure> {
     let folder = root().join("target/bench-against").join(commit);
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;

@@ -170,10 +170,10 @@ impl NormFilterDesign {
     /// # Errors
     /// [`DesignError::NormTooSmall`] for a gamma that no gain keeps, with multipliers; [`DesignError::NormNotFound`]
     /// where neither a gain nor multipliers are found; for [`NormTarget::Least`] [`DesignError::NoiselessOutput`] where
-    /// D has no full row rank and no bound of the gain is given, [`DesignError::NoDisturbance`] for `E = 0` and a stable
-    /// A, whose least norm is 0, and [`LinalgError::NotExcited`] for the H2 norm if `E = 0` and A has an eigenvalue on
-    /// the stability boundary: smaller and smaller gains then have smaller and smaller norms; a plant that is not detectable; shapes that do not
-    /// fit; H = 0; a given gain that does not stabilise.
+    /// D has no full row rank and no bound of the gain is given, [`DesignError::NoDisturbance`] for `E = 0` and a
+    /// stable A, whose least norm is 0, and [`LinalgError::NotExcited`] for the H2 norm if `E = 0` and A has an
+    /// eigenvalue on the stability boundary: smaller and smaller gains then have smaller and smaller norms; a plant
+    /// that is not detectable; shapes that do not fit; H = 0; a given gain that does not stabilise.
     pub fn new(
         plant: &StateSpace,
         time: TimeDomain,

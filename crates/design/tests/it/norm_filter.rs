@@ -121,9 +121,9 @@ fn bounds_are_kept_and_those_below_the_least_named() {
     assert!(message.starts_with("no gain makes the H-infinity norm of the error less than 0.5 (the best"), "{message}");
 }
 
-/// With `E = 0` the error of a stable plant needs no correction: `T(s) = -H (sI - A + LC)^-1 L D` is 0 for L = 0. One of
-/// the plant x' = x has the least norms sqrt(2) and 1: `L = 2` from `2 P - P^2 = 0`, and `L/|s + L - 1| -> 1` for large L.
-/// Of x' = 0 the H2 norm is `sqrt(L/2)`, which has no least value.
+/// With `E = 0` the error of a stable plant needs no correction: `T(s) = -H (sI - A + LC)^-1 L D` is 0 for L = 0. One
+/// of the plant x' = x has the least norms sqrt(2) and 1: `L = 2` from `2 P - P^2 = 0`, and `L/|s + L - 1| -> 1` for
+/// large L. Of x' = 0 the H2 norm is `sqrt(L/2)`, which has no least value.
 #[test]
 fn nothing_disturbs_the_states() {
     let of = GeneralizedPlant { e: dmatrix![0.0], d: dmatrix![1.0], h: dmatrix![1.0] };

@@ -61,8 +61,8 @@ impl Delay {
 /// `inputs` has m entries, `outputs` p, in the unit of time of A: 0 or more, whole periods or not. A delay of `d`
 /// periods adds d states to the n of the plant, one between d and d + 1 periods d + 1: the past inputs `u_1[k-1],
 /// u_1[k-2], .., u_2[k-1], ..`, then the past outputs likewise, where delays are not whole between the samples. A delay
-/// within two roundings of whole periods counts as whole. Cost: an exponential of order n + m and, for each output whose
-/// delay is not whole, another one; with each of them two of order n + 1 for each input whose delay is not whole.
+/// within two roundings of whole periods counts as whole. Cost: an exponential of order n + m and, for each output
+/// whose delay is not whole, another one; with each of them two of order n + 1 for each input whose delay is not whole.
 ///
 /// # Errors
 /// [`LinalgError::InvalidDelay`] if a delay is negative, not a number, or longer than 1000 periods;

@@ -139,8 +139,8 @@ fn of_schur_form(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     verified(a, back, roots).ok()
 }
 
-/// The square root R of an upper quasi-triangular matrix, of the same form: its blocks in each column, from the diagonal
-/// upwards, solve `R_ii X + X R_jj = T_ij - sum R_ik R_kj`.
+/// The square root R of an upper quasi-triangular matrix, of the same form: its blocks in each column, from the
+/// diagonal upwards, solve `R_ii X + X R_jj = T_ij - sum R_ik R_kj`.
 fn root_by_blocks(t: &DMatrix<f64>, blocks: &[(usize, usize)]) -> Option<DMatrix<f64>> {
     let n = t.nrows();
     let mut r = DMatrix::zeros(n, n);

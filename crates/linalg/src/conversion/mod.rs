@@ -310,8 +310,8 @@ fn triangle(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>,
 /// ds B` and `Ad = e^{Ah}`.
 ///
 /// X is the difference of both parts, which cancel for a mode that decays within a fraction of the period, or by parts
-/// the solution of `A X = Ad B - held/h`, whose right-hand side cancels for a slow mode. Where the difference loses three
-/// digits or more, its entries are replaced by those that the equation gives with a digit more.
+/// the solution of `A X = Ad B - held/h`, whose right-hand side cancels for a slow mode. Where the difference loses
+/// three digits or more, its entries are replaced by those that the equation gives with a digit more.
 fn rising(
     (a, ad): (&DMatrix<f64>, &DMatrix<f64>),
     b: &DMatrix<f64>,

@@ -460,8 +460,8 @@ fn the_first_order_hold_of_a_stiff_plant() {
     entries_near(&found.b, &dmatrix![0.090_559_170_060_627_15; 1e-12]);
 }
 
-/// Eigenvalues 100 decades apart: the entry beside the diagonal is `(ln p - ln q)/(p - q)` times that of A, the block of
-/// the eigenvalues `.5 +- .1 i` has `ln |z|` and `arg z` of `z = .5 + .1 i`.
+/// Eigenvalues 100 decades apart: the entry beside the diagonal is `(ln p - ln q)/(p - q)` times that of A, the block
+/// of the eigenvalues `.5 +- .1 i` has `ln |z|` and `arg z` of `z = .5 + .1 i`.
 #[test]
 fn a_logarithm_of_eigenvalues_of_any_ratio() {
     // The square roots lose a digit or two beside the diagonal.

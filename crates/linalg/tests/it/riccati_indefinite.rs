@@ -229,8 +229,8 @@ fn a_discrete_equation_in_closed_form() {
     assert!((expected - 1.758_306).abs() < 1e-6);
 }
 
-/// a = 1/2, b = r = 1, q = -27/8: `x^2 + 33/8 x + 27/8 = 0` has the roots -9/8, with the pole -4, and -3, with -1/4. For
-/// r = 0 it is `x = q`, with the pole 0. scipy.linalg.solve_discrete_are returns the same.
+/// a = 1/2, b = r = 1, q = -27/8: `x^2 + 33/8 x + 27/8 = 0` has the roots -9/8, with the pole -4, and -3, with -1/4.
+/// For r = 0 it is `x = q`, with the pole 0. scipy.linalg.solve_discrete_are returns the same.
 #[test]
 fn a_solution_with_a_negative_input_weight() {
     let (a, one) = (dmatrix![0.5], dmatrix![1.0]);
