@@ -17,8 +17,9 @@ from fractions import Fraction
 
 import words
 from document import LARGEST_BINARY64
+from labels import inequalities, inequality
 from rational import INDEFINITE, Refuted, Matrix, NotShown, at_least, root_above, sign
-from theorems import inverse, positive, saturated, stein, without_margin
+from theorems import FALL, inverse, without_margin
 
 LARGEST_ORDER = 32
 TURNS = 8
@@ -394,22 +395,16 @@ def contraction(p, maps, bits=56):
 
 def deployed_observer(file):
     o = Observer(file)
+    nearest = f"the stored numbers are those of {o.stored_in.name} nearest to the plant's"
+    facts = [(nearest, without_margin(o.check_stored)), *inequalities({"P": o.p}, "P > 0")]
     if o.step == "joined":
-        label = "F'PF - P < 0 for the stored F"
+        facts.append(inequality("F'PF - P < 0", {"F": o.f, "P": o.p}, " for the stored F"))
     else:
-        label = "(A - LC)'P(A - LC) - P < 0 for the stored A, L and C"
-    facts = [
-        (f"the stored numbers are those of {o.stored_in.name} nearest to the plant's", without_margin(o.check_stored)),
-        ("P > 0", positive(o.p)),
-        (label, positive(stein(o.f, o.p))),
-    ]
+        names = {"A": o.sa, "C": o.sc, "L": o.l, "P": o.p}
+        facts.append(inequality(FALL, names, " for the stored A, L and C"))
     if o.step == "cubic":
-        facts.append(
-            (
-                "(wA + ANC)'P(wA + ANC) - w^2 P < 0 for the stored numbers",
-                positive(saturated(o.sa, o.gain, o.sc, o.w, o.p)),
-            )
-        )
+        names |= {"N": o.gain, "w": o.w}
+        facts.append(inequality("(wA + ANC)'P(wA + ANC) - w^2 P < 0", names, " for the stored numbers"))
     if o.claims:
         start, limits = o.claims
         proved = []

@@ -4,22 +4,16 @@ from fractions import Fraction
 
 import words
 from document import Malformed
+from labels import inequalities
 from rational import (
     INDEFINITE,
     Family,
     Matrix,
     NotShown,
     Refuted,
-    blocks,
     sign,
 )
-from theorems import nonnegative, positive, read_plant, stein, without_margin
-
-
-def flow_block(x, p, n, c, s):
-    """`[X, PN + C'S; *, N'PN]`: the room X that the cubic step of the stored N leaves."""
-    corner = p @ n + c.T @ s
-    return blocks([[x, corner], [corner.T, n.T @ p @ n]])
+from theorems import FALL, read_plant, without_margin
 
 
 def semi_implicit(file):
@@ -30,16 +24,13 @@ def semi_implicit(file):
         period = observer.take("period").in_range(lambda x: x > 0, "positive")
     with file.object("lyapunov") as proof:
         p, s = proof.take("P").symmetric(a.rows), proof.take("S").matrix(c.rows, c.rows)
-    decrease = stein(a - l @ c, p)
-    return words.semi_implicit_cubic_observer(a.rows, b.columns, c.rows, period), [
-        ("P > 0", positive(p)),
-        ("(A - LC)'P(A - LC) - P < 0", positive(decrease)),
-        ("S + S' >= 0", nonnegative(s.plus_transpose())),
-        (
-            "[(P - (A - LC)'P(A - LC))/2, PN + C'S; *, N'PN] >= 0",
-            nonnegative(flow_block(decrease * Fraction(1, 2), p, n, c, s)),
-        ),
-    ]
+    return words.semi_implicit_cubic_observer(a.rows, b.columns, c.rows, period), inequalities(
+        {"A": a, "C": c, "L": l, "N": n, "P": p, "S": s},
+        "P > 0",
+        FALL,
+        "S + S' >= 0",
+        "[(P - (A - LC)'P(A - LC))/2, PN + C'S; *, N'PN] >= 0",
+    )
 
 
 MOST_MISSES = 64
@@ -79,7 +70,7 @@ def varying_periods(file):
     maps = [("I - KC", identity - k @ c)]
     if step == "radial":
         maps.append(("I + NC/w", identity + gain @ c * (1 / w)))
-    facts = [("P > 0", positive(p))]
+    facts = inequalities({"P": p}, "P > 0")
     effort = Effort()
     for name, after in maps:
         falls = Falls(a, after, p, factor, effort)
@@ -93,13 +84,8 @@ def varying_periods(file):
                 )
             )
     if step == "semi-implicit":
-        facts += [
-            ("S + S' >= 0", nonnegative(s.plus_transpose())),
-            (
-                "[(1 - factor^2)P/2, PN + C'S; *, N'PN] >= 0",
-                nonnegative(flow_block(p * ((1 - factor**2) / 2), p, gain, c, s)),
-            ),
-        ]
+        names = {"C": c, "N": gain, "P": p, "S": s, "factor": factor}
+        facts += inequalities(names, "S + S' >= 0", "[(1 - factor^2)P/2, PN + C'S; *, N'PN] >= 0")
     size = n, b.columns, outputs
     return words.varying_periods(size, step, w, shortest, longest, misses, factor), facts
 

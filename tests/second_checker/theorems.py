@@ -13,6 +13,7 @@ from document import LARGEST_ORDER, MOST_ENTRIES, Field
 from equation import Equation
 from equation import check as check_solution
 from program import Entry, Program
+from labels import Reader, inequalities, inequality
 from rational import (
     DEFINITE,
     INDEFINITE,
@@ -73,33 +74,16 @@ class Within:
         self.c, self.dc = interval_matrix(c, self.order)
         self.is_single = all(x.is_single for rows in (a, c, others) for row in rows for x in row)
 
-    def decrease(self, l, p, rate):
-        """`-(F'P + PF + 2 rate P)`, F = A - LC: linear in (A, C)."""
-        f = self.a - l @ self.c + Matrix.scalar(self.order, rate)
-        radius = abs(p) @ (self.da + abs(l) @ self.dc)
-        return Family(-(p @ f).plus_transpose(), radius.plus_transpose())
-
-    def decreases(self, l, p, rate):
-        family = self.decrease(l, p, rate)
-        return lambda margin: family.at_least(margin, strict=True)
-
-
-    def contracts(self, l, p, factor):
-        """`[factor^2 P, F'P; PF, P] > 0`, F = A - LC: linear in (A, C)."""
-        corner = p @ (self.a - l @ self.c)
-        radius = abs(p) @ (self.da + abs(l) @ self.dc)
-        zero = Matrix.zeros(self.order, self.order)
-        middle = blocks([[p * (factor * factor), corner.T], [corner, p]])
-        family = Family(middle, blocks([[zero, radius.T], [radius, zero]]))
-        return lambda margin: family.at_least(margin, strict=True)
+    def names(self, **others):
+        return {"A": Family(self.a, self.da), "C": Family(self.c, self.dc), **others}
 
 
 def lyapunov(f, p, rate=0):
     return -(p @ (f + Matrix.scalar(f.rows, rate))).plus_transpose()
 
 
-def stein(f, p):
-    return p - f.T @ p @ f
+DECREASE = "(A - LC)'P + P(A - LC){} < 0 (12)"
+FALL = "(A - LC)'P(A - LC) - P < 0"
 
 
 def linear_observer(file):
@@ -115,10 +99,9 @@ def linear_observer(file):
         l = observer.take("L").matrix(n, len(c))
     with file.object("lyapunov") as proof:
         p, rate = proof.take("P").symmetric(n), proof.rate()
-    return words.linear_observer(n, len(b[0]), len(c), rate, pairs.is_single), [
-        ("P > 0", positive(p)),
-        (f"(A - LC)'P + P(A - LC){words.rate_term(rate, 'P')} < 0 (12)", pairs.decreases(l, p, rate)),
-    ]
+    decrease = DECREASE.format(words.rate_term(rate, "P"))
+    facts = inequalities(pairs.names(L=l, P=p, rate=rate), "P > 0", decrease)
+    return words.linear_observer(n, len(b[0]), len(c), rate, pairs.is_single), facts
 
 
 def discrete_observer(file):
@@ -127,10 +110,9 @@ def discrete_observer(file):
         l = observer.take("L").matrix(a.rows, c.rows)
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(a.rows)
-    return words.discrete_observer(a.rows, b.columns, c.rows), [
-        ("P > 0", positive(p)),
-        ("(A - LC)'P(A - LC) - P < 0", positive(stein(a - l @ c, p))),
-    ]
+    return words.discrete_observer(a.rows, b.columns, c.rows), inequalities(
+        {"A": a, "C": c, "L": l, "P": p}, "P > 0", FALL
+    )
 
 
 def hurwitz(file):
@@ -139,16 +121,14 @@ def hurwitz(file):
     n = len(a)
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(n)
-    zero = Matrix.zeros(n, 1)
-    matrices = Within(a, [[a[0][0]] * n])
-    matrices.c = matrices.dc = zero.T
-    facts = [("P > 0", positive(p)), ("A'P + PA < 0", matrices.decreases(zero, p, 0))]
-    if matrices.da.is_zero():
+    middle, radius = interval_matrix(a, n)
+    facts = inequalities({"A": Family(middle, radius), "P": p}, "P > 0", "A'P + PA < 0")
+    if radius.is_zero():
 
         def abscissa(margin):
             # A'P + PA + 2 m P <= 0 and P > 0: no real part is above -m.
             at_least(p, 0, strict=True)
-            at_least(lyapunov(matrices.a, p, margin), 0, strict=not margin)
+            at_least(lyapunov(middle, p, margin), 0, strict=not margin)
 
         facts.append(("the largest real part of an eigenvalue < 0", abscissa))
     return words.hurwitz(n, all(x.is_single for row in a for x in row)), facts
@@ -158,7 +138,7 @@ def schur(file):
     a = file.take("A").square()
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(a.rows)
-    return words.schur(a.rows), [("P > 0", positive(p)), ("A'PA - P < 0", positive(stein(a, p)))]
+    return words.schur(a.rows), inequalities({"A": a, "P": p}, "P > 0", "A'PA - P < 0")
 
 
 class Cubic:
@@ -177,6 +157,9 @@ class Cubic:
                 self.s = observer.take("S").matrix(outputs, outputs)
         self.f = self.a - self.l @ self.c
 
+    def facts(self, *labels, **others):
+        return inequalities({"A": self.a, "C": self.c, "L": self.l, "theta": self.theta, **others}, *labels)
+
 
 def cubic_observer(file):
     return words.cubic_observer(*(read := read_cubic(file))[1:]), read[0]
@@ -190,13 +173,11 @@ def read_cubic(file):
         rate = proof.rate()
         field = proof.take("converges_from")
         level = None if field.text() == "everywhere" else field.in_range(lambda x: x > 0, "positive")
+    decrease = DECREASE.format(words.rate_term(rate, "P"))
     region = "everywhere" if level is None else f"e'Pe < {words.hexadecimal(level)}"
     return (
         [
-            ("P > 0", positive(p)),
-            (f"(A - LC)'P + P(A - LC){words.rate_term(rate, 'P')} < 0 (12)", positive(lyapunov(o.f, p, rate))),
-            ("theta >= 0", nonnegative(o.theta)),
-            ("S + S' >= 0", nonnegative(s.plus_transpose())),
+            *o.facts("P > 0", decrease, "theta >= 0", "S + S' >= 0", P=p, S=s, rate=rate),
             (f"convergence with N as stored, {region}", without_margin(lambda: converges(o, p, s, level))),
         ],
         o.sizes,
@@ -296,10 +277,9 @@ def structured_cubic_observer(file):
         gain = o.s.plus_transpose() - Matrix.scalar(o.c.rows, margin)
         at_least(o.c.T @ gain @ o.c, 0, strict=False)
 
+    decrease = DECREASE.format(words.rate_term(rate, "P"))
     return words.structured_cubic_observer(*o.sizes, rate), [
-        ("P > 0", positive(p)),
-        (f"(A - LC)'P + P(A - LC){words.rate_term(rate, 'P')} < 0 (12)", positive(lyapunov(o.f, p, rate))),
-        ("theta >= 0", nonnegative(o.theta)),
+        *o.facts("P > 0", decrease, "theta >= 0", P=p, rate=rate),
         ("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", dissipation),
     ]
 
@@ -308,12 +288,8 @@ def cubic_theorem_1(file):
     o = Cubic(file, "N")
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(o.a.rows)
-    return words.cubic_theorem_1(*o.sizes), [
-        ("P > 0", positive(p)),
-        ("(A - LC)'P + P(A - LC) < 0 (12)", positive(lyapunov(o.f, p))),
-        ("theta >= 0", nonnegative(o.theta)),
-        ("P N C + C'N'P <= 0 (13')", nonnegative(-(p @ o.n @ o.c).plus_transpose())),
-    ]
+    labels = "P > 0", DECREASE.format(""), "theta >= 0", "P N C + C'N'P <= 0 (13')"
+    return words.cubic_theorem_1(*o.sizes), o.facts(*labels, P=p, N=o.n)
 
 
 def sampled_cubic_observer(file):
@@ -324,17 +300,10 @@ def sampled_cubic_observer(file):
         w, period = (observer.take(name).in_range(lambda x: x > 0, "positive") for name in ("w", "period"))
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(a.rows)
-    return words.sampled_cubic_observer(a.rows, b.columns, c.rows, w, period), [
-        ("P > 0", positive(p)),
-        ("(A - LC)'P(A - LC) - P < 0", positive(stein(a - l @ c, p))),
-        ("(wA + ANC)'P(wA + ANC) - w^2 P < 0", positive(saturated(a, n, c, w, p))),
-    ]
-
-
-def saturated(a, n, c, w, p):
-    """`w^2 P - (wA + ANC)'P(wA + ANC)`: the decrease where the cubic flow has done all it can."""
-    f = a @ (Matrix.scalar(a.rows, w) + n @ c)
-    return p * (w * w) - f.T @ p @ f
+    names = {"A": a, "C": c, "L": l, "N": n, "w": w, "P": p}
+    return words.sampled_cubic_observer(a.rows, b.columns, c.rows, w, period), inequalities(
+        names, "P > 0", FALL, "(wA + ANC)'P(wA + ANC) - w^2 P < 0"
+    )
 
 
 def feedback_loop(file):
@@ -344,13 +313,8 @@ def feedback_loop(file):
         if inputs == 0:
             feedback.take("K").fail("a plant without inputs has no feedback")
         k, p1 = feedback.take("K").matrix(inputs, n), feedback.take("P1").symmetric(n)
-    bk = o.b @ k
-    corner = p1 @ bk
-    block = blocks([[-lyapunov(o.a - bk, p1), corner], [corner.T, -lyapunov(o.f, p)]])
-    facts += [
-        ("P1 > 0", positive(p1)),
-        ("[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)", positive(-block)),
-    ]
+    block = "[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)"
+    facts += o.facts("P1 > 0", block, B=o.b, K=k, P=p, P1=p1)
     return words.feedback_loop(sizes, rate, level), facts
 
 
@@ -374,10 +338,10 @@ def polytope(statement, file):
         l = observer.take("L").matrix(n, outputs)
     with file.object("lyapunov") as proof:
         p, rate = proof.take("P").symmetric(n), proof.rate()
-    term = words.rate_term(rate, "P")
-    facts = [("P > 0", positive(p))]
+    decrease = f"(A - LC)'P + P(A - LC){words.rate_term(rate, 'P')} < 0"
+    facts = inequalities({"P": p}, "P > 0")
     for k, vertex in enumerate(vertices):
-        facts.append((f"(A - LC)'P + P(A - LC){term} < 0 at vertex {k + 1}", vertex.decreases(l, p, rate)))
+        facts.append(inequality(decrease, vertex.names(L=l, P=p, rate=rate), f" at vertex {k + 1}"))
     return statement(len(vertices), n, outputs, rate, all(vertex.is_single for vertex in vertices)), facts
 
 
@@ -389,9 +353,10 @@ def discrete_polytope(file):
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(n)
         factor = proof.take("factor").in_range(lambda x: 0 < x <= 1, "above 0 and at most 1")
-    facts = [("P > 0", positive(p))]
+    facts = inequalities({"P": p}, "P > 0")
     for k, vertex in enumerate(vertices):
-        facts.append((f"[factor^2 P, (A - LC)'P; *, P] > 0 at vertex {k + 1}", vertex.contracts(l, p, factor)))
+        names = vertex.names(L=l, P=p, factor=factor)
+        facts.append(inequality("[factor^2 P, (A - LC)'P; *, P] > 0", names, f" at vertex {k + 1}"))
     single = all(vertex.is_single for vertex in vertices)
     return words.discrete_polytope_of_jacobians(len(vertices), n, outputs, factor, single), facts
 
@@ -423,8 +388,8 @@ def sector_observer(file):
         l = observer.take("L").matrix(n, pairs.outputs)
     with file.object("lyapunov") as proof:
         p, rate = proof.take("P").symmetric(n), proof.rate()
-    decrease = pairs.decrease(l, p, rate)
-    first, columns, corner = -decrease.middle, [], []
+    linear = Reader("-(A - LC)'P - P(A - LC) - 2 rate P", pairs.names(L=l, P=p, rate=rate)).sum()
+    first, columns, corner = -linear.middle, [], []
     for g, h, low, high, tau in sectors:
         first -= h.T @ h * (tau * low * high)
         columns.append(p @ g if low == -high else p @ g + h.T * (tau * (low + high) / 2))
@@ -442,7 +407,7 @@ def sector_observer(file):
     slopes = [(low, high) for _, _, low, high, _ in sectors]
     statement = words.sector_observer(n, pairs.outputs, slopes, rate, pairs.is_single)
     wide = Matrix.zeros(n, block.rows - n)
-    radius = blocks([[decrease.radius, wide], [wide.T, Matrix.zeros(block.rows - n, block.rows - n)]])
+    radius = blocks([[linear.radius, wide], [wide.T, Matrix.zeros(block.rows - n, block.rows - n)]])
     family = Family(-block, radius)
     return statement, [("P > 0", positive(p)), (label, lambda margin: family.at_least(margin, strict=True))]
 
@@ -488,52 +453,28 @@ def input_to_state_stability(file):
         w = [item.in_range(lambda x: x >= 0, "0 or more") for item in bounds.take("w").items(m)]
         level = bounds.take("level").in_range(lambda x: x > 0, "positive")
         limsup = [item.in_range(lambda x: x > 0, "positive") for item in bounds.take("limsup").items(n)]
-    d, dd = interval_matrix(d_data, m)
     spent, name, metric = sum(x * y * y for x, y in zip(lam, w)), "P", lambda: p
     if field:
         square = sum(x * y * y for x, y in zip(mu, w))
         spent += Fraction(27, 128) * kappa * square**2
         name, metric = "P~", structured_metric(p, c, x, gain)
-        s = -(x @ c @ gain)
 
-    def with_metric(family):
-        """A fact about a family of matrices that depends on P~."""
-        return lambda margin: family(metric()).at_least(margin, strict=True)
-
-    def decrease(a_data, e_data):
-        (a, da), (e, de) = interval_matrix(a_data, n), interval_matrix(e_data, m)
-
-        def family(p):
-            corner, radius = p @ (e - l @ d), abs(p) @ (de + abs(l) @ dd)
-            first = (abs(p) @ da).plus_transpose()
-            return Family(
-                blocks([[lyapunov(a - l @ c, p, rate), -corner], [-corner.T, Matrix.diagonal(lam)]]),
-                blocks([[first, radius], [radius.T, Matrix.zeros(m, m)]]),
-            )
-
-        return with_metric(family)
+    names = {"C": c, "D": Family(*interval_matrix(d_data, m)), "L": l, name: metric, "rate": rate, "lambda": lam}
 
     def component(i):
         unit = Matrix.diagonal([Fraction(level if j == i else 0) for j in range(n)])
-        return with_metric(lambda p: Family(p * limsup[i] ** 2 - unit, Matrix.zeros(n, n)))
+        return lambda margin: at_least(metric() * limsup[i] ** 2 - unit, margin, strict=True)
 
-    facts = [(f"{name} > 0", with_metric(lambda p: Family(p, Matrix.zeros(n, n))))]
+    facts = inequalities(names, f"{name} > 0")
     label = f"[(A - LC)'{name} + {name}(A - LC) + 2 rate {name}, {name}(E - LD); *, -diag(lambda)] < 0"
     for k, (a, e, *_) in enumerate(vertices):
-        facts.append((f"{label} at vertex {k + 1}", decrease(a, e)))
+        here = {"A": Family(*interval_matrix(a, n)), "E": Family(*interval_matrix(e, m))}
+        facts.append(inequality(label, names | here, f" at vertex {k + 1}"))
     total = "sum lambda_i w_i^2"
     if field:
-        corner = d.T @ s * 2
-        radius = dd.T @ abs(s) * 2
-        family = Family(
-            blocks([[Matrix.diagonal(mu) * 2, corner], [corner.T, s.plus_transpose()]]),
-            blocks([[Matrix.zeros(m, m), radius], [radius.T, Matrix.zeros(c.rows, c.rows)]]),
-        )
-        facts += [
-            ("theta >= 0", nonnegative(theta)),
-            ("kappa (S~ + S~') - 2 theta >= 0", nonnegative(s.plus_transpose() * kappa - theta * 2)),
-            ("[2 diag(mu), 2 D'S~; *, S~ + S~'] >= 0", lambda margin: family.at_least(margin, strict=False)),
-        ]
+        names |= {"theta": theta, "kappa": kappa, "mu": mu, "S~": -(x @ c @ gain)}
+        labels = "theta >= 0", "kappa (S~ + S~') - 2 theta >= 0", "[2 diag(mu), 2 D'S~; *, S~ + S~'] >= 0"
+        facts += inequalities(names, *labels)
         total += " + 27/128 kappa (sum mu_i w_i^2)^2"
     facts.append((f"{total} <= 2 rate level", nonnegative(Matrix.diagonal([128 * (2 * rate * level - spent)]))))
     facts += [(f"limsup |e_{i + 1}| <= limsup[{i}]", component(i)) for i in range(n)]
@@ -563,22 +504,16 @@ def unknown_input_observer(file):
     gram = image.T @ image
     name, metric = ("P~", structured_metric(p, c, x, gain)) if field else ("P", lambda: p)
 
-    def decrease(margin):
+    def decoupler():
         if sign(gram) != DEFINITE:
             raise NotShown("there is no T")
-        t = Matrix.scalar(n, 1) - e @ inverse(gram) @ image.T @ c
-        at_least(lyapunov(t @ a - l @ c, metric(), rate), margin, strict=True)
+        return Matrix.scalar(n, 1) - e @ inverse(gram) @ image.T @ c
 
-    facts = [
-        ("(CE)'CE > 0", positive(gram)),
-        (f"{name} > 0", lambda margin: at_least(metric(), margin, strict=True)),
-        (f"(TA - LC)'{name} + {name}(TA - LC){words.rate_term(rate, name)} < 0", decrease),
-    ]
+    names = {"A": a, "C": c, "E": e, "L": l, "T": decoupler, name: metric, "rate": rate}
+    decrease = f"(TA - LC)'{name} + {name}(TA - LC){words.rate_term(rate, name)} < 0"
+    facts = inequalities(names, "(CE)'CE > 0", f"{name} > 0", decrease)
     if field:
-        facts += [
-            ("theta >= 0", nonnegative(theta)),
-            ("S~ + S~' >= 0", nonnegative(-(x @ c @ gain).plus_transpose())),
-        ]
+        facts += inequalities({"theta": theta, "S~": -(x @ c @ gain)}, "theta >= 0", "S~ + S~' >= 0")
     return words.unknown_input_observer(n, b.columns, e.columns, c.rows, bool(field), rate), facts
 
 
@@ -592,16 +527,17 @@ def reduced_order_observer(file):
         p, rate = proof.take("P").symmetric(t.rows), proof.rate()
     gram = c.T @ c + t.T @ t
 
-    def decrease(margin):
+    def flow():
         if sign(gram) != DEFINITE:
             raise NotShown("there is no M")
-        at_least(lyapunov(t @ a @ inverse(gram) @ t.T, p, rate), margin, strict=True)
+        return t @ a @ inverse(gram) @ t.T
 
-    return words.reduced_order_observer(n, b.columns, c.rows, t.rows, rate), [
-        ("C'C + T'T > 0", positive(gram)),
-        ("P > 0", positive(p)),
-        (f"F'P + PF{words.rate_term(rate, 'P')} < 0", decrease),
-    ]
+    return words.reduced_order_observer(n, b.columns, c.rows, t.rows, rate), inequalities(
+        {"C": c, "T": t, "F": flow, "P": p, "rate": rate},
+        "C'C + T'T > 0",
+        "P > 0",
+        f"F'P + PF{words.rate_term(rate, 'P')} < 0",
+    )
 
 
 class FilterProblem:
@@ -625,16 +561,9 @@ class FilterProblem:
         with file.object("lyapunov") as proof:
             self.p = proof.take("P").symmetric(n)
         self.gamma = file.take("gamma").in_range(lambda x: x > 0, "positive")
-        self.f, self.g, self.h = a - l @ c, e - l @ d, h
+        self.names = {"A": a, "C": c, "E": e, "D": d, "H": h, "L": l, "P": self.p, "gamma": self.gamma}
         self.sizes = n, b.columns, e.columns, outputs, h.rows
-
-    def storage(self):
-        """Minus the quadratic form of `V' + |z|^2` (or `V(e+) - V + |z|^2`) in e and w, as its three blocks."""
-        driven = self.p @ self.g
-        if self.is_discrete:
-            return stein(self.f, self.p) - self.h.T @ self.h, -(self.f.T @ driven), -(self.g.T @ driven)
-        zero = Matrix.zeros(self.g.columns, self.g.columns)
-        return lyapunov(self.f, self.p) - self.h.T @ self.h, -driven, zero
+        self.decrease = "(A - LC)'P(A - LC) - P + H'H" if self.is_discrete else "(A - LC)'P + P(A - LC) + H'H"
 
     def words(self, norm):
         return words.filter_bound(norm, self.is_discrete, *self.sizes, self.gamma)
@@ -642,30 +571,20 @@ class FilterProblem:
 
 def h_infinity_filter(file):
     of = FilterProblem(file)
-    first, corner, last = of.storage()
-    form = blocks([[first, corner], [corner.T, last + Matrix.scalar(of.g.columns, of.gamma * of.gamma)]])
     if of.is_discrete:
-        label = (
-            "[(A - LC)'P(A - LC) - P + H'H, (A - LC)'P(E - LD); *, (E - LD)'P(E - LD) - gamma^2 I] < 0"
-        )
+        rest = "(A - LC)'P(E - LD); *, (E - LD)'P(E - LD) - gamma^2 I"
     else:
-        label = "[(A - LC)'P + P(A - LC) + H'H, P(E - LD); *, -gamma^2 I] < 0"
-    return words.h_infinity_filter(of.words("H-infinity"), of.is_discrete), [
-        ("P > 0", positive(of.p)),
-        (label, positive(form)),
-    ]
+        rest = "P(E - LD); *, -gamma^2 I"
+    return words.h_infinity_filter(of.words("H-infinity"), of.is_discrete), inequalities(
+        of.names, "P > 0", f"[{of.decrease}, {rest}] < 0"
+    )
 
 
 def h2_filter(file):
     of = FilterProblem(file)
-    spent = of.g.T @ of.p @ of.g
-    room = of.gamma * of.gamma - sum(spent[i, i] for i in range(spent.rows))
-    first = "(A - LC)'P(A - LC) - P" if of.is_discrete else "(A - LC)'P + P(A - LC)"
-    return words.h2_filter(of.words("H2"), of.is_discrete), [
-        ("P > 0", positive(of.p)),
-        (f"{first} + H'H < 0", positive(of.storage()[0])),
-        ("tr (E - LD)'P(E - LD) < gamma^2", positive(Matrix.diagonal([room]))),
-    ]
+    return words.h2_filter(of.words("H2"), of.is_discrete), inequalities(
+        of.names, "P > 0", f"{of.decrease} < 0", "tr (E - LD)'P(E - LD) < gamma^2"
+    )
 
 
 def structured_metric(p, c, x, gain):
@@ -698,21 +617,19 @@ def contracting_coordinates(file):
     with file.object("lyapunov") as proof:
         q, rate = proof.take("Q").symmetric(unmeasured), proof.rate()
     one, zero = Matrix.scalar(measured, 1), Matrix.zeros(measured, unmeasured)
-    t = [blocks([[one, zero], [k * sign_, Matrix.scalar(unmeasured, 1)]]) for sign_ in (-1, 1)]
-    p = blocks([[one, zero], [zero.T, q]])
+    back, there = (blocks([[one, zero], [k * sign_, Matrix.scalar(unmeasured, 1)]]) for sign_ in (-1, 1))
     g = Matrix.diagonal([injection] * measured + [Fraction(0)] * unmeasured)
-    facts = [("Q > 0", positive(q))]
+    names = {"Q": q, "K": k, "rate": rate, "T": there, "T^-1": back, "[g I 0; 0 0]": g}
+    names["P"] = blocks([[one, zero], [zero.T, q]])
+    facts = inequalities(names, "Q > 0")
     for number, j in enumerate(vertices):
         left, right = range(measured), range(measured, n)
-        inner = j.block(right, right) - k @ j.block(left, right)
-        name = f"< 0 at vertex {number + 1}"
-        facts += [
-            (f"He(Q(J_uu - K J_mu)){words.rate_term(rate, 'Q')} {name}", positive(lyapunov(inner, q, rate))),
-            (
-                f"He(P(T^-1 J T - [g I 0; 0 0])){words.rate_term(rate, 'P')} {name}",
-                positive(lyapunov(t[0] @ j @ t[1] - g, p, rate)),
-            ),
-        ]
+        of = names | {"J": j, "J_uu": j.block(right, right), "J_mu": j.block(left, right)}
+        for label in (
+            f"He(Q(J_uu - K J_mu)){words.rate_term(rate, 'Q')} < 0",
+            f"He(P(T^-1 J T - [g I 0; 0 0])){words.rate_term(rate, 'P')} < 0",
+        ):
+            facts.append(inequality(label, of, f" at vertex {number + 1}"))
     return words.contracting_coordinates(len(vertices), measured, unmeasured, injection, rate), facts
 
 

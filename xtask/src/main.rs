@@ -73,6 +73,9 @@ enum Command {
         /// Put the table into its page in docs as well (linalg, lmi, observers, sim, step, sweep)
         #[arg(long)]
         document: bool,
+        /// Instead of other tools an earlier commit of this repository, routine by routine (linalg)
+        #[arg(long)]
+        against: Option<String>,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
         #[arg(long, default_value = bench::proof::INSTANCES)]
         instances: PathBuf,
@@ -209,7 +212,9 @@ fn main() -> ExitCode {
         Command::Lint => lint::run(),
         Command::Times { document } => times::run(document),
         Command::Docs => docs(),
-        Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
+        Command::Bench { what: Subject::Linalg, largest, document, against, .. } => {
+            bench::linalg::run(largest, document, against.as_deref())
+        }
         Command::Bench { what: Subject::Lmi, largest, document, .. } => bench::lmi::run(largest, document),
         Command::Bench { what: Subject::Observers, document, .. } => bench::observers::run(document),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),

@@ -9,7 +9,7 @@
 //!
 //! The certificate is about the stored T. The real matrices `N = (C'C + T'T)^-1 C'`, `M = (C'C + T'T)^-1 T'`, `F = TAM`
 //! and
-//! `G = TAN` satisfy the equations exactly, whatever T is: `proof/src/statement/reduced_order.rs`.
+//! `G = TAN` satisfy the equations exactly, whatever T is: `proof/src/certificate/theorem/reduced_order.rs`.
 
 use luenberger_linalg::{FunctionalObserver, eigenvalues, lyapunov, reduced_order_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;

@@ -84,6 +84,12 @@ pub enum ProofError {
         /// The largest order.
         allowed: usize,
     },
+    /// A label that is no inequality in the names that are given.
+    #[error("\"{label}\" is no inequality in the names given")]
+    Label {
+        /// The label, or the expression.
+        label: String,
+    },
     /// Motions between corrections that are more than the checker decides in bounded time.
     #[error(
         "the motion of {states} states over {spans} spans of time is {motion} in all, and at most {allowed} is decided"

@@ -11,6 +11,7 @@
 //!   bound proves it, a verified direction refutes it, exact elimination decides otherwise;
 //! - [`semidefinite`] bounds the optimum of a semidefinite program from approximate points of a solver, or proves it
 //!   infeasible;
+//! - [`label`] decides an inequality that is given as text, such as `A'P + PA < 0`;
 //! - [`statement`] evaluates the inequalities of control theory from the original data and verifies them;
 //! - [`certificate`] reads and writes files that state a theorem with exact numbers, and checks them: the program
 //!   `luenberger-verify`.
@@ -33,6 +34,7 @@ pub mod definite;
 pub mod error;
 pub mod exact;
 pub mod interval;
+pub mod label;
 pub mod matrix;
 mod number;
 mod polynomial;

@@ -9,56 +9,10 @@
 use luenberger_random::Random;
 use serde_json::Value;
 
-use super::cubic;
-use super::deployed;
-use super::disturbed;
 use super::document::{is_single, matrix, number, symmetric};
 use super::exact::Exact;
-use super::families;
-use super::filters;
-use super::intervals;
-use super::kkl;
-use super::programs;
-use super::sampled as beyond;
 
 pub(super) type Found = Result<(), String>;
-
-type Adversary = fn(&Value, &mut Random) -> Found;
-
-/// The adversary of each theorem, by its name.
-pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
-    ("linear-observer", linear_observer),
-    ("discrete-observer", discrete_observer),
-    ("hurwitz", hurwitz),
-    ("schur", schur),
-    ("cubic-observer", cubic::observer),
-    ("cubic-observer-with-structured-gain", cubic::structured),
-    ("cubic-observer-theorem-1", cubic::theorem1),
-    ("sampled-cubic-observer", sampled),
-    ("unknown-input-observer", cubic::unknown_input),
-    ("input-to-state-stability", disturbed::contradicted),
-    ("interval-observer", intervals::continuous),
-    ("sampled-interval-observer", intervals::sampled),
-    ("super-twisting-observer", super_twisting),
-    ("reduced-order-observer", reduced_order),
-    ("h-infinity-filter", filters::gain_contradicted),
-    ("h2-filter", filters::variance_contradicted),
-    ("sampled-cubic-observer-semi-implicit", beyond::semi_implicit),
-    ("sampled-observer-at-varying-periods", beyond::varying_periods),
-    ("deployed-observer", deployed::contradicted),
-    ("feedback-loop", cubic::feedback),
-    ("polytope-of-plants", families::polytope),
-    ("polytope-of-jacobians", families::polytope),
-    ("discrete-polytope-of-jacobians", families::discrete_polytope),
-    ("sector-observer", families::sector),
-    ("contracting-coordinates", families::contracting),
-    ("kkl-error-bound", kkl::contradicted),
-    ("definiteness", definiteness),
-    ("solution-within", solution),
-    ("matrix-inequality-holds", programs::holds),
-    ("matrix-inequality-refuted", programs::refuted),
-    ("semidefinite-program", programs::semidefinite),
-];
 
 pub(super) fn ensure(holds: bool, what: impl FnOnce() -> String) -> Found {
     if holds { Ok(()) } else { Err(what()) }
@@ -101,7 +55,7 @@ pub(super) fn decays(f: &Exact, p: &Exact, rate: &Exact) -> Result<Exact, String
     Ok(m)
 }
 
-fn linear_observer(document: &Value, random: &mut Random) -> Found {
+pub(super) fn linear_observer(document: &Value, random: &mut Random) -> Found {
     let plant = &document["plant"];
     let p = matrix(&document["lyapunov"]["P"], random);
     ensure(p.is_positive(), said("P > 0"))?;
@@ -115,7 +69,7 @@ fn linear_observer(document: &Value, random: &mut Random) -> Found {
     Ok(())
 }
 
-fn hurwitz(document: &Value, random: &mut Random) -> Found {
+pub(super) fn hurwitz(document: &Value, random: &mut Random) -> Found {
     let p = matrix(&document["lyapunov"]["P"], random);
     ensure(p.is_positive(), said("P > 0"))?;
     margin_of(document, 0, &p)?;
@@ -145,14 +99,14 @@ pub(super) fn fall(f: &Exact, p: &Exact) -> Result<Exact, String> {
     Ok(m)
 }
 
-fn schur(document: &Value, random: &mut Random) -> Found {
+pub(super) fn schur(document: &Value, random: &mut Random) -> Found {
     let (a, p) = (matrix(&document["A"], random), matrix(&document["lyapunov"]["P"], random));
     ensure(p.is_positive(), said("P > 0"))?;
     margin_of(document, 0, &p)?;
     margin_of(document, 1, &fall(&a, &p)?)
 }
 
-fn discrete_observer(document: &Value, random: &mut Random) -> Found {
+pub(super) fn discrete_observer(document: &Value, random: &mut Random) -> Found {
     let plant = &document["plant"];
     let (a, c) = (matrix(&plant["A"], random), matrix(&plant["C"], random));
     let (l, p) = (matrix(&document["observer"]["L"], random), matrix(&document["lyapunov"]["P"], random));
@@ -178,7 +132,7 @@ pub(super) fn sampled_falls(a: &Exact, c: &Exact, l: &Exact, n: &Exact, w: &Exac
     Ok(())
 }
 
-fn sampled(document: &Value, random: &mut Random) -> Found {
+pub(super) fn sampled(document: &Value, random: &mut Random) -> Found {
     let (plant, observer) = (&document["plant"], &document["observer"]);
     let (a, c) = (matrix(&plant["A"], random), matrix(&plant["C"], random));
     let (l, n) = (matrix(&observer["L"], random), matrix(&observer["N"], random));
@@ -193,7 +147,7 @@ fn sampled(document: &Value, random: &mut Random) -> Found {
 }
 
 /// `V' <= -alpha V/|z1|` for the worst F at every z, and `|z1| <= c V^(1/2)`.
-fn super_twisting(document: &Value, random: &mut Random) -> Found {
+pub(super) fn super_twisting(document: &Value, random: &mut Random) -> Found {
     let (observer, lyapunov) = (&document["observer"], &document["lyapunov"]);
     let (k1, k2, bound) = (single(&observer["k1"]), single(&observer["k2"]), single(&document["bounds"]["F"]));
     let (p, alpha, c) = (matrix(&lyapunov["P"], random), single(&lyapunov["alpha"]), single(&lyapunov["c"]));
@@ -227,7 +181,7 @@ fn super_twisting(document: &Value, random: &mut Random) -> Found {
 }
 
 /// `M T + N C = I` and `T A = F T + G C` with rational numbers, and F stable.
-fn reduced_order(document: &Value, random: &mut Random) -> Found {
+pub(super) fn reduced_order(document: &Value, random: &mut Random) -> Found {
     let plant = &document["plant"];
     let (a, c) = (matrix(&plant["A"], random), matrix(&plant["C"], random));
     let (t, p) = (matrix(&document["observer"]["T"], random), matrix(&document["lyapunov"]["P"], random));
@@ -246,7 +200,7 @@ fn reduced_order(document: &Value, random: &mut Random) -> Found {
     margin_of(document, 2, &decays(&f, &p, &rate(document))?)
 }
 
-fn definiteness(document: &Value, random: &mut Random) -> Found {
+pub(super) fn definiteness(document: &Value, random: &mut Random) -> Found {
     let is = document["is"].as_str().unwrap_or_default();
     let draws = if is_single(&document["M"]) { 1 } else { 20 };
     for _ in 0..draws {
@@ -260,7 +214,7 @@ fn definiteness(document: &Value, random: &mut Random) -> Found {
     Ok(())
 }
 
-fn solution(document: &Value, random: &mut Random) -> Found {
+pub(super) fn solution(document: &Value, random: &mut Random) -> Found {
     let is_stein = document["equation"] == "A'PA - P + Q = 0";
     let draws = if is_single(&document["A"]) && is_single(&document["Q"]) { 1 } else { 6 };
     for _ in 0..draws {

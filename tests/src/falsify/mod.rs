@@ -27,9 +27,46 @@ use luenberger_proof::certificate::{CertificateFile, Theorem, digest, verify};
 use luenberger_random::Random;
 use serde_json::Value;
 
-use adversary::ADVERSARIES;
+use adversary::Found;
 use document::hexadecimal;
-use seeds::GENERATORS;
+
+type Generator = fn(&mut Random) -> Option<CertificateFile>;
+type Adversary = fn(&Value, &mut Random) -> Found;
+
+/// Each theorem with the generator of its certificates and the adversary of those that are accepted.
+const KINDS: &[(&str, Generator, Adversary)] = &[
+    ("linear-observer", seeds::linear_observer, adversary::linear_observer),
+    ("discrete-observer", seeds::discrete_observer, adversary::discrete_observer),
+    ("hurwitz", seeds::hurwitz, adversary::hurwitz),
+    ("schur", seeds::schur, adversary::schur),
+    ("cubic-observer", seeds::cubic_observer, cubic::observer),
+    ("cubic-observer-with-structured-gain", seeds::structured, cubic::structured),
+    ("cubic-observer-theorem-1", seeds::theorem1, cubic::theorem1),
+    ("sampled-cubic-observer", seeds::sampled, adversary::sampled),
+    ("unknown-input-observer", seeds::unknown_input, cubic::unknown_input),
+    ("input-to-state-stability", seeds::input_to_state, disturbed::contradicted),
+    ("interval-observer", seeds::interval, intervals::continuous),
+    ("sampled-interval-observer", seeds::sampled_interval, intervals::sampled),
+    ("super-twisting-observer", seeds::super_twisting, adversary::super_twisting),
+    ("reduced-order-observer", seeds::reduced_order, adversary::reduced_order),
+    ("h-infinity-filter", filters::h_infinity, filters::gain_contradicted),
+    ("h2-filter", filters::h2, filters::variance_contradicted),
+    ("sampled-cubic-observer-semi-implicit", seeds::semi_implicit, sampled::semi_implicit),
+    ("sampled-observer-at-varying-periods", seeds::varying_periods, sampled::varying_periods),
+    ("deployed-observer", seeds::deployed, deployed::contradicted),
+    ("feedback-loop", seeds::feedback, cubic::feedback),
+    ("polytope-of-plants", seeds::polytope, families::polytope),
+    ("polytope-of-jacobians", seeds::jacobians, families::polytope),
+    ("discrete-polytope-of-jacobians", seeds::discrete_jacobians, families::discrete_polytope),
+    ("sector-observer", seeds::sector, families::sector),
+    ("contracting-coordinates", seeds::contracting, families::contracting),
+    ("kkl-error-bound", kkl::generate, kkl::contradicted),
+    ("definiteness", seeds::definiteness, adversary::definiteness),
+    ("solution-within", seeds::solution, adversary::solution),
+    ("matrix-inequality-holds", seeds::holds, programs::holds),
+    ("matrix-inequality-refuted", seeds::refuted, programs::refuted),
+    ("semidefinite-program", seeds::program, programs::semidefinite),
+];
 
 /// Number of mutants derived from one design.
 const MUTANTS_OF_A_DESIGN: u64 = 100;
@@ -58,15 +95,15 @@ pub fn kinds() -> &'static [&'static str] {
     Theorem::NAMES
 }
 
-/// One of the functions of a table, by the name of a theorem.
+/// The functions of a theorem, by its name.
 ///
 /// # Panics
 /// For a theorem that the table does not have: it needs a generator and an adversary.
-fn of_kind<T: Copy>(table: &[(&str, T)], kind: &str) -> T {
-    let Some((_, found)) = table.iter().find(|(name, _)| *name == kind) else {
-        panic!("the theorem {kind} has no generator in seeds.rs, or no adversary in adversary.rs");
+fn of_kind(kind: &str) -> (Generator, Adversary) {
+    let Some((_, generator, adversary)) = KINDS.iter().find(|(name, ..)| *name == kind) else {
+        panic!("the theorem {kind} has no generator, or no adversary, in KINDS");
     };
-    *found
+    (*generator, *adversary)
 }
 
 /// At least this many mutants of certificates of one theorem.
@@ -99,7 +136,7 @@ struct Run {
 impl Run {
     /// A certificate of a random design, which is held against the adversary too.
     fn design(&mut self) -> Value {
-        let generator = of_kind(GENERATORS, self.kind);
+        let (generator, _) = of_kind(self.kind);
         for _ in 0..200 {
             let Some(file) = generator(&mut self.random) else { continue };
             if file.theorem().name() != self.kind {
@@ -205,7 +242,7 @@ impl Run {
     }
 
     fn adversary(&mut self, document: &Value) -> Result<(), String> {
-        of_kind(ADVERSARIES, self.kind)(document, &mut self.random)
+        of_kind(self.kind).1(document, &mut self.random)
     }
 
     fn hold(&mut self, document: &Value, how: &str) {

@@ -25,43 +25,6 @@ use nalgebra::DMatrix;
 
 use crate::solution_certificate;
 
-type Generator = fn(&mut Random) -> Option<CertificateFile>;
-
-/// The generator of each theorem, by its name.
-pub(super) const GENERATORS: &[(&str, Generator)] = &[
-    ("linear-observer", linear_observer),
-    ("discrete-observer", discrete_observer),
-    ("hurwitz", hurwitz),
-    ("schur", schur),
-    ("cubic-observer", cubic_observer),
-    ("cubic-observer-with-structured-gain", structured),
-    ("cubic-observer-theorem-1", theorem1),
-    ("sampled-cubic-observer", sampled),
-    ("unknown-input-observer", unknown_input),
-    ("input-to-state-stability", input_to_state),
-    ("interval-observer", interval),
-    ("sampled-interval-observer", sampled_interval),
-    ("super-twisting-observer", super_twisting),
-    ("reduced-order-observer", reduced_order),
-    ("h-infinity-filter", super::filters::h_infinity),
-    ("h2-filter", super::filters::h2),
-    ("sampled-cubic-observer-semi-implicit", semi_implicit),
-    ("sampled-observer-at-varying-periods", varying_periods),
-    ("deployed-observer", deployed),
-    ("feedback-loop", feedback),
-    ("polytope-of-plants", polytope),
-    ("polytope-of-jacobians", jacobians),
-    ("discrete-polytope-of-jacobians", discrete_jacobians),
-    ("sector-observer", sector),
-    ("contracting-coordinates", contracting),
-    ("kkl-error-bound", super::kkl::generate),
-    ("definiteness", definiteness),
-    ("solution-within", solution),
-    ("matrix-inequality-holds", holds),
-    ("matrix-inequality-refuted", refuted),
-    ("semidefinite-program", program),
-];
-
 /// The certificate, if there is one: not every random plant has a design.
 fn written<E: Debug>(file: Result<CertificateFile, E>) -> Option<CertificateFile> {
     file.ok()
@@ -100,7 +63,7 @@ fn linear(plant: &StateSpace, random: &mut Random) -> Option<LinearDesign> {
     .ok()
 }
 
-fn linear_observer(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn linear_observer(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 4)?;
     written(linear(&plant, random)?.certificate_file("linear"))
 }
@@ -147,7 +110,7 @@ fn observer_theorem(random: &mut Random) -> Option<CubicConvergence> {
     })
 }
 
-fn cubic_observer(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn cubic_observer(random: &mut Random) -> Option<CertificateFile> {
     let mut theorem = observer_theorem(random)?;
     if random.once_in(4) {
         theorem.region = Region::Within(2.0_f64.powi(random.integer(-10, 60)));
@@ -155,13 +118,13 @@ fn cubic_observer(random: &mut Random) -> Option<CertificateFile> {
     written(CertificateFile::prove("cubic", theorem))
 }
 
-fn structured(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn structured(random: &mut Random) -> Option<CertificateFile> {
     let CubicConvergence { plant, l, theta, p, s, rate, .. } = observer_theorem(random)?;
     written(CertificateFile::prove("structured", StructuredCubicConvergence { plant, l, theta, p, s, rate }))
 }
 
 /// Integers: P of determinant 1, so that `N = -P^-1 C'S` is one of integers, and `F = P^-1(K - Q)` with a skew K.
-fn theorem1(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn theorem1(random: &mut Random) -> Option<CertificateFile> {
     let n = 1 + random.below(3);
     let p = 1 + random.below(n.min(2));
     let integers = |random: &mut Random, rows: usize, cols: usize| {
@@ -197,7 +160,7 @@ fn sampled_design(random: &mut Random) -> Option<SampledCubicDesign> {
     SampledCubicDesign::new(&linear, &theta, random.between(0.1, 20.0), random.between(0.01, 0.3)).ok()
 }
 
-fn semi_implicit(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn semi_implicit(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 3)?;
     let linear = linear(&plant, random)?;
     let p = plant.c.nrows();
@@ -211,7 +174,7 @@ fn semi_implicit(random: &mut Random) -> Option<CertificateFile> {
     written(design.ok()?.certificate_file("semi-implicit"))
 }
 
-fn varying_periods(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn varying_periods(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 3)?;
     let linear = linear(&plant, random)?;
     let p = plant.c.nrows();
@@ -232,11 +195,11 @@ fn varying_periods(random: &mut Random) -> Option<CertificateFile> {
     written(design.certificate_file("varying periods"))
 }
 
-fn discrete_observer(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn discrete_observer(random: &mut Random) -> Option<CertificateFile> {
     written(sampled_design(random)?.linear_certificate_file("discrete"))
 }
 
-fn sampled(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn sampled(random: &mut Random) -> Option<CertificateFile> {
     written(sampled_design(random)?.certificate_file("sampled"))
 }
 
@@ -253,7 +216,7 @@ fn disturbances(n: usize, p: usize, random: &mut Random) -> DisturbanceBounds {
     found
 }
 
-fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
     if random.once_in(3) {
         let plant = plant(random, 3)?;
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
@@ -286,7 +249,7 @@ fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
     written(ErrorBound::cubic(&design, &acting).ok()?.certificate_file("cubic"))
 }
 
-fn super_twisting(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn super_twisting(random: &mut Random) -> Option<CertificateFile> {
     let bound = 2.0_f64.powi(random.integer(-6, 6)) * random.between(1.0, 2.0);
     let (k1, k2) = (random.between(2.1, 4.0) * bound.sqrt(), random.between(1.1, 4.0) * bound);
     written(SuperTwistingDesign::new([k1, k2], bound).ok()??.certificate_file("super-twisting"))
@@ -296,7 +259,7 @@ fn coordinates(random: &mut Random) -> ErrorCoordinates {
     if random.once_in(3) { ErrorCoordinates::Plant } else { ErrorCoordinates::Modal }
 }
 
-fn interval(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn interval(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 4)?;
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
     let acting = disturbances(n, p, random);
@@ -309,7 +272,7 @@ fn interval(random: &mut Random) -> Option<CertificateFile> {
     written(found.ok()?.certificate_file("interval"))
 }
 
-fn sampled_interval(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn sampled_interval(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 3)?;
     let (n, m, p) = (plant.a.nrows(), plant.b.ncols(), plant.c.nrows());
     let design = linear(&plant, random)?;
@@ -337,7 +300,7 @@ fn sampled_interval(random: &mut Random) -> Option<CertificateFile> {
 }
 
 /// The unknown input acts on the derivatives of some outputs: E = C'(CC')^-1 R with a regular R, so that C E = R.
-fn unknown_input(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn unknown_input(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 4)?;
     let p = plant.c.nrows();
     let q = 1 + random.below(p);
@@ -354,7 +317,7 @@ fn unknown_input(random: &mut Random) -> Option<CertificateFile> {
     written(UnknownInputDesign::cubic(&decoupled, &cubic).ok()?.certificate_file("cubic"))
 }
 
-fn reduced_order(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn reduced_order(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 4)?;
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
     let first = random.between(0.3, 2.0);
@@ -362,7 +325,7 @@ fn reduced_order(random: &mut Random) -> Option<CertificateFile> {
     written(ReducedOrderDesign::with_poles(&plant, &poles).ok()?.certificate_file("reduced order"))
 }
 
-fn deployed(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn deployed(random: &mut Random) -> Option<CertificateFile> {
     let design = sampled_design(random)?;
     let o = &design.observer;
     let plant = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).ok()?;
@@ -399,14 +362,14 @@ fn deployed(random: &mut Random) -> Option<CertificateFile> {
     }
 }
 
-fn hurwitz(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn hurwitz(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 4)?;
     let f = &plant.a - &linear(&plant, random)?.observer.l * &plant.c;
     let p = lyapunov(&f, &DMatrix::identity(f.nrows(), f.nrows())).ok()?.p;
     written(CertificateFile::prove("hurwitz", HurwitzStability::new(&proof_matrix(&f), &proof_matrix(&p)).ok()?))
 }
 
-fn schur(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn schur(random: &mut Random) -> Option<CertificateFile> {
     let design = sampled_design(random)?;
     let o = &design.observer;
     let f = o.ad() - o.ld() * o.c();
@@ -414,7 +377,7 @@ fn schur(random: &mut Random) -> Option<CertificateFile> {
     written(CertificateFile::prove("schur", SchurStability { a: proof_matrix(&f), p: proof_matrix(&p) }))
 }
 
-fn feedback(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn feedback(random: &mut Random) -> Option<CertificateFile> {
     let design = cubic_design(random)?;
     let o = &design.observer;
     let (n, m) = o.b.shape();
@@ -422,7 +385,7 @@ fn feedback(random: &mut Random) -> Option<CertificateFile> {
     written(FeedbackDesign::cubic(&design, &k).ok()?.certificate_file("feedback"))
 }
 
-fn polytope(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn polytope(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 3)?;
     let n = plant.a.nrows();
     let step = random.matrix(n, n) * random.between(0.01, 0.3);
@@ -431,7 +394,7 @@ fn polytope(random: &mut Random) -> Option<CertificateFile> {
     written(PolytopicDesign::new(&plant, &vertices, rate).ok()?.certificate_file("polytope"))
 }
 
-fn jacobians(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn jacobians(random: &mut Random) -> Option<CertificateFile> {
     let Theorem::PlantPolytope(theorem) = polytope(random)?.theorem().clone() else { return None };
     let luenberger_proof::certificate::PlantPolytope { vertices, l, p, rate } = theorem;
     written(CertificateFile::prove(
@@ -441,7 +404,7 @@ fn jacobians(random: &mut Random) -> Option<CertificateFile> {
 }
 
 /// The polytope around a sampled plant, with P of the gain at its centre and a factor that this P gives the vertices.
-fn discrete_jacobians(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn discrete_jacobians(random: &mut Random) -> Option<CertificateFile> {
     let design = sampled_design(random)?;
     let o = &design.observer;
     let (n, l) = (o.ad().nrows(), o.ld().clone());
@@ -471,7 +434,7 @@ fn discrete_jacobians(random: &mut Random) -> Option<CertificateFile> {
     written(CertificateFile::prove("jacobians in discrete time", theorem))
 }
 
-fn sector(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn sector(random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 3)?;
     let n = plant.a.nrows();
     let sectors = (0..=random.below(2))
@@ -504,7 +467,7 @@ fn sector(random: &mut Random) -> Option<CertificateFile> {
     written(CertificateFile::prove("sector", theorem))
 }
 
-fn contracting(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn contracting(random: &mut Random) -> Option<CertificateFile> {
     let n = 2 + random.below(2);
     let outputs = 1 + random.below(n - 1);
     let middle = random.matrix(n, n) - DMatrix::identity(n, n) * random.between(0.0, 1.5);
@@ -517,7 +480,7 @@ fn contracting(random: &mut Random) -> Option<CertificateFile> {
     )
 }
 
-fn definiteness(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn definiteness(random: &mut Random) -> Option<CertificateFile> {
     let n = 1 + random.below(4);
     let d = DMatrix::from_fn(n, n, |_, _| f64::from(random.integer(-3, 3)));
     let m = &d * d.transpose();
@@ -530,7 +493,7 @@ fn definiteness(random: &mut Random) -> Option<CertificateFile> {
     written(CertificateFile::prove("definite", Definiteness::new(&proof_matrix(&m), sign).ok()?))
 }
 
-fn solution(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn solution(random: &mut Random) -> Option<CertificateFile> {
     let n = 1 + random.below(3);
     let (m, q) = (random.matrix(n, n), random.matrix(n, n));
     let q = &q + q.transpose();
@@ -556,17 +519,17 @@ fn inequality(random: &mut Random, stable: bool) -> Option<CertificateFile> {
     written(lmi.certificate_file("inequality", &solution))
 }
 
-fn holds(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn holds(random: &mut Random) -> Option<CertificateFile> {
     inequality(random, true)
 }
 
-fn refuted(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn refuted(random: &mut Random) -> Option<CertificateFile> {
     inequality(random, false)
 }
 
 /// A dense block of order 2 and a diagonal one of order 2, in SDPA's format. With `Y = I` strictly feasible for (D) and
 /// `F_1 = I`; or without a feasible point of (P), or of (D).
-fn program(random: &mut Random) -> Option<CertificateFile> {
+pub(super) fn program(random: &mut Random) -> Option<CertificateFile> {
     let unknowns = 1 + random.below(2);
     let kind = random.below(5);
     let mut text = String::new();

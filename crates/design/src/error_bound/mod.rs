@@ -1,10 +1,10 @@
 //! A proved bound of the error of the linear and of the cubic observer under bounded disturbances and noise.
 //!
 //! `x' = A x + B u + E w`, `y = C x + D w`, `|w_i| <= W_i`. The theorem is at the head of
-//! `proof/src/statement/input_to_state.rs` and in `docs/theory-cubic.md`; here its numbers are chosen. For a rate alpha
-//! the bounds are `b_k^2 = U (P^-1)_kk` with any P that satisfies `F'P + PF + 2 alpha P + PG diag(lambda)^-1 G'P < 0`
-//! and `sum lambda_i W_i^2 + (cubic part) <= 2 alpha U`. U = 1 fixes the scale of P, and the weighted sum of the
-//! squares of the bounds is made least.
+//! `proof/src/certificate/theorem/input_to_state.rs` and in `docs/theory-cubic.md`; here its numbers are chosen.
+//! For a rate alpha the bounds are `b_k^2 = U (P^-1)_kk` with any P that satisfies `F'P + PF + 2 alpha P + PG
+//! diag(lambda)^-1 G'P < 0` and `sum lambda_i W_i^2 + (cubic part) <= 2 alpha U`. U = 1 fixes the scale of P, and the
+//! weighted sum of the squares of the bounds is made least.
 //!
 //! **Linear observer.** `Z = P^-1 = sum d_i Z_i`, `d_i = 1/lambda_i`, with `(F + alpha I)Z_i + Z_i(F + alpha I)' + G_i
 //! G_i' = 0` for the columns of G. The objective is `sum d_i t_i` under `sum W_i^2/d_i = 2 alpha`, least at `d_i = W_i
@@ -23,8 +23,7 @@ mod reached;
 use luenberger_linalg::{LyapunovEquation, RealMatrixView, lambda_max, positive_definite, state_units, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver};
-use luenberger_proof::certificate::{Certificate, DisturbedPlant, InputToStateStability};
-use luenberger_proof::statement::CubicTerm;
+use luenberger_proof::certificate::{Certificate, CubicTerm, DisturbedPlant, InputToStateStability};
 use luenberger_proof::{ProofError, Ring};
 use nalgebra::{DMatrix, DVector, Dyn};
 

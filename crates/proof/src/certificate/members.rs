@@ -15,7 +15,8 @@
 //! `members! { Vertex, order: usize { .. } }`.
 //!
 //! What is read becomes the struct, so that none of its fields can be forgotten, and what is written has the names and
-//! the order of the same lines; [`Written`](super::write::Written) has one form for each type.
+//! the order of the same lines; [`Written`](super::write::Written) has one form for each type. The names of the members
+//! are those of the labels of facts: see [`Names`](crate::label::Names).
 
 use super::error::FileError;
 use super::fields::Fields;
@@ -44,6 +45,17 @@ macro_rules! members {
     (@write [], [$($lines:tt)*]) => { [$($lines)*].into_iter().flatten().collect::<Vec<_>>() };
     (@write [$object:literal], [$($lines:tt)*]) => {
         vec![($object, $crate::certificate::write::Out::Object([$($lines)*].into_iter().flatten().collect()))]
+    };
+    (@symmetric symmetric) => { true };
+    (@symmetric $kind:ident) => { false };
+    (@name [], $value:expr, $member:literal, $kind:ident, $names:ident) => {
+        $crate::certificate::write::Written::name_in(&$value, $member, members!(@symmetric $kind), $names)
+    };
+    (@name [optional], $value:expr, $member:literal, $kind:ident, $names:ident) => {
+        match &$value {
+            Some(value) => members!(@name [], *value, $member, $kind, $names),
+            None => $names,
+        }
     };
     (@value [], $value:expr, $member:literal) => { Some(($member, $crate::certificate::write::Written::out(&$value))) };
     (@value [optional], $value:expr, $member:literal) => {
@@ -78,6 +90,16 @@ macro_rules! members {
         impl $crate::certificate::write::Written for $name {
             fn out(&self) -> $crate::certificate::write::Out {
                 $crate::certificate::write::Out::Object($crate::certificate::members::Members::<$type>::write(self))
+            }
+
+            fn name_in<'a>(
+                &'a self,
+                _: &'static str,
+                _: bool,
+                names: $crate::label::Names<'a>,
+            ) -> $crate::label::Names<'a> {
+                $($(let names = members!(@name [$($optional)?], self.$field, $member, $kind, names);)*)*
+                names
             }
         }
     };

@@ -2,6 +2,7 @@
 
 use super::json::write_string;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::number::{Datum, Number};
 
@@ -22,6 +23,30 @@ pub(super) trait Written {
     /// Whether an array of them is written on one line.
     const SHORT: bool = false;
     fn out(&self) -> Out;
+
+    /// The names of labels with this member, if labels can have it.
+    fn name_in<'a>(&'a self, name: &'static str, is_symmetric: bool, names: Names<'a>) -> Names<'a> {
+        let _ = (name, is_symmetric);
+        names
+    }
+
+    /// The names of labels with a matrix of these.
+    fn matrix_in<'a>(m: &'a Matrix<Self>, name: &'static str, is_symmetric: bool, names: Names<'a>) -> Names<'a>
+    where
+        Self: Sized,
+    {
+        let _ = (m, name, is_symmetric);
+        names
+    }
+
+    /// The names of labels with a list of these.
+    fn list_in<'a>(list: &'a [Self], name: &'static str, names: Names<'a>) -> Names<'a>
+    where
+        Self: Sized,
+    {
+        let _ = (list, name);
+        names
+    }
 }
 
 impl Out {
@@ -77,6 +102,18 @@ impl Written for f64 {
         // NaN and infinities have no place in a file: the reader will name them.
         Number::from_f64(*self).map_or_else(|| Out::Text(self.to_string()), |number| number.out())
     }
+
+    fn name_in<'a>(&'a self, name: &'static str, _: bool, names: Names<'a>) -> Names<'a> {
+        names.number(name, *self)
+    }
+
+    fn matrix_in<'a>(m: &'a Matrix<Self>, name: &'static str, is_symmetric: bool, names: Names<'a>) -> Names<'a> {
+        if is_symmetric { names.symmetric(name, m) } else { names.matrix(name, m) }
+    }
+
+    fn list_in<'a>(list: &'a [Self], name: &'static str, names: Names<'a>) -> Names<'a> {
+        names.list(name, list)
+    }
 }
 
 impl Written for usize {
@@ -109,6 +146,10 @@ impl Written for Datum {
             Self::Between(lo, hi) => Out::Line(vec![lo.out(), hi.out()]),
         }
     }
+
+    fn matrix_in<'a>(m: &'a Matrix<Self>, name: &'static str, _: bool, names: Names<'a>) -> Names<'a> {
+        names.within(name, &m.map(Datum::interval))
+    }
 }
 
 impl Written for str {
@@ -127,6 +168,10 @@ impl<T: Written> Written for Matrix<T> {
     fn out(&self) -> Out {
         Out::Lines((0..self.rows()).map(|i| Out::Line(self.row(i).iter().map(T::out).collect())).collect())
     }
+
+    fn name_in<'a>(&'a self, name: &'static str, is_symmetric: bool, names: Names<'a>) -> Names<'a> {
+        T::matrix_in(self, name, is_symmetric, names)
+    }
 }
 
 impl<T: Written> Written for [T] {
@@ -139,6 +184,10 @@ impl<T: Written> Written for [T] {
 impl<T: Written> Written for Vec<T> {
     fn out(&self) -> Out {
         self.as_slice().out()
+    }
+
+    fn name_in<'a>(&'a self, name: &'static str, _: bool, names: Names<'a>) -> Names<'a> {
+        T::list_in(self, name, names)
     }
 }
 

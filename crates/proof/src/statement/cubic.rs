@@ -8,29 +8,13 @@
 //! - [`cubic_dissipation_structured`] decides it for the real gain `N = -P^-1 C'S`, which is defined by `S`;
 //! - [`deployed_cubic`](super::deployed_cubic) proves convergence with `N` as given, in other ways.
 
-use super::{Expression, embed, embed_symmetric};
-use crate::definite::{self, Direction, Sense};
+use super::embed;
+use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
-use crate::ring::Ring;
 use crate::verdict::Verdict;
-
-struct Dissipation<'a> {
-    p: &'a Matrix<f64>,
-    n: &'a Matrix<f64>,
-    c: &'a Matrix<f64>,
-}
-
-impl Expression for Dissipation<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let order = self.p.rows();
-        let p = embed_symmetric::<R>(self.p, "P", order)?;
-        let c = embed::<R>(self.c, "C", (self.c.rows(), order))?;
-        let n = embed::<R>(self.n, "N", (order, c.rows()))?;
-        p.product(&n)?.product(&c)?.plus_transpose()
-    }
-}
 
 /// `P N C + C'N'P <= 0` (13'), for the numbers exactly as given.
 ///
@@ -40,20 +24,7 @@ impl Expression for Dissipation<'_> {
 /// # Errors
 /// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 pub fn cubic_dissipation(p: &Matrix<f64>, n: &Matrix<f64>, c: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
-    Dissipation { p, n, c }.decide(Sense::NegativeSemidefinite)
-}
-
-struct Structured<'a> {
-    s: &'a Matrix<f64>,
-    c: &'a Matrix<f64>,
-}
-
-impl Expression for Structured<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let c = embed::<R>(self.c, "C", self.c.shape())?;
-        let s = embed::<R>(self.s, "S", (c.rows(), c.rows()))?;
-        c.transpose().product(&s)?.product(&c)?.plus_transpose()
-    }
+    Names::new().symmetric("P", p).matrix("C", c).matrix("N", n).decide("P N C + C'N'P <= 0")
 }
 
 /// `P N C + C'N'P <= 0` (13') for the exact real matrix `N = -P^-1 C'S`; a stored gain is a rounding of it.
@@ -72,10 +43,10 @@ pub fn cubic_dissipation_structured(
     s: &Matrix<f64>,
     c: &Matrix<f64>,
 ) -> Result<Verdict<Direction>, ProofError> {
-    embed_symmetric::<Interval>(p, "P", p.rows())?;
+    let names = Names::new().symmetric("P", p).matrix("C", c).matrix("S", s);
     embed::<Interval>(c, "C", (c.rows(), p.rows()))?;
     embed::<Interval>(s, "S", (c.rows(), c.rows()))?;
-    let defined = definite::decide(p, Sense::PositiveDefinite)?;
+    let defined = names.decide("P > 0")?;
     if !defined.is_proved() {
         return Ok(defined);
     }
@@ -83,25 +54,15 @@ pub fn cubic_dissipation_structured(
     if sufficient.is_proved() {
         return Ok(sufficient);
     }
-    Ok(match (Structured { s, c }).decide(Sense::PositiveSemidefinite)? {
+    Ok(match names.decide("He(C'SC) >= 0")? {
         Verdict::Proved { .. } => Verdict::Proved { margin: 0.0 },
         other => other,
     })
-}
-
-struct Accretive<'a> {
-    s: &'a Matrix<f64>,
-}
-
-impl Expression for Accretive<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        embed::<R>(self.s, "S", (self.s.rows(), self.s.rows()))?.plus_transpose()
-    }
 }
 
 /// `S + S' >= 0`: `w'Sw >= 0` for every `w`. The margin is a lower bound of the smallest eigenvalue of `S + S'`.
 /// # Errors
 /// [`ProofError`] for an `S` that is not square or has entries that are not finite.
 pub fn accretive(s: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
-    Accretive { s }.decide(Sense::PositiveSemidefinite)
+    Names::new().matrix("S", s).decide("S + S' >= 0")
 }

@@ -33,11 +33,12 @@
 
 use super::left_inverse::times_left_inverse;
 use super::lyapunov::{error_matrix, largest_eigenvalue_bound};
-use super::{Expression, accretive, embed, embed_symmetric, lyapunov_decrease, norm_bound, positive};
+use super::{accretive, embed, embed_symmetric, lyapunov_decrease, norm_bound, positive};
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
@@ -181,7 +182,8 @@ fn repaired(
     n: &Matrix<f64>,
 ) -> Result<Option<f64>, ProofError> {
     let Some(x) = output_metric(p, c) else { return Ok(None) };
-    if !(Dissipated { x: &x, c, n }).decide(Sense::PositiveSemidefinite)?.is_proved() {
+    let names = Names::new().matrix("C", c).symmetric("X", &x).matrix("N", n).define("S~", "-XCN")?;
+    if !names.decide("S~ + S~' >= 0")?.is_proved() {
         return Ok(None);
     }
     let Some(enclosed) = structured_for(p, c, &x, n)? else { return Ok(None) };
@@ -218,20 +220,6 @@ pub fn structured_for(
         }
     }
     Ok(Some(enclosed))
-}
-
-/// `S~ + S~'` with `S~ = -X C N`.
-pub(super) struct Dissipated<'a> {
-    pub(super) x: &'a Matrix<f64>,
-    pub(super) c: &'a Matrix<f64>,
-    pub(super) n: &'a Matrix<f64>,
-}
-
-impl Expression for Dissipated<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let image = Matrix::<R>::embed(self.c, "C")?.product(&Matrix::embed(self.n, "N")?)?;
-        Matrix::<R>::embed(self.x, "X")?.product(&image)?.negative().plus_transpose()
-    }
 }
 
 /// X near `(C P^-1 C')^-1`, symmetric; every symmetric X is valid, the best is near this.

@@ -25,7 +25,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 
 /// `B (S'S)^-1 S'`; `None` if S does not have full column rank, or nearly so.
-pub(super) fn times_left_inverse(
+pub(crate) fn times_left_inverse(
     b: &impl Expression,
     s: &impl Expression,
 ) -> Result<Option<Matrix<Interval>>, ProofError> {
@@ -43,11 +43,25 @@ pub(super) fn times_left_inverse(
 }
 
 /// `X Y`, as an expression.
-pub(super) struct Product<'a>(pub(super) &'a Matrix<f64>, pub(super) &'a Matrix<f64>);
+pub(crate) struct Product<'a>(pub(crate) &'a Matrix<f64>, pub(crate) &'a Matrix<f64>);
 
 impl Expression for Product<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         Matrix::<R>::embed(self.0, "the left factor")?.product(&Matrix::embed(self.1, "the right factor")?)
+    }
+}
+
+/// `[X; Y]`, as an expression.
+pub(crate) struct Stacked<'a>(pub(crate) &'a Matrix<f64>, pub(crate) &'a Matrix<f64>);
+
+impl Expression for Stacked<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let (x, y) = (Matrix::<R>::embed(self.0, "the upper block")?, Matrix::<R>::embed(self.1, "the lower block")?);
+        y.expect_shape("the lower block", (y.rows(), x.cols()))?;
+        Ok(Matrix::from_fn(x.rows() + y.rows(), x.cols(), |i, j| match i.checked_sub(x.rows()) {
+            None => x[(i, j)].clone(),
+            Some(i) => y[(i, j)].clone(),
+        }))
     }
 }
 

@@ -1,11 +1,12 @@
 //! Lyapunov and Stein inequalities, `F'P + PF + 2 alpha P < 0` and `F'PF - P < 0`, and their consequences for the
 //! spectrum of F.
 
-use super::{Expression, embed, embed_symmetric, number};
+use super::embed;
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
@@ -20,36 +21,6 @@ pub(super) fn error_matrix<R: Ring>(
     let (a, c) = (embed::<R>(a, "A", (n, n))?, embed::<R>(c, "C", (c.rows(), n))?);
     let l = embed::<R>(l, "L", (n, c.rows()))?;
     a.difference(&l.product(&c)?)
-}
-
-struct Decrease<'a> {
-    a: &'a Matrix<f64>,
-    output_injection: Option<(&'a Matrix<f64>, &'a Matrix<f64>)>,
-    p: &'a Matrix<f64>,
-    alpha: f64,
-    what_p: &'static str,
-}
-
-impl Decrease<'_> {
-    fn flow<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        match self.output_injection {
-            Some((l, c)) => error_matrix(self.a, l, c),
-            None => embed(self.a, "A", (self.a.rows(), self.a.rows())),
-        }
-    }
-}
-
-impl Expression for Decrease<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let p = embed_symmetric::<R>(self.p, self.what_p, self.a.rows())?;
-        let alpha = number::<R>(self.alpha, "alpha")?;
-        left_hand_side(&self.flow::<R>()?, &p, &alpha)
-    }
-}
-
-/// `F'P + PF + 2 alpha P`, computed as `P (F + alpha I)` plus its transpose.
-fn left_hand_side<R: Ring>(f: &Matrix<R>, p: &Matrix<R>, alpha: &R) -> Result<Matrix<R>, ProofError> {
-    p.product(&f.sum(&Matrix::scalar(f.rows(), alpha))?)?.plus_transpose()
 }
 
 /// `(A - LC)'P + P(A - LC) < 0` (Share Pasand, eq. 12): `V = e'Pe` decreases along the error of the observer with gain
@@ -91,7 +62,8 @@ pub fn decay_rate(
     p: &Matrix<f64>,
     alpha: f64,
 ) -> Result<Verdict<Direction>, ProofError> {
-    Decrease { a, output_injection: Some((l, c)), p, alpha, what_p: "P" }.decide(Sense::NegativeDefinite)
+    let names = Names::new().matrix("A", a).matrix("C", c).matrix("L", l).symmetric("P", p);
+    names.number("alpha", alpha).decide("(A - LC)'P + P(A - LC) + 2 alpha P < 0")
 }
 
 /// [`decay_rate`] for every `A` and every `C` within the bounds: `(A - LC)'P + P(A - LC) + 2 alpha P < 0`, with the
@@ -120,38 +92,15 @@ pub fn decay_rate_within(
     p: &Matrix<f64>,
     alpha: f64,
 ) -> Result<Verdict<Direction>, ProofError> {
-    if a.as_slice().iter().chain(c.as_slice()).all(Interval::is_point) {
-        return decay_rate(&a.map(Interval::lo), l, &c.map(Interval::lo), p, alpha);
-    }
-    let n = a.rows();
-    a.expect_shape("A", (n, n))?;
-    c.expect_shape("C", (c.rows(), n))?;
-    let l = embed::<Interval>(l, "L", (n, c.rows()))?;
-    let p = embed_symmetric::<Interval>(p, "P", n)?;
-    let alpha = number::<Interval>(alpha, "alpha")?;
-    definite::decide(&left_hand_side(&a.difference(&l.product(c)?)?, &p, &alpha)?, Sense::NegativeDefinite)
+    let names = Names::new().within("A", a).within("C", c).matrix("L", l).symmetric("P", p);
+    names.number("alpha", alpha).decide("(A - LC)'P + P(A - LC) + 2 alpha P < 0")
 }
 
 /// `P > 0`.
 /// # Errors
 /// As [`lyapunov_decrease`].
 pub fn positive(p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
-    embed_symmetric::<Interval>(p, "P", p.rows())?;
-    definite::decide(p, Sense::PositiveDefinite)
-}
-
-pub(super) struct Stein<'a> {
-    pub(super) a: &'a Matrix<f64>,
-    pub(super) l: &'a Matrix<f64>,
-    pub(super) c: &'a Matrix<f64>,
-    pub(super) p: &'a Matrix<f64>,
-}
-
-impl Expression for Stein<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let p = embed_symmetric::<R>(self.p, "P", self.a.rows())?;
-        error_matrix::<R>(self.a, self.l, self.c)?.congruence(&p)?.difference(&p)
-    }
+    Names::new().symmetric("P", p).decide("P > 0")
 }
 
 /// `(A - LC)'P(A - LC) - P < 0`: in discrete time, `V = e'Pe` decreases at each step. With [`positive`] of `P` it
@@ -164,68 +113,8 @@ pub fn stein_decrease(
     c: &Matrix<f64>,
     p: &Matrix<f64>,
 ) -> Result<Verdict<Direction>, ProofError> {
-    Stein { a, l, c, p }.decide(Sense::NegativeDefinite)
-}
-
-struct Contraction<'a> {
-    a: &'a Matrix<f64>,
-    l: &'a Matrix<f64>,
-    c: &'a Matrix<f64>,
-    p: &'a Matrix<f64>,
-    factor: f64,
-}
-
-impl Expression for Contraction<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let p = embed_symmetric::<R>(self.p, "P", self.a.rows())?;
-        let factor = number::<R>(self.factor, "the factor")?;
-        contraction(&error_matrix::<R>(self.a, self.l, self.c)?, &p, &factor)
-    }
-}
-
-/// `[factor^2 P, F'P; PF, P]`.
-fn contraction<R: Ring>(f: &Matrix<R>, p: &Matrix<R>, factor: &R) -> Result<Matrix<R>, ProofError> {
-    p.scaled(&factor.mul(factor)).bordered(&p.product(f)?.transpose(), p)
-}
-
-/// `[factor^2 P, F'P; PF, P] > 0` with `F = A - LC` for every `A` and every `C` within the bounds, with the gain and
-/// `P` as stored: by the Schur complement `V(e+) < factor^2 V(e)`, `V = e'Pe`, in discrete time. The margin is in the
-/// units of the block matrix.
-///
-/// The inequality is linear in `(A, C)`: proved for boxes around the vertices of a polytope, it holds on their convex
-/// hull. If all data are single numbers, the decision is exact if necessary.
-/// # Errors
-/// As [`lyapunov_decrease`], and for a `factor` that is not finite.
-/// ```
-/// use luenberger_proof::{Interval, Matrix, statement::contraction_within};
-/// # fn main() -> Result<(), luenberger_proof::ProofError> {
-/// // x+ = a x with a between 0.5 and 0.7 falls by the factor 0.75, without any output.
-/// let a = Matrix::from_rows([[Interval::new(0.5, 0.7).expect("in order")]]);
-/// let (l, p) = (Matrix::from_rows([[0.0]]), Matrix::from_rows([[1.0]]));
-/// let c = Matrix::from_rows([[Interval::of(1.0)]]);
-/// assert!(contraction_within(&a, &l, &c, &p, 0.75)?.is_proved());
-/// assert!(!contraction_within(&a, &l, &c, &p, 0.65)?.is_proved());
-/// # Ok(())
-/// # }
-/// ```
-pub fn contraction_within(
-    a: &Matrix<Interval>,
-    l: &Matrix<f64>,
-    c: &Matrix<Interval>,
-    p: &Matrix<f64>,
-    factor: f64,
-) -> Result<Verdict<Direction>, ProofError> {
-    if a.as_slice().iter().chain(c.as_slice()).all(Interval::is_point) {
-        let (a, c) = (a.map(Interval::lo), c.map(Interval::lo));
-        return Contraction { a: &a, l, c: &c, p, factor }.decide(Sense::PositiveDefinite);
-    }
-    let n = a.rows();
-    a.expect_shape("A", (n, n))?;
-    c.expect_shape("C", (c.rows(), n))?;
-    let l = embed::<Interval>(l, "L", (n, c.rows()))?;
-    let p = embed_symmetric::<Interval>(p, "P", n)?;
-    let factor = number::<Interval>(factor, "the factor")?;
-    definite::decide(&contraction(&a.difference(&l.product(c)?)?, &p, &factor)?, Sense::PositiveDefinite)
+    let names = Names::new().matrix("A", a).matrix("C", c).matrix("L", l).symmetric("P", p);
+    names.decide("(A - LC)'P(A - LC) - P < 0")
 }
 
 /// `A` is Hurwitz (all eigenvalues in the open left half plane), by the Lyapunov matrix `P`.
@@ -238,8 +127,7 @@ pub fn contraction_within(
 /// # Errors
 /// As [`lyapunov_decrease`].
 pub fn hurwitz(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
-    let decrease =
-        Decrease { a, output_injection: None, p, alpha: 0.0, what_p: "P" }.decide(Sense::NegativeDefinite)?;
+    let decrease = Names::new().matrix("A", a).symmetric("P", p).decide("A'P + PA < 0")?;
     stable_by(decrease, p, |margin| (margin / (2.0 * largest_eigenvalue_bound(p))).next_down().max(0.0))
 }
 

@@ -5,11 +5,12 @@
 //! radius for the P of an eigenvector basis, and are less tight for the solution of a Lyapunov equation with Q = I. A
 //! lower bound of the largest real part is the mean of all, `trace(A)/n`.
 
-use super::lyapunov::{Stein, largest_eigenvalue_bound, stable_by};
-use super::{Expression, embed, embed_symmetric, positive};
-use crate::definite::{Direction, Sense, proved_eigenvalue_bound};
+use super::lyapunov::{largest_eigenvalue_bound, stable_by};
+use super::{embed, embed_symmetric, positive};
+use crate::definite::{Direction, proved_eigenvalue_bound};
 use crate::error::ProofError;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
@@ -37,9 +38,7 @@ const BISECTIONS: usize = 42;
 /// # Errors
 /// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 pub fn schur_stable(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
-    let n = a.rows();
-    let (l, c) = (Matrix::from_fn(n, 0, |_, _| 0.0), Matrix::from_fn(0, n, |_, _| 0.0));
-    let decrease = (Stein { a, l: &l, c: &c, p }).decide(Sense::NegativeDefinite)?;
+    let decrease = Names::new().matrix("A", a).symmetric("P", p).decide("A'PA - P < 0")?;
     stable_by(decrease, p, |margin| {
         // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)), without cancellation. For order 0 both bounds are infinite, and the
         // margin is 1.

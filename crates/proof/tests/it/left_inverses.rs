@@ -7,9 +7,28 @@
 //!   belong to T. A, C and T are integers.
 //! - Unknown-input observer, `S = CE`: for `E = C^-1 K R`, `T = I - E (S'S)^-1 S' C = C^-1 (I - KK'/h) C`.
 
-use luenberger_proof::Matrix;
-use luenberger_proof::statement::{UnknownInput, reduced_order, unknown_input};
+use luenberger_proof::certificate::{PlantMatrices, ReducedOrderConvergence, Theorem, UnknownInputConvergence};
+use luenberger_proof::{Matrix, Verdict};
 use proptest::prelude::*;
+
+/// The verdicts on the rank, on `P > 0` and on the decrease.
+fn facts(theorem: impl Into<Theorem>) -> [Verdict<luenberger_proof::certificate::Witness>; 3] {
+    let facts = theorem.into().facts().expect("shapes agree");
+    facts.into_iter().map(|fact| fact.verdict).collect::<Vec<_>>().try_into().expect("three facts")
+}
+
+fn without_inputs(a: &Matrix<f64>, c: &Matrix<f64>) -> PlantMatrices {
+    PlantMatrices { a: a.clone(), b: Matrix::from_fn(a.rows(), 0, |_, _| 0.0), c: c.clone() }
+}
+
+fn reduced_order(
+    (a, c): (&Matrix<f64>, &Matrix<f64>),
+    t: &Matrix<f64>,
+    p: &Matrix<f64>,
+    rate: f64,
+) -> [Verdict<luenberger_proof::certificate::Witness>; 3] {
+    facts(ReducedOrderConvergence { plant: without_inputs(a, c), t: t.clone(), p: p.clone(), rate })
+}
 
 type Integers = Vec<Vec<i128>>;
 
@@ -63,9 +82,8 @@ fn check(known: &Known<'_>, (r, inverse): &(Integers, Integers), units: &[i32]) 
     let (c, t) = (stored(&measured.to_vec(), &none, units), stored(&other.to_vec(), &none, units));
     let p = Matrix::from_fn(2, 2, |i, j| if i == j { known.p[i] } else { 0.0 });
     for (factor, expected) in [(1.0 - 2f64.powi(-44), true), (1.0 + 2f64.powi(-44), false)] {
-        let found = reduced_order((&a, &c), &t, &p, known.boundary * factor).expect("shapes agree");
-        assert!(found.rank.is_proved());
-        let verdict = found.decrease;
+        let [rank, _, verdict] = reduced_order((&a, &c), &t, &p, known.boundary * factor);
+        assert!(rank.is_proved());
         assert_eq!((verdict.is_proved(), verdict.is_refuted()), (expected, !expected), "{verdict} at {factor}");
     }
 }
@@ -124,15 +142,15 @@ fn a_plant_beyond_exact_residuals() {
     let (c, t) =
         (stored(&rows(&vec![r.0[0].clone()]), &none, &none), stored(&rows(&vec![r.0[1].clone()]), &none, &none));
     let p = Matrix::from_fn(copies, copies, |i, j| if i == j { 1.0 } else { 0.0 });
-    let at = |rate: f64| reduced_order((&a, &c), &t, &p, rate).expect("shapes agree").decrease;
-    assert!(at(3.0 * (1.0 - 1e-9)).is_proved() && at(3.0 * (1.0 + 1e-9)).is_refuted());
+    let at = |rate: f64| reduced_order((&a, &c), &t, &p, rate);
+    assert!(at(3.0 * (1.0 - 1e-9))[2].is_proved() && at(3.0 * (1.0 + 1e-9))[2].is_refuted());
 }
 
 #[test]
 fn a_t_that_repeats_the_outputs_defines_nothing() {
     let (a, c) = (Matrix::from_rows([[0.0, 1.0], [0.0, 0.0]]), Matrix::from_rows([[1.0, 0.0]]));
-    let found = reduced_order((&a, &c), &Matrix::from_rows([[2.0, 0.0]]), &Matrix::from_rows([[1.0]]), 0.0).unwrap();
-    assert!(found.rank.is_refuted() && !found.decrease.is_proved());
+    let found = reduced_order((&a, &c), &Matrix::from_rows([[2.0, 0.0]]), &Matrix::from_rows([[1.0]]), 0.0);
+    assert!(found[0].is_refuted() && !found[2].is_proved());
 }
 
 /// C of four outputs and its inverse; `T = C^-1 (I - KK'/4) C` for an E of three columns.
@@ -158,12 +176,12 @@ fn the_decoupling_of_three_disturbances_is_not_squared() {
         assert!(condition(&r.0, &r.1) >= least);
         for units in [[0, 0, 0], [-200, 0, 170]] {
             let e = stored(&product(&product(&inverse, &k), &r.0), &none, &units);
-            let plant = UnknownInput { a: &a, c: &plain(&c), e: &e, l: &l, cubic: None };
+            let plant = without_inputs(&a, &plain(&c));
             // T is rounded before it meets A and P, whose entries and inverses of eigenvalues multiply its 2^-53.
             for (rate, expected) in [(1.0 - 2f64.powi(-28), true), (1.0 + 2f64.powi(-28), false)] {
-                let found = unknown_input(&plant, &p, rate).expect("shapes agree");
-                assert!(found.rank.is_proved());
-                let verdict = found.decrease;
+                let (plant, e, l, p) = (plant.clone(), e.clone(), l.clone(), p.clone());
+                let [rank, _, verdict] = facts(UnknownInputConvergence { plant, e, l, cubic: None, p, rate });
+                assert!(rank.is_proved());
                 assert_eq!((verdict.is_proved(), verdict.is_refuted()), (expected, !expected), "{verdict} at {rate}");
             }
         }

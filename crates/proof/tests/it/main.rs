@@ -16,6 +16,7 @@ mod hostile_files;
 mod interval;
 mod jacobians;
 mod kkl;
+mod label;
 mod left_inverses;
 mod matrix;
 mod number;

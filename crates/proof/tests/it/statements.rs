@@ -3,9 +3,10 @@
 use luenberger_proof::certificate::{
     Certificate, CubicConvergence, LinearConvergence, PlantMatrices, PlantWithin, Region,
 };
+use luenberger_proof::label::Names;
 use luenberger_proof::statement::{
     DeployedCubic, Ellipsoid, Reach, accretive, cubic_dissipation, cubic_dissipation_structured, decay_rate,
-    deployed_cubic, feedback_block, hurwitz, lyapunov_decrease, positive, stein_decrease,
+    deployed_cubic, hurwitz, lyapunov_decrease, positive, stein_decrease,
 };
 use luenberger_proof::{Direction, Exact, Matrix, ProofError, Ring, Verdict};
 use proptest::prelude::*;
@@ -215,7 +216,12 @@ fn the_feedback_block_holds_once_p1_is_small_enough() {
     let k = Matrix::from_rows([[2.0, 3.0]]);
     // (A - BK)'P1 + P1(A - BK) = -I at scale 1, poles -1 and -2.
     let p1 = Matrix::from_rows([[1.25, 0.25], [0.25, 0.25]]);
-    let block = |scale: f64| feedback_block(&a, &b, &k, &l, &c, &p1.map(|x| x * scale), &p).expect("shapes agree");
+    let block = |scale: f64| {
+        let p1 = p1.map(|x| x * scale);
+        let names = Names::new().matrix("A", &a).matrix("B", &b).matrix("C", &c).matrix("K", &k).matrix("L", &l);
+        let names = names.symmetric("P1", &p1).symmetric("P", &p);
+        names.decide("[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)").expect("shapes agree")
+    };
     assert!(block(1.0).is_proved());
     let Verdict::Refuted { witness } = block(64.0) else { panic!("the coupling grows with P1") };
     assert_eq!(witness.v.len(), 4);

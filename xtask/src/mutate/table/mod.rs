@@ -108,6 +108,7 @@ const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
 const DEPLOYED: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["deployed::"] };
+const LABELS: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["label::"] };
 const LEFT_INVERSES: Suite =
     Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["left_inverses::"] };
 const SYSTEMS: Suite =

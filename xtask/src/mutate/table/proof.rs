@@ -2,8 +2,8 @@
 
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
 use super::{
-    DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, LEFT_INVERSES, SAMPLED, SLIDING, SYSTEMS, Source, TIMES,
-    dropped, mutant, sign,
+    DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, LABELS, LEFT_INVERSES, SAMPLED, SLIDING, SYSTEMS, Source,
+    TIMES, dropped, mutant, sign,
 };
 
 pub(super) const SOURCES: &[Source] = &[
@@ -82,12 +82,81 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/proof/src/statement/semi_implicit.rs",
+        file: "crates/proof/src/label/evaluate.rs",
+        suites: &[LABELS],
+        mutants: &[
+            sign("labels: X + Y for X - Y", "if is_subtracted { x.difference(y) }"),
+            mutant(
+                "labels: no transpose",
+                Transpose,
+                "Term::Matrix(m) => Term::Matrix(m.transpose()),",
+                "Term::Matrix(m) => Term::Matrix(m),",
+            ),
+            mutant(
+                "labels: the block opposite as it is",
+                Transpose,
+                "Ok(Term::Matrix(m.transpose()))",
+                "Ok(Term::Matrix(m.clone()))",
+            ),
+            mutant("labels: a number for its square", Dropped, "Term::Number(x.mul(&x))", "Term::Number(x)"),
+            mutant(
+                "labels: no shift by the rate",
+                Dropped,
+                "flow.sum(&Matrix::scalar(flow.rows(), number))?",
+                "flow.difference(&Matrix::scalar(flow.rows(), &number.sub(number)))?",
+            ),
+            mutant(
+                "labels: P'XP for X'PX",
+                WrongOperand,
+                "self.matrix(x)?.congruence(&self.matrix(p)?)",
+                "self.matrix(p)?.congruence(&self.matrix(x)?)",
+            ),
+            mutant(
+                "labels: factors in the other order",
+                WrongOperand,
+                "self.matrix(factor)?.product(&product)",
+                "product.product(&self.matrix(factor)?)",
+            ),
+            dropped("labels: a coefficient without its 2", "coefficient = coefficient.add(&coefficient);"),
+            dropped("labels: a matrix without its 2", "m = m.sum(&m)?;"),
+            mutant(
+                "labels: AX for A(wI + X)",
+                Dropped,
+                "&Matrix::scalar(x.rows(), &w).sum(&x)?",
+                "&x.sum(&Matrix::scalar(x.rows(), &w.sub(&w)))?",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/label/parse.rs",
+        suites: &[LABELS],
+        mutants: &[
+            mutant(
+                "labels: the larger side",
+                WrongOperand,
+                "if smaller { (right, left) } else { (left, right) }",
+                "if smaller { (left, right) } else { (right, left) }",
+            ),
+            mutant("labels: a half", Constant, "Formula::Number(0.5)", "Formula::Number(0.25)"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/certificate/theorem/semi_implicit.rs",
         suites: &[SAMPLED],
         mutants: &[
-            sign("stored N: P N - C'S", "p.product(&n)?.sum(&c.transpose()"),
-            mutant("stored N: C'S'", Transpose, "c.transpose().product(&s)?", "c.transpose().product(&s.transpose())?"),
-            mutant("stored N: N N' for N'PN", WrongOperand, "&n.congruence(p)?", "&n.congruence(p)?.negative()"),
+            mutant(
+                "stored N: P N - C'S",
+                Sign,
+                "\"[(P - (A - LC)'P(A - LC))/2, PN + C'S;",
+                "\"[(P - (A - LC)'P(A - LC))/2, PN - C'S;",
+            ),
+            mutant(
+                "stored N: C'S'",
+                Transpose,
+                "\"[(P - (A - LC)'P(A - LC))/2, PN + C'S;",
+                "\"[(P - (A - LC)'P(A - LC))/2, PN + C'S';",
+            ),
+            mutant("stored N: -N'PN", Sign, "*, N'PN] >= 0\",", "*, -N'PN] >= 0\","),
         ],
     },
     Source {
@@ -130,44 +199,66 @@ pub(super) const SOURCES: &[Source] = &[
         mutants: &[mutant("deployed: the plant does not deviate", Dropped, ".sum(&self.deviation(&x, &u)?)?", "")],
     },
     Source {
-        file: "crates/proof/src/statement/input_to_state.rs",
+        file: "crates/proof/src/certificate/theorem/input_to_state.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[
             mutant("cubic part: 26/128", Constant, "number(27.0)?", "number(26.0)?"),
             mutant("cubic part: s^2", Dropped, ".mul(&square.mul(&square))", ".mul(&square)"),
-            mutant("theta <= kappa (S + S')", Constant, ".difference(&theta.sum(&theta)?)", ".difference(&theta)"),
-            mutant("noise: D'S without the 2", Constant, "&corner.sum(&corner)?, &s.plus", "&corner, &s.plus"),
             mutant(
-                "noise: diag(mu) doubled",
+                "theta <= kappa (S + S')",
                 Constant,
-                "first.sum(&first)?.bordered(",
-                "first.sum(&first)?.sum(&first)?.sum(&first)?.bordered(",
+                "\"kappa (S~ + S~') - 2 theta >= 0\"",
+                "\"kappa (S~ + S~') - theta >= 0\"",
             ),
-            sign("disturbances: G = E + LD", "&e.difference(&l.product(&d)?)?"),
-            mutant("decrease: no rate", Dropped, "?.sum(&Matrix::scalar(p.rows(), &rate))?", "?"),
-            mutant("components: limsup for its square", Dropped, "p.scaled(&limsup.mul(&limsup))", "p.scaled(&limsup)"),
+            mutant("noise: D'S without the 2", Constant, "\"[2 diag(mu), 2 D'S~;", "\"[2 diag(mu), D'S~;"),
+            mutant("noise: diag(mu) doubled", Constant, "\"[2 diag(mu), 2 D'S~;", "\"[2 diag(mu) 2, 2 D'S~;"),
+            mutant(
+                "disturbances: G = E + LD",
+                Sign,
+                "{p}(E - LD); *, -diag(lambda)]",
+                "{p}(E + LD); *, -diag(lambda)]",
+            ),
+            mutant("decrease: no rate", Dropped, "{p}(A - LC) + 2 rate {p}, {p}(E", "{p}(A - LC), {p}(E"),
+            mutant("components: limsup for its square", Dropped, "\"b^2 {p} - U > 0\"", "\"b {p} - U > 0\""),
             mutant("level: W_i for W_i^2", Dropped, ".mul(&w.mul(&w))", ".mul(&w)"),
         ],
     },
     Source {
-        file: "crates/proof/src/statement/system_norm.rs",
+        file: "crates/proof/src/certificate/theorem/filter_problem.rs",
         suites: &[FILTERS],
         mutants: &[
-            sign("norms: F = A + LC", "\"A\")?.difference("),
-            sign("norms: G = E + LD", "\"E\")?.difference("),
-            dropped("norms: no H'H", "let first = first.sum(&seen)?;"),
-            mutant("H-infinity: gamma", Dropped, "g.cols(), &gamma.mul(&gamma))", "g.cols(), &gamma)"),
+            mutant("norms: F = A + LC", Sign, "\"(A - LC)'P + P(A - LC) + H'H\"", "\"(A + LC)'P + P(A + LC) + H'H\""),
+            mutant("norms: no H'H", Dropped, "\"(A - LC)'P + P(A - LC) + H'H\"", "\"(A - LC)'P + P(A - LC)\""),
             mutant(
-                "H-infinity: no corner",
+                "discrete: F'PF without P",
                 Dropped,
-                "first.bordered(&corner,",
-                "first.bordered(&corner.difference(&corner)?,",
+                "\"(A - LC)'P(A - LC) - P + H'H\"",
+                "\"(A - LC)'P(A - LC) + H'H\"",
             ),
-            mutant("discrete H-infinity: PG for F'PG", Dropped, "f.transpose().product(&driven)?, g", "driven, g"),
-            mutant("discrete H-infinity: no G'PG", Dropped, "g.congruence(&p)?)", "Matrix::zeros(g.cols(), g.cols()))"),
-            mutant("discrete: F'PF without P", Dropped, "f.congruence(&p)?.difference(&p)?", "f.congruence(&p)?"),
-            mutant("H2: gamma", Dropped, "fold(gamma.mul(&gamma)", "fold(gamma.clone()"),
-            mutant("H2: gamma^2 + tr", Sign, "room.sub(&spent", "room.add(&spent"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/certificate/theorem/h_infinity.rs",
+        suites: &[FILTERS],
+        mutants: &[
+            mutant("norms: G = E + LD", Sign, "\"[{}, P(E - LD);", "\"[{}, P(E + LD);"),
+            mutant("H-infinity: gamma", Dropped, "*, -gamma^2 I] < 0\", of", "*, -gamma I] < 0\", of"),
+            mutant("H-infinity: no corner", Dropped, "\"[{}, P(E - LD);", "\"[{}, P(E - E);"),
+            mutant("discrete H-infinity: PG for F'PG", Dropped, "\"[{}, (A - LC)'P(E - LD);", "\"[{}, P(E - LD);"),
+            mutant("discrete H-infinity: no G'PG", Dropped, "*, (E - LD)'P(E - LD) - gamma^2 I]", "*, -gamma^2 I]"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/certificate/theorem/h2.rs",
+        suites: &[FILTERS],
+        mutants: &[
+            mutant("H2: gamma", Dropped, "\"tr (E - LD)'P(E - LD) < gamma^2\"", "\"tr (E - LD)'P(E - LD) < gamma\""),
+            mutant(
+                "H2: gamma^2 + tr",
+                Sign,
+                "\"tr (E - LD)'P(E - LD) < gamma^2\"",
+                "\"-tr (E - LD)'P(E - LD) < gamma^2\"",
+            ),
         ],
     },
     Source {
@@ -186,18 +277,18 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/proof/src/statement/reduced_order.rs",
+        file: "crates/proof/src/certificate/theorem/reduced_order.rs",
         suites: &[LEFT_INVERSES, FILTERS],
         mutants: &[
             mutant("reduced order: G", WrongOperand, "x[(i, outputs + j)]", "x[(i, j)]"),
             mutant("reduced order: F'", Transpose, "x[(i, outputs + j)]", "x[(j, outputs + i)]"),
-            mutant("reduced order: no rate", Dropped, "flow.sum(&Matrix::scalar(order, &rate))?", "flow"),
             mutant(
-                "reduced order: T'T alone",
+                "reduced order: no rate",
                 Dropped,
-                "square(self.c, \"C\")?.sum(&square(self.t, \"T\")?)",
-                "square(self.t, \"T\")",
+                "\"F'P + PF{} < 0\", rate_term(self.rate, \"P\")",
+                "\"F'P + PF{} < 0\", \"\"",
             ),
+            mutant("reduced order: T'T alone", Dropped, "[\"C'C + T'T > 0\"]", "[\"T'T > 0\"]"),
         ],
     },
     Source {
@@ -216,11 +307,11 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/proof/src/statement/unknown_input.rs",
+        file: "crates/proof/src/certificate/theorem/unknown_input.rs",
         suites: &[LEFT_INVERSES],
         mutants: &[
             sign("decoupling: T = I + HC", "Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)"),
-            mutant("decoupling: no rate", Dropped, "flow.sum(&Matrix::scalar(n, &rate))?", "flow"),
+            mutant("decoupling: no rate", Dropped, "rate_term(self.rate, p));", "\"\");"),
         ],
     },
     Source {

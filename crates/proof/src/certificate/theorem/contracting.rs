@@ -15,8 +15,9 @@ use super::super::members::Members;
 use super::super::write::{Out, Written};
 use super::{Fact, FileError, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
+use crate::label::Names;
 use crate::matrix::Matrix;
-use crate::statement::{cascade_decrease, decay_rate, positive};
+use crate::statement::cascade_decrease;
 use crate::wording::exact;
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -43,17 +44,16 @@ impl Statement for ContractionInCoordinates {
             return Err(ProofError::Empty { what: "the list of vertices" });
         }
         let (unmeasured, measured) = self.k.shape();
-        let mut facts = vec![Fact::new("Q > 0", positive(&self.q)?)];
+        let names = Names::new().matrix("K", &self.k).symmetric("Q", &self.q).number("rate", self.rate);
+        let mut facts = names.facts(["Q > 0"])?;
+        let inner = format!("He(Q(J_uu - K J_mu)){} < 0", rate_term(self.rate, "Q"));
         for (number, j) in self.vertices.iter().enumerate() {
             let n = measured + unmeasured;
             j.expect_shape("J", (n, n))?;
             let block = |row: usize, rows: usize| Matrix::from_fn(rows, unmeasured, |i, k| j[(row + i, measured + k)]);
             let (uu, mu) = (block(measured, unmeasured), block(0, measured));
-            facts.push(Fact::at_vertex(
-                &format!("He(Q(J_uu - K J_mu)){} < 0", rate_term(self.rate, "Q")),
-                number,
-                decay_rate(&uu, &self.k, &mu, &self.q, self.rate)?,
-            ));
+            let names = names.clone().matrix("J_uu", &uu).matrix("J_mu", &mu);
+            facts.push(Fact::at_vertex(&inner, number, names.decide(&inner)?));
             facts.push(Fact::at_vertex(
                 &format!("He(P(T^-1 J T - [g I 0; 0 0])){} < 0", rate_term(self.rate, "P")),
                 number,

@@ -8,7 +8,7 @@
 //! a ball is claimed, the running error stays in it for all initial errors in the assumed set, with the rounding of
 //! every step included, and no intermediate result overflows the format.
 //!
-//! **Proof.** In the head of `statement/deployed`. The gains L, N, theta, w and h are those of the file. N must satisfy
+//! **Proof.** In `docs/theory-deployed.md`. The gains L, N, theta, w and h are those of the file. N must satisfy
 //! only the two Stein inequalities, and theta is arbitrary: the observer computes `max(z'theta z, 0)`, as the statement
 //! says, so that theta need not be semidefinite. The ball is derived from the assumed bounds, for the operations listed
 //! in the statement; a claimed bound that is smaller by one unit in the last place is rejected.

@@ -9,11 +9,10 @@
 
 use super::super::members::members;
 use super::super::sentence::{LOOP, Reading, Represented, inputs_of_loop};
-use super::{Fact, PlantMatrices, Statement};
+use super::{Fact, PlantMatrices, Statement, names};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::statement::{positive, stein_decrease};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,11 +29,7 @@ impl Statement for DiscreteConvergence {
     const NAME: &'static str = "discrete-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let PlantMatrices { a, c, .. } = &self.plant;
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
-        ])
+        names(self).facts(["P > 0", "(A - LC)'P(A - LC) - P < 0"])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

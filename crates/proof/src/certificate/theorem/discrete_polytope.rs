@@ -19,11 +19,10 @@
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, envelope};
-use super::polytope::{Vertex, hull};
-use super::{Fact, Statement, intervals};
+use super::polytope::{Vertex, at_vertices, hull};
+use super::{Fact, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{contraction_within, positive};
 use crate::wording::{at_most, capital, exact};
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -54,15 +53,8 @@ impl Statement for DiscreteJacobianPolytope {
                 value: self.factor,
             });
         }
-        if self.vertices.is_empty() {
-            return Err(ProofError::Empty { what: "the list of vertices" });
-        }
-        let mut facts = vec![Fact::new("P > 0", positive(&self.p)?)];
-        for (k, Vertex { a, c }) in self.vertices.iter().enumerate() {
-            let verdict = contraction_within(&intervals(a), &self.l, &intervals(c), &self.p, self.factor)?;
-            facts.push(Fact::at_vertex("[factor^2 P, (A - LC)'P; *, P] > 0", k, verdict));
-        }
-        Ok(facts)
+        let contraction = "[factor^2 P, (A - LC)'P; *, P] > 0";
+        at_vertices(self, "P > 0", &self.vertices, &[contraction], |names| names)
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

@@ -14,10 +14,9 @@ use super::super::fields::Fields;
 use super::super::members::Members;
 use super::super::sentence::Reading;
 use super::super::write::{Out, Written};
-use super::{CubicConvergence, Fact, FileError, Statement};
+use super::{CubicConvergence, Fact, FileError, Statement, names};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{feedback_block, positive};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,11 +35,9 @@ impl Statement for FeedbackLoop {
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         let o = &self.observer;
         let mut facts = o.facts()?;
-        facts.push(Fact::new("P1 > 0", positive(&self.p1)?));
-        facts.push(Fact::new(
-            "[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)",
-            feedback_block(&o.plant.a, &o.plant.b, &self.k, &o.l, &o.plant.c, &self.p1, &o.p)?,
-        ));
+        let names = names(o).matrix("K", &self.k).symmetric("P1", &self.p1);
+        let block = "[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)";
+        facts.extend(names.facts(["P1 > 0", block])?);
         Ok(facts)
     }
 

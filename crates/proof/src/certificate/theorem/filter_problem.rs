@@ -6,7 +6,7 @@ use super::super::write::{Out, Written};
 use super::{FileError, PlantMatrices, counted, exact};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{ErrorSystem, TimeDomain};
+use crate::statement::TimeDomain;
 
 /// A plant `x' = Ax + Bu + Ew`, `y = Cx + Dw` (or `x+`), the gain of an observer, P, and the bound gamma of a norm of
 /// the errors `z = He`, e = x - xhat.
@@ -33,12 +33,11 @@ pub struct FilterProblem {
 const TIMES: [(&str, TimeDomain); 2] = [("continuous", TimeDomain::Continuous), ("discrete", TimeDomain::Discrete)];
 
 impl FilterProblem {
-    pub(super) fn system(&self) -> Result<ErrorSystem<'_>, ProofError> {
+    pub(super) fn check(&self) -> Result<(), ProofError> {
         if !(self.gamma > 0.0 && self.gamma.is_finite()) {
             return Err(ProofError::Sign { what: "gamma, which should be positive,", value: self.gamma });
         }
-        let (a, c) = (&self.plant.a, &self.plant.c);
-        Ok(ErrorSystem { time: self.time, a, c, e: &self.e, d: &self.d, h: &self.h, l: &self.l })
+        Ok(())
     }
 
     /// `F'P + PF + H'H` or `F'PF - P + H'H` in words.

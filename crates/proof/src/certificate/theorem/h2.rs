@@ -7,15 +7,16 @@
 //! **Theorem.** The error of `xhat' = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially without w, and the transfer
 //! function from w to `z = He` has an H2 norm below gamma.
 //!
-//! **Proof.** In the head of `statement/system_norm.rs`.
+//! **Proof.** F is stable, and P >= W, the observability Gramian, which solves the equation: `|T|_2^2 = tr G'WG <= tr
+//! G'PG`. This is the stationary variance of z for white noise w of unit intensity (unit covariance).
 
 use super::super::fields::Fields;
 use super::super::members::Members;
 use super::super::sentence::{Reading, Represented};
 use super::super::write::Out;
-use super::{Fact, FileError, FilterProblem, Statement};
+use super::{Fact, FileError, FilterProblem, Statement, names};
 use crate::error::ProofError;
-use crate::statement::{TimeDomain, bounded_variance, positive};
+use crate::statement::TimeDomain;
 use crate::wording::at_most;
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -27,13 +28,8 @@ impl Statement for H2Filter {
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         let Self(of) = self;
-        let system = of.system()?;
-        let [decrease, room] = bounded_variance(&system, &of.p, of.gamma)?;
-        Ok(vec![
-            Fact::new("P > 0", positive(&of.p)?),
-            Fact::new(format!("{} < 0", of.decrease()), decrease),
-            Fact::new("tr (E - LD)'P(E - LD) < gamma^2", room),
-        ])
+        of.check()?;
+        names(of).facts(["P > 0", &format!("{} < 0", of.decrease()), "tr (E - LD)'P(E - LD) < gamma^2"])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

@@ -7,15 +7,18 @@
 //! **Theorem.** The error of `xhat' = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially without w, and the transfer
 //! function from w to `z = He` has an H-infinity norm below gamma.
 //!
-//! **Proof.** In the head of `statement/system_norm.rs` (bounded real lemma).
+//! **Proof** (bounded real lemma). With `V = e'Pe` the quadratic form at (e, w) is `V' + |z|^2 - gamma^2 |w|^2`
+//! (`V(e+) - V(e)` in place of V'), hence at most `-q (|w|^2 + |e|^2)` for some q > 0. For w = 0, V decreases, and F is
+//! stable. Integrated from 0 to T with `V(T) >= 0`, the integral of `|z|^2` is at most V(0) plus `gamma^2 - q` times that
+//! of `|w|^2`; for e(0) = 0 the L2 gain from w to z is below gamma.
 
 use super::super::fields::Fields;
 use super::super::members::Members;
 use super::super::sentence::{Reading, Represented};
 use super::super::write::Out;
-use super::{Fact, FileError, FilterProblem, Statement};
+use super::{Fact, FileError, FilterProblem, Statement, names};
 use crate::error::ProofError;
-use crate::statement::{TimeDomain, bounded_real, positive};
+use crate::statement::TimeDomain;
 use crate::wording::at_most;
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -27,14 +30,14 @@ impl Statement for HInfinityFilter {
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         let Self(of) = self;
-        let system = of.system()?;
+        of.check()?;
         let inequality = match of.time {
             TimeDomain::Continuous => format!("[{}, P(E - LD); *, -gamma^2 I] < 0", of.decrease()),
             TimeDomain::Discrete => {
                 format!("[{}, (A - LC)'P(E - LD); *, (E - LD)'P(E - LD) - gamma^2 I] < 0", of.decrease())
             }
         };
-        Ok(vec![Fact::new("P > 0", positive(&of.p)?), Fact::new(inequality, bounded_real(&system, &of.p, of.gamma)?)])
+        names(of).facts(["P > 0", &inequality])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

@@ -13,13 +13,12 @@
 use super::super::jacobians::data_contain;
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
-use super::{Fact, Statement, are_points, bounded, data, enclosed, intervals};
+use super::{Fact, Statement, are_points, bounded, data, enclosed, intervals, names};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::number::Datum;
-use crate::ring::Ring;
-use crate::statement::{decay_rate_within, hurwitz, positive};
+use crate::statement::hurwitz;
 use crate::wording::capital;
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -53,14 +52,8 @@ impl Statement for HurwitzStability {
     const NAME: &'static str = "hurwitz";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let n = self.a.rows();
+        let mut facts = names(self).facts(["P > 0", "A'P + PA < 0"])?;
         let a = intervals(&self.a);
-        let no_output = Matrix::from_fn(1, n, |_, _| Interval::zero());
-        let no_gain = Matrix::from_fn(n, 1, |_, _| 0.0);
-        let mut facts = vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("A'P + PA < 0", decay_rate_within(&a, &no_gain, &no_output, &self.p, 0.0)?),
-        ];
         if a.as_slice().iter().all(Interval::is_point) {
             facts
                 .push(Fact::new("the largest real part of an eigenvalue < 0", hurwitz(&a.map(Interval::lo), &self.p)?));

@@ -1,24 +1,44 @@
 //! A bound of the error under bounded disturbances and measurement noise, of the linear and of the cubic observer.
 //!
-//! **Hypotheses.** For the plant `x' = Ax + Bu + Ew`, `y = Cx + Dw` with `|w_i| <= W_i`, and for the observer with the
-//! gains L, N and theta as stored: `P~ > 0`; the block inequality of the linear part at every vertex (A, E) with the
-//! multipliers lambda and a rate; for the cubic term `theta >= 0` and two inequalities with the numbers kappa and mu;
-//! `2 rate level` is at least the sum of all that the disturbances can add to V'; `limsup_i^2 P~ > level 1_i 1_i'`.
-//!
-//! **Theorem.** `V = e'P~e` obeys `V(t) <= exp(-2 rate t) V(0) + level` for every e(0) and every such w, and `limsup
+//! Plant `x' = A x + B u + E w`, `y = C x + D w`; w contains the disturbances and the measurement noise,
+//! `|w_i| <= W_i`. Observer `xhat' = A xhat + B u + L r - (r'theta r) N r`, `r = y - C xhat` (the sign of N is that of
+//! the error equation below). With `F = A - LC`, `G = E - LD`, `q = r'theta r`, the error `e = x - xhat` obeys
+//! ```text
+//! e' = F e + G w + q N r,    r = C e + D w.
+//! ```
+//! **Hypotheses.** `P > 0`, `P N = -C'S`, and numbers `lambda`, `mu` (one for each w_i), `kappa >= 0`, a positive rate
+//! and a positive level U satisfy, at every vertex (A, E) of a polytope,
+//! ```text
+//! [F'P + PF + 2 rate P, PG; *, -diag(lambda)] < 0,                                                        (linear)
+//! theta >= 0,    theta <= kappa (S + S')/2,    [diag(mu), D'S; *, (S + S')/2] >= 0,                        (cubic)
+//! 2 rate U >= beta = sum lambda_i W_i^2 + 27/128 kappa (sum mu_i W_i^2)^2,    limsup_i^2 P > U 1_i 1_i'.
+//! ```
+//! **Theorem.** `V = e'Pe` obeys `V(t) <= exp(-2 rate t) V(0) + U` for every e(0) and every such w, and `limsup
 //! |e_i| <= limsup_i`.
 //!
-//! **Proof.** In the head of `statement/input_to_state.rs`.
+//! **Proof.** The linear part adds at most `-2 rate V + sum lambda_i w_i^2` to `V'`. The cubic part adds
+//! `2 q e'P N r = -2 q (r - Dw)'S r = -2 q a^2 + 2 q (Dw)'S r` with `a^2 = r'Sr`. The last block inequality is the
+//! Cauchy-Schwarz inequality `|w'D'S r| <= s a` with `s^2 = sum mu_i w_i^2`, so that the cubic part is at most
+//! `2 q a (s - a)`: negative where a > s, else at most `2 kappa a^3 (s - a) <= 27/128 kappa s^4`, attained at
+//! `a = 3s/4`. Hence `V' <= -2 rate V + beta`, and `limsup_i^2 >= U (P^-1)_ii` (1_i is the i-th unit vector). The linear
+//! inequality is affine in (A, E): proved at the vertices it holds on the convex hull, also for time-varying A and E.
+//!
+//! A stored N is a rounding of `-P^-1 C'S`. The matrix `P~ = C'XC + (I - T)(P - C'XC)(I - T)` in the head of
+//! `statement/deployed_cubic.rs` has `P~ N = -C'S~` with `S~ = -X C N` **exactly**: all inequalities are decided for P~,
+//! which is enclosed, and S~. Without a cubic term P~ is P.
 
 use super::super::fields::{Field, LARGEST_ORDER};
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
-use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals};
+use super::polytope::at_vertices;
+use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, names};
+use crate::definite::Sense;
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::number::Datum;
-use crate::statement::{CubicTerm, DisturbedObserver, ErrorBound, input_to_state};
+use crate::ring::Ring;
+use crate::statement::{Expression, number, structured_for};
 use crate::wording::{at_least, at_most, if_at_most};
 
 /// State and disturbance matrix of a plant `x' = Ax + Bu + Ew`, or a box of such pairs.
@@ -46,6 +66,21 @@ impl DisturbedPlant {
     pub fn within(a: &Matrix<Interval>, e: &Matrix<Interval>) -> Result<Self, ProofError> {
         Ok(Self { a: bounded(a, "A")?, e: bounded(e, "E")? })
     }
+}
+
+/// A cubic term with the constants of its bound.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CubicTerm {
+    /// N, n x p, as stored, of full column rank.
+    pub n: Matrix<f64>,
+    /// theta, p x p, symmetric.
+    pub theta: Matrix<f64>,
+    /// X of P~, p x p, symmetric.
+    pub x: Matrix<f64>,
+    /// kappa >= 0.
+    pub kappa: f64,
+    /// mu, one number for each disturbance.
+    pub mu: Vec<f64>,
 }
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -98,8 +133,15 @@ impl InputToStateStability {
         if let Some(term) = &self.cubic {
             not_negative("kappa, which should be 0 or more,", term.kappa)?;
         }
-        if self.vertices.is_empty() {
-            return Err(ProofError::Empty { what: "the list of vertices" });
+        let (order, count) = (self.p.rows(), self.disturbances.len());
+        self.d.expect_shape("D", (self.c.rows(), count))?;
+        let mu = self.cubic.as_ref().map_or(count, |term| term.mu.len());
+        let lengths =
+            [("lambda", self.lambda.len(), count), ("the bounds", self.limsup.len(), order), ("mu", mu, count)];
+        for (what, length, expected) in lengths {
+            if length != expected {
+                return Err(ProofError::DimensionMismatch { what, expected: (expected, 1), found: (length, 1) });
+            }
         }
         Ok(())
     }
@@ -114,45 +156,65 @@ impl InputToStateStability {
     }
 }
 
+/// `256 rate level - 128 sum lambda_i W_i^2 - 27 kappa (sum mu_i W_i^2)^2`, 1 x 1.
+struct Level<'a>(&'a InputToStateStability);
+
+impl Expression for Level<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let InputToStateStability { disturbances, lambda, cubic, rate, level, .. } = self.0;
+        let number = |x: f64| number::<R>(x, "the level");
+        let weighted = |weights: &[f64]| {
+            let mut sum = R::zero();
+            for (weight, w) in weights.iter().zip(disturbances) {
+                let w = number(*w)?;
+                sum = sum.add(&number(*weight)?.mul(&w.mul(&w)));
+            }
+            Ok::<R, ProofError>(sum)
+        };
+        let reached = number(256.0)?.mul(&number(*rate)?.mul(&number(*level)?));
+        let mut spent = number(128.0)?.mul(&weighted(lambda)?);
+        if let Some(term) = cubic {
+            let square = weighted(&term.mu)?;
+            spent = spent.add(&number(27.0)?.mul(&number(term.kappa)?.mul(&square.mul(&square))));
+        }
+        Matrix::from_row_major(1, 1, vec![reached.sub(&spent)])
+    }
+}
+
 impl Statement for InputToStateStability {
     const NAME: &'static str = "input-to-state-stability";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         self.check()?;
-        let vertices: Vec<_> =
-            self.vertices.iter().map(|vertex| (intervals(&vertex.a), intervals(&vertex.e))).collect();
-        let d = intervals(&self.d);
-        let observer = DisturbedObserver { vertices: &vertices, c: &self.c, d: &d, l: &self.l };
-        let bound = ErrorBound {
-            p: &self.p,
-            rate: self.rate,
-            lambda: &self.lambda,
-            disturbances: &self.disturbances,
-            level: self.level,
-            limsup: &self.limsup,
-        };
-        let found = input_to_state(&observer, self.cubic.as_ref(), &bound)?;
         let p = self.metric();
-        let mut facts = vec![Fact::new(format!("{p} > 0"), found.positive)];
-        let inequality = format!("[(A - LC)'{p} + {p}(A - LC) + 2 rate {p}, {p}(E - LD); *, -diag(lambda)] < 0");
-        for (k, verdict) in found.decrease.into_iter().enumerate() {
-            facts.push(Fact::at_vertex(&inequality, k, verdict));
-        }
+        let metric = match &self.cubic {
+            Some(term) => structured_for(&self.p, &self.c, &term.x, &term.n)?,
+            None => None,
+        };
+        let decrease = format!("[(A - LC)'{p} + {p}(A - LC) + 2 rate {p}, {p}(E - LD); *, -diag(lambda)] < 0");
+        let mut facts = at_vertices(self, &format!("{p} > 0"), &self.vertices, &[&decrease], |names| {
+            if self.cubic.is_some() { names.enclosed(p, metric.as_ref(), true) } else { names }
+        })?;
+        let mut names = names(self);
         let mut spent = "sum lambda_i w_i^2".to_owned();
-        if let Some([weight, dominated, noise]) = found.cubic {
-            facts.push(Fact::new("theta >= 0", weight));
-            facts.push(Fact::new("kappa (S~ + S~') - 2 theta >= 0", dominated));
-            facts.push(Fact::new("[2 diag(mu), 2 D'S~; *, S~ + S~'] >= 0", noise));
+        if self.cubic.is_some() {
+            names = names.enclosed(p, metric.as_ref(), true).define("S~", "-XCN")?;
+            facts.extend(names.facts([
+                "theta >= 0",
+                "kappa (S~ + S~') - 2 theta >= 0",
+                "[2 diag(mu), 2 D'S~; *, S~ + S~'] >= 0",
+            ])?);
             spent.push_str(" + 27/128 kappa (sum mu_i w_i^2)^2");
         }
-        facts.push(Fact::new(format!("{spent} <= 2 rate level"), found.level));
-        facts.extend(
-            found
-                .components
-                .into_iter()
-                .enumerate()
-                .map(|(i, verdict)| Fact::new(format!("limsup |e_{}| <= limsup[{i}]", i + 1), verdict)),
-        );
+        facts.push(Fact::new(format!("{spent} <= 2 rate level"), Level(self).decide(Sense::PositiveSemidefinite)?));
+        for (i, &limsup) in self.limsup.iter().enumerate() {
+            let order = self.p.rows();
+            let unit =
+                Matrix::from_fn(order, order, |row, column| if (row, column) == (i, i) { self.level } else { 0.0 });
+            let names = names.clone().number("b", limsup).matrix("U", &unit);
+            let verdict = names.decide(&format!("b^2 {p} - U > 0"))?;
+            facts.push(Fact::new(format!("limsup |e_{}| <= limsup[{i}]", i + 1), verdict));
+        }
         Ok(facts)
     }
 

@@ -11,10 +11,9 @@
 
 use super::super::members::members;
 use super::super::sentence::{LOOP, Reading, Represented, disturbance, has_disturbance, inputs_of_loop, tends_to_zero};
-use super::{Fact, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals};
+use super::{Fact, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals, names};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{decay_rate_within, positive};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,11 +33,7 @@ impl Statement for LinearConvergence {
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let (a, c) = (intervals(&self.plant.a), intervals(&self.plant.c));
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new(decrease_label(self.rate), decay_rate_within(&a, &self.l, &c, &self.p, self.rate)?),
-        ])
+        names(self).facts(["P > 0", &decrease_label(self.rate)])
     }
 
     fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {

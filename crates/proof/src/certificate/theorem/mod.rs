@@ -1,8 +1,8 @@
 //! The theorems that a certificate can state, one file each.
 //!
 //! Each file has, in this order: the mathematical statement with its proof, in the head; the data; the hypotheses as
-//! conditions, each verified from the data; the text, which claims no more than the conditions imply; the members in a
-//! file. A new theorem needs a file here and a line in the list below: in its second part, which the feature
+//! labels, which are decided as they read with the members by their [names](crate::label); the text, which claims no
+//! more than the facts imply; the members in a file. A new theorem needs a file here and a line in the list below: in its second part, which the feature
 //! `all-theorems` compiles, unless the pages of reports verify it.
 
 mod contracting;
@@ -44,11 +44,12 @@ use super::error::FileError;
 use super::fields::Fields;
 use super::members::Members;
 use super::sentence::Reading;
-use super::write::Out;
+use super::write::{Out, Written};
 use super::{Fact, Witness};
 use crate::definite::of_one_certificate;
 use crate::error::ProofError;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::number::Datum;
 use crate::wording::{counted, exact};
@@ -67,7 +68,7 @@ pub use hurwitz::HurwitzStability;
 pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
 pub use inequality_refuted::InequalityRefuted;
-pub use input_to_state::{DisturbedPlant, InputToStateStability};
+pub use input_to_state::{CubicTerm, DisturbedPlant, InputToStateStability};
 pub use interval_observer::{IntervalCoordinates, IntervalEnclosure};
 pub use kkl::{KklBox, KklClaims, KklErrorBound, KklMapError, KklMapName, KklMaps, KklTexts, LARGEST_KKL};
 pub use kkl_injectivity::KklInjectivity;
@@ -264,6 +265,16 @@ theorems! {
         /// The optimum of a semidefinite program is bounded, or there is none.
         SemidefiniteProgram,
     }
+}
+
+/// The members of a theorem by their names, for the labels of its facts.
+fn names(members: &impl Written) -> Names<'_> {
+    members.name_in("", false, Names::new())
+}
+
+/// Those of the vertex of a theorem, then those of the theorem.
+fn names_at<'a>(vertex: &'a impl Written, members: &'a impl Written) -> Names<'a> {
+    members.name_in("", false, names(vertex))
 }
 
 /// The numbers of the data, as intervals.

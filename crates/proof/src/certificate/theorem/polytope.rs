@@ -17,12 +17,15 @@
 use super::super::fields::Field;
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, decay as decay_of, envelope};
-use super::{Fact, FileError, Statement, are_points, bounded, check_rate, counted, data, decay, intervals, rate_term};
+use super::super::write::Written;
+use super::{
+    Fact, FileError, Statement, are_points, bounded, check_rate, counted, data, decay, names, names_at, rate_term,
+};
 use crate::error::ProofError;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::number::Datum;
-use crate::statement::{decay_rate_within, positive};
 use crate::wording::capital;
 
 /// A corner of the hull: one pair, or a box of pairs.
@@ -73,16 +76,23 @@ impl Vertex {
     }
 }
 
-fn facts(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Result<Vec<Fact>, ProofError> {
-    check_rate(rate)?;
+/// The first label, and the others at each vertex, with the names that `more` adds.
+pub(super) fn at_vertices<'a, V: Written>(
+    theorem: &'a impl Written,
+    positive: &str,
+    vertices: &'a [V],
+    labels: &[&str],
+    more: impl Fn(Names<'a>) -> Names<'a>,
+) -> Result<Vec<Fact>, ProofError> {
     if vertices.is_empty() {
         return Err(ProofError::Empty { what: "the list of vertices" });
     }
-    let mut facts = vec![Fact::new("P > 0", positive(p)?)];
-    let inequality = format!("(A - LC)'P + P(A - LC){} < 0", rate_term(rate, "P"));
+    let mut facts = more(names(theorem)).facts([positive])?;
     for (k, vertex) in vertices.iter().enumerate() {
-        let verdict = decay_rate_within(&intervals(&vertex.a), l, &intervals(&vertex.c), p, rate)?;
-        facts.push(Fact::at_vertex(&inequality, k, verdict));
+        let names = more(names_at(vertex, theorem));
+        for label in labels {
+            facts.push(Fact::at_vertex(label, k, names.decide(label)?));
+        }
     }
     Ok(facts)
 }
@@ -138,7 +148,9 @@ macro_rules! polytope {
             }
 
             fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-                facts(&self.vertices, &self.l, &self.p, self.rate)
+                check_rate(self.rate)?;
+                let decrease = format!("(A - LC)'P + P(A - LC){} < 0", rate_term(self.rate, "P"));
+                at_vertices(self, "P > 0", &self.vertices, &[&decrease], |names| names)
             }
         }
 

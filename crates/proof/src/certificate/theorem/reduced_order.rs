@@ -6,14 +6,18 @@
 //! **Theorem.** With `N = (C'C + T'T)^-1 C'` the error of `w' = Fw + TAN y + TBu`, `xhat = Mw + Ny` tends to 0
 //! exponentially from every w(0).
 //!
-//! **Proof.** In the head of `statement/reduced_order.rs`.
+//! **Proof.** `N C + M T = I`. The error `v = w - Tx` obeys `v' = F w + TAN Cx + TBu - TAx - TBu = F w - TAM Tx = F v`,
+//! since `TAN C = TA - TAM T`, and `xhat - x = M w + N C x - x = M v`. This holds exactly for the real matrices M, N, F
+//! and G = TAN, which are rational functions of A, C and T. `[N M]` is the left inverse of `S = [C; T]`, so that
+//! `[G F] = TA (S'S)^-1 S'` is enclosed as in `statement/left_inverse.rs`.
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
-use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
+use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, names, rate_term};
 use crate::error::ProofError;
+use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::statement::reduced_order;
+use crate::statement::{Product, Stacked, times_left_inverse};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,17 +32,27 @@ pub struct ReducedOrderConvergence {
     pub rate: f64,
 }
 
+impl ReducedOrderConvergence {
+    /// Enclosure of F, if S has full column rank; `None` if the rank cannot be proved.
+    fn flow(&self) -> Result<Option<Matrix<Interval>>, ProofError> {
+        let PlantMatrices { a, c, .. } = &self.plant;
+        let solution = times_left_inverse(&Product(&self.t, a), &Stacked(c, &self.t))?;
+        let (outputs, order) = (c.rows(), self.t.rows());
+        Ok(solution.map(|x| Matrix::from_fn(order, order, |i, j| x[(i, outputs + j)])))
+    }
+}
+
 impl Statement for ReducedOrderConvergence {
     const NAME: &'static str = "reduced-order-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let found = reduced_order((&self.plant.a, &self.plant.c), &self.t, &self.p, self.rate)?;
-        Ok(vec![
-            Fact::new("C'C + T'T > 0", found.rank),
-            Fact::new("P > 0", found.positive),
-            Fact::new(format!("F'P + PF{} < 0", rate_term(self.rate, "P")), found.decrease),
-        ])
+        let names = names(self);
+        let mut facts = names.facts(["C'C + T'T > 0"])?;
+        let flow = if facts.iter().all(|fact| fact.verdict.is_proved()) { self.flow()? } else { None };
+        let decrease = format!("F'P + PF{} < 0", rate_term(self.rate, "P"));
+        facts.extend(names.enclosed("F", flow.as_ref(), false).facts(["P > 0", &decrease])?);
+        Ok(facts)
     }
 
     fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {

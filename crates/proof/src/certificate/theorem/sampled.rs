@@ -12,10 +12,9 @@
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
-use super::{Fact, PlantMatrices, Statement};
+use super::{Fact, PlantMatrices, Statement, names};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{positive, saturated_decrease, stein_decrease};
 use crate::wording::{exact, shortest};
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -41,17 +40,12 @@ impl Statement for SampledCubicConvergence {
     const NAME: &'static str = "sampled-cubic-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let PlantMatrices { a, c, .. } = &self.plant;
         for (what, value) in [("w, which should be positive,", self.w), ("h, which should be positive,", self.period)] {
             if value <= 0.0 {
                 return Err(ProofError::Sign { what, value });
             }
         }
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
-            Fact::new("(wA + ANC)'P(wA + ANC) - w^2 P < 0", saturated_decrease(a, c, &self.n, self.w, &self.p)?),
-        ])
+        names(self).facts(["P > 0", "(A - LC)'P(A - LC) - P < 0", "(wA + ANC)'P(wA + ANC) - w^2 P < 0"])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

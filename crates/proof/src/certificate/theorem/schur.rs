@@ -8,10 +8,9 @@
 //! **Proof.** `V = x'Px` decreases at each step by a factor below 1 that is the same for all x.
 
 use super::super::members::members;
-use super::{Fact, Statement};
+use super::{Fact, Statement, names};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{positive, stein_decrease};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,12 +25,7 @@ impl Statement for SchurStability {
     const NAME: &'static str = "schur";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let n = self.a.rows();
-        let (no_gain, no_output) = (Matrix::from_fn(n, 1, |_, _| 0.0), Matrix::from_fn(1, n, |_, _| 0.0));
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("A'PA - P < 0", stein_decrease(&self.a, &no_gain, &no_output, &self.p)?),
-        ])
+        names(self).facts(["P > 0", "A'PA - P < 0"])
     }
 
     fn words(&self) -> String {

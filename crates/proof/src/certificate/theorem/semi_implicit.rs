@@ -16,10 +16,9 @@
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
 use super::sampled::every;
-use super::{Fact, PlantMatrices, Statement};
+use super::{Fact, PlantMatrices, Statement, names};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{accretive, positive, semi_implicit_decrease, stein_decrease};
 use crate::wording::exact;
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -45,18 +44,14 @@ impl Statement for SemiImplicitCubicConvergence {
     const NAME: &'static str = "sampled-cubic-observer-semi-implicit";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let PlantMatrices { a, c, .. } = &self.plant;
         if self.period <= 0.0 {
             return Err(ProofError::Sign { what: "h, which should be positive,", value: self.period });
         }
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
-            Fact::new("S + S' >= 0", accretive(&self.s)?),
-            Fact::new(
-                "[(P - (A - LC)'P(A - LC))/2, PN + C'S; *, N'PN] >= 0",
-                semi_implicit_decrease(a, &self.l, c, &self.n, &self.p, &self.s)?,
-            ),
+        names(self).facts([
+            "P > 0",
+            "(A - LC)'P(A - LC) - P < 0",
+            "S + S' >= 0",
+            "[(P - (A - LC)'P(A - LC))/2, PN + C'S; *, N'PN] >= 0",
         ])
     }
 

@@ -12,12 +12,11 @@
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, disturbance, has_disturbance};
 use super::cubic::of_real_gain;
-use super::{Fact, PlantMatrices, Statement, check_rate, decay, decrease_label};
-use crate::definite::positive_semidefinite;
+use super::{Fact, PlantMatrices, Statement, check_rate, decay, decrease_label, names};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::statement::{cubic_dissipation_structured, decay_rate, positive};
+use crate::statement::cubic_dissipation_structured;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,13 +40,10 @@ impl Statement for StructuredCubicConvergence {
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let PlantMatrices { a, c, .. } = &self.plant;
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new(decrease_label(self.rate), decay_rate(a, &self.l, c, &self.p, self.rate)?),
-            Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
-            Fact::new("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", cubic_dissipation_structured(&self.p, &self.s, c)?),
-        ])
+        let mut facts = names(self).facts(["P > 0", &decrease_label(self.rate), "theta >= 0"])?;
+        let dissipation = cubic_dissipation_structured(&self.p, &self.s, &self.plant.c)?;
+        facts.push(Fact::new("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", dissipation));
+        Ok(facts)
     }
 
     fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {

@@ -9,11 +9,9 @@
 //! **Proof.** As in `structured.rs`.
 
 use super::super::members::members;
-use super::{Fact, PlantMatrices, Statement, decay};
-use crate::definite::positive_semidefinite;
+use super::{Fact, PlantMatrices, Statement, decay, names};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{cubic_dissipation, lyapunov_decrease, positive};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,13 +32,7 @@ impl Statement for CubicTheorem1 {
     const NAME: &'static str = "cubic-observer-theorem-1";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let PlantMatrices { a, c, .. } = &self.plant;
-        Ok(vec![
-            Fact::new("P > 0", positive(&self.p)?),
-            Fact::new("(A - LC)'P + P(A - LC) < 0 (12)", lyapunov_decrease(a, &self.l, c, &self.p)?),
-            Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
-            Fact::new("P N C + C'N'P <= 0 (13')", cubic_dissipation(&self.p, &self.n, c)?),
-        ])
+        names(self).facts(["P > 0", "(A - LC)'P + P(A - LC) < 0 (12)", "theta >= 0", "P N C + C'N'P <= 0 (13')"])
     }
 
     fn words(&self) -> String {

@@ -1,19 +1,25 @@
 //! The unknown-input observer, linear or cubic: convergence that does not depend on a disturbance.
 //!
 //! **Hypotheses.** C E has full column rank; with `H = E((CE)'CE)^-1(CE)'` and `T = I - HC`, `P~ > 0` and
-//! `(TA - LC)'P~ + P~(TA - LC) + 2 rate P~ < 0` for the stored L; with a cubic term `theta >= 0` and `S~ + S~' >= 0`.
+//! `(TA - LC)'P~ + P~(TA - LC) + 2 rate P~ < 0` for the stored L; with a cubic term `theta >= 0` and `S~ + S~' >= 0`,
+//! `S~ = -XCN`. P~ is P without a cubic term.
 //!
 //! **Theorem.** The error of `z' = TA xhat + TBu + L r - (r'theta r) N r`, `r = y - C xhat`, `xhat = z + Hy`, with the
 //! real matrices H and T, tends to 0 exponentially from every e(0), for every d.
 //!
-//! **Proof.** In the head of `statement/unknown_input.rs`.
+//! **Proof.** `H C E = E`, so that `TE = 0` is an identity. `e = x - xhat = T x - z`, and
+//! `e' = T(Ax + Bu + Ed) - z' = (TA - LC)e + (r'theta r) N r`, `r = Ce`: the error equation of the observer of (TA, C),
+//! for every d. H and T are rational functions of C and E; their entries are enclosed, H as in
+//! `statement/left_inverse.rs`. For the stored L and N convergence is proved with P, or with a cubic term with the P~ in
+//! the head of `statement/deployed_cubic.rs`, for which `P~ N = -C'S~` exactly.
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
-use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
+use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, names, rate_term};
 use crate::error::ProofError;
+use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::statement::{UnknownInput, unknown_input};
+use crate::statement::{Product, structured_for, times_left_inverse};
 
 /// The cubic term of an unknown-input observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,28 +49,35 @@ pub struct UnknownInputConvergence {
     pub rate: f64,
 }
 
+impl UnknownInputConvergence {
+    /// Enclosure of `T = I - HC`; `None` if full column rank of C E cannot be proved.
+    fn decoupler(&self) -> Result<Option<Matrix<Interval>>, ProofError> {
+        let (c, e) = (&self.plant.c, &self.e);
+        let Some(h) = times_left_inverse(e, &Product(c, e))? else { return Ok(None) };
+        let measured = h.product(&Matrix::embed(c, "C")?)?;
+        Ok(Some(Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)?))
+    }
+}
+
 impl Statement for UnknownInputConvergence {
     const NAME: &'static str = "unknown-input-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let plant = UnknownInput {
-            a: &self.plant.a,
-            c: &self.plant.c,
-            e: &self.e,
-            l: &self.l,
-            cubic: self.cubic.as_ref().map(|term| (&term.n, &term.theta, &term.x)),
-        };
-        let found = unknown_input(&plant, &self.p, self.rate)?;
-        let p = if self.cubic.is_some() { "P~" } else { "P" };
-        let mut facts = vec![
-            Fact::new("(CE)'CE > 0", found.rank),
-            Fact::new(format!("{p} > 0"), found.positive),
-            Fact::new(format!("(TA - LC)'{p} + {p}(TA - LC){} < 0", rate_term(self.rate, p)), found.decrease),
-        ];
-        if let Some([weight, accretive]) = found.cubic {
-            facts.push(Fact::new("theta >= 0", weight));
-            facts.push(Fact::new("S~ + S~' >= 0", accretive));
+        let mut names = names(self);
+        let mut facts = names.facts(["(CE)'CE > 0"])?;
+        let decoupler = if facts.iter().all(|fact| fact.verdict.is_proved()) { self.decoupler()? } else { None };
+        names = names.enclosed("T", decoupler.as_ref(), false);
+        let mut p = "P";
+        if let Some(term) = &self.cubic {
+            p = "P~";
+            let metric = structured_for(&self.p, &self.plant.c, &term.x, &term.n)?;
+            names = names.enclosed(p, metric.as_ref(), true).define("S~", "-XCN")?;
+        }
+        let decrease = format!("(TA - LC)'{p} + {p}(TA - LC){} < 0", rate_term(self.rate, p));
+        facts.extend(names.facts([format!("{p} > 0"), decrease])?);
+        if self.cubic.is_some() {
+            facts.extend(names.facts(["theta >= 0", "S~ + S~' >= 0"])?);
         }
         Ok(facts)
     }

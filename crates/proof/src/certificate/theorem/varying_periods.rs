@@ -25,11 +25,12 @@ use super::super::limits::MOST_MOTION;
 use super::super::members::Members;
 use super::super::sentence::{Reading, Represented};
 use super::super::write::{Out, Written};
-use super::{Fact, FileError, PlantMatrices, Statement};
+use super::{Fact, FileError, PlantMatrices, Statement, names};
 use crate::error::ProofError;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
-use crate::statement::{Effort, accretive, positive, semi_implicit_room};
+use crate::statement::Effort;
 use crate::wording::{at_most, counted, exact, shortest};
 
 /// The largest number of samples missed in a row.
@@ -191,7 +192,7 @@ impl Statement for VaryingPeriodConvergence {
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         self.check()?;
-        let mut facts = vec![Fact::new("P > 0", positive(&self.p)?)];
+        let mut facts = Names::new().symmetric("P", &self.p).facts(["P > 0"])?;
         let mut effort = Effort::default();
         self.falls("I - KC", &self.corrected(&self.k, -1.0)?, &mut effort, &mut facts)?;
         match &self.step {
@@ -200,11 +201,9 @@ impl Statement for VaryingPeriodConvergence {
                 self.falls("I + NC/w", &self.saturated(n, *w)?, &mut effort, &mut facts)?;
             }
             CubicStep::SemiImplicit { n, s, .. } => {
-                facts.push(Fact::new("S + S' >= 0", accretive(s)?));
-                facts.push(Fact::new(
-                    "[(1 - factor^2)P/2, PN + C'S; *, N'PN] >= 0",
-                    semi_implicit_room(&self.plant.c, n, &self.p, s, self.factor)?,
-                ));
+                let names = names(&self.plant).symmetric("P", &self.p).number("factor", self.factor);
+                let names = names.matrix("N", n).matrix("S", s);
+                facts.extend(names.facts(["S + S' >= 0", "[(1 - factor^2)P/2, PN + C'S; *, N'PN] >= 0"])?);
             }
         }
         Ok(facts)

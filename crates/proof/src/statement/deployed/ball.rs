@@ -43,7 +43,7 @@ pub struct ErrorBall {
 /// An intermediate result of the step, or all partial sums of one sum of products, in any order of summation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intermediate {
-    /// Its name in the statement of a certificate and in the head of the module.
+    /// Its name in the statement of a certificate and in `docs/theory-deployed.md`.
     pub what: &'static str,
     /// Upper bound of its magnitude while the error is in the invariant ball.
     pub size: f64,

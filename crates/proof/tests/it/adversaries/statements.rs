@@ -3,6 +3,7 @@
 
 use std::cmp::Ordering;
 
+use luenberger_proof::label::Names;
 use luenberger_proof::{Matrix, Verdict, statement};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng as Random;
@@ -162,7 +163,10 @@ pub(crate) fn feedback(random: &mut Random) -> Tally {
     o.c = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
     o.a = closed;
     let p1 = disturbed(random, &p1, true);
-    let verdict = statement::feedback_block(&o.a, &b, &k, &o.l, &o.c, &p1, &o.p).expect("well-posed");
+    let names = Names::new().matrix("A", &o.a).matrix("B", &b).matrix("C", &o.c).matrix("K", &k).matrix("L", &o.l);
+    let names = names.symmetric("P1", &p1).symmetric("P", &o.p);
+    let verdict =
+        names.decide("[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0").expect("well-posed");
     let exact_bk = Integers::of(&b).times(&Integers::of(&k));
     let (p, p1_exact) = (Integers::of(&o.p), Integers::of(&p1));
     let plant = p1_exact.times(&Integers::of(&o.a).minus(&exact_bk)).twice_symmetric();

@@ -235,7 +235,8 @@ fn a_margin_is_accepted_up_to_the_last_bit_and_no_further() {
             // A file leaves a millionth of it to other ways to add.
             let claimed = file.claims()[k].margin.to_f64().expect("binary64");
             assert!((margin * (1.0 - 1.0 / 524_288.0)..=margin).contains(&claimed), "{claimed} of {margin}");
-            assert!(margin == 0.0 || claimed < margin.next_down(), "{claimed} of {margin}");
+            // Thousands of millions of units in the last place: one that is added elsewhere does not decide.
+            assert!(margin == 0.0 || claimed <= margin * (1.0 - 1.0 / 2_097_152.0), "{claimed} of {margin}");
             let with = |margin: f64| {
                 let mut claims = file.claims().to_vec();
                 claims[k] = Claim { margin: Number::from_f64(margin).expect("finite"), ..claims[k].clone() };
