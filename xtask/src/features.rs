@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::step::{FEATURES, Failure, cargo};
+use crate::step::{FEATURES, Failure, cargo, packages};
 
 /// The builds of each package: its name and version, and its features. One package may be built in several ways.
 type Built = BTreeMap<String, BTreeSet<String>>;
@@ -21,10 +21,8 @@ const TESTS: &str = "normal,build,dev";
 
 /// Fails with the features that are missing in `tests/features/Cargo.toml`.
 pub(crate) fn check() -> Result<(), Failure> {
-    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]).quiet_output("the members")?;
-    let metadata: serde_json::Value =
-        serde_json::from_str(&metadata).map_err(|source| Failure::io("cargo metadata", source.into()))?;
-    let members = metadata["packages"].as_array().into_iter().flatten().filter_map(|package| package["name"].as_str());
+    let packages = packages()?;
+    let members = packages.as_array().into_iter().flatten().filter_map(|package| package["name"].as_str());
     let whole = built(&["--workspace"], TESTS)?;
     let mut missing: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     // This program has to start where the workspace does not compile, and shares nothing with it.

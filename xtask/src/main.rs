@@ -48,13 +48,13 @@ enum Command {
         /// Seed of the random cases of the property tests
         #[arg(long, default_value_t = 2019)]
         seed: u64,
-        /// As in CI: 256 cases of each property (else 32), every template (else a sample), and what is built apart
-        /// (lmi without Clarabel, observers without dual numbers, all examples)
+        /// As in CI: exports of every template (else of a third), and what is built apart (lmi without Clarabel,
+        /// observers without dual numbers, all examples)
         #[arg(long)]
         all: bool,
     },
-    /// The checks that run no test: format, features of dependencies, clippy, documentation, crates without some of their
-    /// features, packages; licences and spelling where cargo-deny and typos are installed
+    /// The checks that run no test: format, features of dependencies, clippy, documentation, crates without some of
+    /// their features, packages; licences and spelling where cargo-deny and typos are installed
     Lint,
     /// The times of the last run of each command, as a table
     Times {

@@ -5,11 +5,11 @@ use std::fmt;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use crate::times;
+use serde_json::Value;
 
 /// Why a row of steps ended early.
 #[derive(Debug)]
@@ -129,6 +129,14 @@ pub(crate) fn cargo(arguments: &[&str]) -> Step {
     program(&cargo).arguments(arguments)
 }
 
+/// The members of the workspace, as cargo describes them.
+pub(crate) fn packages() -> Result<Value, Failure> {
+    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]).quiet_output("the members")?;
+    let metadata: Value =
+        serde_json::from_str(&metadata).map_err(|source| Failure::io("cargo metadata", source.into()))?;
+    Ok(metadata["packages"].clone())
+}
+
 /// Another program.
 pub(crate) fn program(name: impl AsRef<OsStr>) -> Step {
     let mut command = Command::new(name);
@@ -223,7 +231,7 @@ impl Step {
     /// The line after a step, with its time, which is noted.
     fn ended(name: &str, began: Instant, status: ExitStatus) -> String {
         let seconds = began.elapsed().as_secs_f64();
-        times::note(name, seconds);
+        ENDED.lock().unwrap_or_else(PoisonError::into_inner).push((name.to_owned(), seconds));
         let word = if status.success() { "done" } else { "failed" };
         format!("── {name}: {word} in {seconds:.1} s")
     }
@@ -231,6 +239,14 @@ impl Step {
     fn checked(name: &str, status: ExitStatus) -> Result<(), Failure> {
         if status.success() { Ok(()) } else { Err(Failure::Step { name: name.to_owned(), status }) }
     }
+}
+
+/// Name and seconds of each step that has ended, in this order.
+static ENDED: Mutex<Vec<(String, f64)>> = Mutex::new(Vec::new());
+
+/// The steps that have ended, each with its seconds.
+pub(crate) fn ended() -> Vec<(String, f64)> {
+    ENDED.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
 /// One of several commands that run at the same time.
@@ -258,7 +274,7 @@ pub(crate) fn together(jobs: Vec<Job>, at_once: usize) -> (Vec<String>, Result<(
     let work = || {
         while let Some(place) = places.get(next.fetch_add(1, Ordering::Relaxed)) {
             // Nobody else takes this place.
-            let mut place = place.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
             if let Some(Job { name, step }) = place.0.take() {
                 (place.1, place.2) = step.run_silently(&name);
             }
@@ -269,7 +285,7 @@ pub(crate) fn together(jobs: Vec<Job>, at_once: usize) -> (Vec<String>, Result<(
             scope.spawn(work);
         }
     });
-    let places = places.into_iter().map(|place| place.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
+    let places = places.into_iter().map(|place| place.into_inner().unwrap_or_else(PoisonError::into_inner));
     let (printed, ended): (Vec<_>, Vec<_>) = places.map(|(_, text, ended)| (text, ended)).unzip();
     (printed, ended.into_iter().collect())
 }

@@ -8,10 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::step::{Failure, Job, Step, cargo, program, together};
-
-/// Cases of a property that does not set its own number: of a quick run, as against the 256 of all.
-const QUICK_CASES: &str = "32";
+use crate::step::{Failure, Job, Step, cargo, packages, program, together};
 
 /// Tests read it to try all of what they otherwise take a sample of.
 const EVERY_CASE: &str = "EVERY_CASE";
@@ -25,6 +22,9 @@ const LONGEST: [&str; 6] = [
     "luenberger-reproduce",
     "luenberger-design",
 ];
+
+/// Members whose examples are optimised like the crates: without it they take longer to run than to compile.
+const OPTIMISED: [&str; 4] = ["luenberger-reproduce", "luenberger-sim", "luenberger-study", "luenberger-tests"];
 
 /// A test program of a package.
 struct Binary {
@@ -52,9 +52,8 @@ pub(crate) fn run(seed: u64, all: bool) -> Result<(), Failure> {
     binaries.sort_by_key(|binary| rank(&binary.package));
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let threads = cores.div_ceil(2).to_string();
-    // Optimised like the crates: without it the examples of the designs take longer to run than to compile.
-    let examples = cargo(&["test", "--workspace", "--doc"]).variable("RUSTDOCFLAGS", "-C opt-level=1");
-    let mut jobs = vec![Job::new("examples in the documentation", with(examples))];
+    let mut jobs: Vec<Job> = documented().into_iter().map(|(name, step)| Job::new(name, with(step))).collect();
+    let documented = jobs.len();
     for binary in &binaries {
         let name = format!("{} ({})", binary.package, binary.selected.last().map_or("", String::as_str));
         let step = program(&binary.path).folder(&binary.folder);
@@ -65,7 +64,7 @@ pub(crate) fn run(seed: u64, all: bool) -> Result<(), Failure> {
     }
     let jobs = jobs.into_iter().map(|job| job.variable("RUST_TEST_THREADS", &threads)).collect();
     let (printed, ended) = together(jobs, cores.min(2));
-    for (binary, text) in binaries.iter().zip(printed.iter().skip(1)) {
+    for (binary, text) in binaries.iter().zip(printed.iter().skip(documented)) {
         for test in failed(text) {
             let selected = binary.selected.join(" ");
             eprintln!("── to repeat: {shown} cargo test -p {} {selected} -- --exact {test}", binary.package);
@@ -73,16 +72,25 @@ pub(crate) fn run(seed: u64, all: bool) -> Result<(), Failure> {
     }
     ended?;
     if !all {
-        eprintln!(
-            "── {QUICK_CASES} cases of each property, samples of the templates: cargo xtask test --all has the rest"
-        );
+        eprintln!("── a sample of the templates, and nothing built apart: cargo xtask test --all has the rest");
     }
     Ok(())
 }
 
 fn variables(seed: u64, all: bool) -> Vec<(&'static str, String)> {
-    let cases = if all { (EVERY_CASE, "1".to_owned()) } else { ("PROPTEST_CASES", QUICK_CASES.to_owned()) };
-    vec![("PROPTEST_RNG_SEED", seed.to_string()), cases]
+    let seed = ("PROPTEST_RNG_SEED", seed.to_string());
+    let every = all.then(|| (EVERY_CASE, "1".to_owned()));
+    [seed].into_iter().chain(every).collect()
+}
+
+/// The examples in the documentation.
+fn documented() -> [(&'static str, Step); 2] {
+    let others = OPTIMISED.map(|name| format!("--exclude={name}"));
+    let others = others.iter().fold(cargo(&["test", "--workspace", "--doc"]), Step::argument);
+    let optimised = OPTIMISED.map(|name| format!("--package={name}"));
+    let optimised = optimised.iter().fold(cargo(&["test", "--doc"]), Step::argument);
+    let optimised = optimised.variable("RUSTDOCFLAGS", "-C opt-level=1");
+    [("examples in the documentation", others), ("examples of runs", optimised)]
 }
 
 /// Crates without some of their features.
@@ -90,7 +98,8 @@ fn built_apart() -> [(&'static str, Step); 2] {
     // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing
     // but lmi is compiled for it, because the features of all that it stands on are those of the workspace.
     let lmi = cargo(&["test", "--package", "luenberger-lmi"]);
-    let bare = cargo(&["test", "--package", "luenberger-observers", "--no-default-features", "--test", "it"]);
+    let bare = ["test", "--package", "luenberger-observers-tests", "--no-default-features", "--features", "serde"];
+    let bare = cargo(&bare);
     [("lmi without Clarabel", lmi), ("observers without dual numbers", bare)]
 }
 
@@ -136,13 +145,6 @@ fn examples() -> Result<Vec<String>, Failure> {
     let targets = others.filter_map(|package| package["targets"].as_array()).flatten();
     let examples = targets.filter(|target| target["kind"][0] == "example").filter_map(|target| target["name"].as_str());
     Ok(examples.chain(["numerical_kkl_table"]).map(str::to_owned).collect())
-}
-
-fn packages() -> Result<Value, Failure> {
-    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]).quiet_output("the members")?;
-    let metadata: Value =
-        serde_json::from_str(&metadata).map_err(|source| Failure::io("cargo metadata", source.into()))?;
-    Ok(metadata["packages"].clone())
 }
 
 /// The names of the tests that failed, from what their program printed.

@@ -2,16 +2,12 @@
 //! `cargo xtask times --document`.
 
 use crate::bench::write_page;
-use crate::step::{Failure, program, target};
+use crate::step::{self, Failure, program, target};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
-
-/// Name and seconds of each step that has ended, in this order.
-static STEPS: Mutex<Vec<(String, f64)>> = Mutex::new(Vec::new());
 
 /// The commands of the table, in the order in which they are run after a fresh clone.
 const COMMANDS: [&str; 9] =
@@ -20,15 +16,10 @@ const COMMANDS: [&str; 9] =
 /// Steps below this many seconds share a row.
 const SHORT: f64 = 5.0;
 
-/// Notes a step that has ended.
-pub(crate) fn note(name: &str, seconds: f64) {
-    STEPS.lock().unwrap_or_else(PoisonError::into_inner).push((name.to_owned(), seconds));
-}
-
 /// Prints the steps of a command that has ended, and keeps them. Steps that run at the same time overlap: their sum is
 /// not the time of the command.
 pub(crate) fn keep(command: &str, began: Instant) -> Result<(), Failure> {
-    let steps = STEPS.lock().unwrap_or_else(PoisonError::into_inner);
+    let steps = step::ended();
     let wall = began.elapsed().as_secs_f64();
     if steps.len() < 2 {
         return Ok(());
@@ -41,7 +32,7 @@ pub(crate) fn keep(command: &str, began: Instant) -> Result<(), Failure> {
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
     let file = file(command);
     let kept = json!({
-        "wall": wall, "cpu": processor_time(), "date": date(), "machine": machine(), "steps": *steps,
+        "wall": wall, "cpu": processor_time(), "date": date(), "machine": machine(), "steps": steps,
     });
     fs::write(&file, format!("{kept}\n")).map_err(|source| Failure::io(&file, source))
 }

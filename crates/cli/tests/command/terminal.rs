@@ -51,6 +51,11 @@ pub(crate) fn run(command: &mut Command, input: &[u8]) -> Ran {
     }
 }
 
+/// Whether `EVERY_CASE` is set, as by `cargo xtask test --all`: otherwise a sample of what takes long.
+pub(crate) fn every_case() -> bool {
+    std::env::var_os("EVERY_CASE").is_some()
+}
+
 /// A new folder for one test, below the build folder.
 pub(crate) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);

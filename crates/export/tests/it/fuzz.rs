@@ -502,8 +502,10 @@ fn misra_rules_hold_but_for_the_documented_deviations() {
     let own = ["2.2", "2.5", "8.7", "8.9", "15.5"];
     let of_libm = ["9.3", "10.1", "10.3", "10.6", "10.8", "12.1", "12.2", "14.4", "15.5", "21.15"];
     let mut random = Random(3);
-    let count = if is_complete() { 3 } else { 1 };
+    let (count, least) = if is_complete() { (3, 5) } else { (0, 3) };
     let programs = (0..count).map(|_| nonlinear(&mut random)).collect::<Vec<_>>().into_iter().chain(of_every_kernel());
+    // The checker takes a second or two for each.
+    let programs = programs.step_by(if is_complete() { 1 } else { 2 });
     let mut checked = 0;
     for (k, program) in programs.enumerate() {
         let export = export("plant", program, if k % 2 == 0 { Scalar::Binary32 } else { Scalar::Binary64 });
@@ -531,5 +533,5 @@ fn misra_rules_hold_but_for_the_documented_deviations() {
         }
         checked += 1;
     }
-    assert!(checked >= 5, "{checked}");
+    assert!(checked >= least, "{checked}");
 }
