@@ -1,9 +1,9 @@
-//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
+//! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask lint`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench observers`, `cargo xtask bench step`, `cargo xtask bench sweep`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask stress words`, `cargo xtask mutate`,
 //! `cargo xtask firmware`, `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`,
-//! `cargo xtask screenshots`, `cargo xtask python`.
+//! `cargo xtask screenshots`, `cargo xtask python`, `cargo xtask times`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -12,17 +12,21 @@ mod cluster;
 mod deploy;
 mod features;
 mod firmware;
+mod lint;
 mod live;
 mod mutate;
 mod python;
 mod screenshots;
 mod step;
 mod stress;
+mod test;
+mod times;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use step::{Failure, cargo, is_installed, program};
+use std::time::Instant;
+use step::{Failure, is_installed, program};
 
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "The workspace's own commands")]
@@ -39,12 +43,24 @@ enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// The CI checks: format, features of dependencies, clippy, tests, documentation, the observers without an
-    /// allocator, packages; licences and spelling where cargo-deny and typos are installed
+    /// All tests, and the examples in the documentation, two programs at a time
     Test {
         /// Seed of the random cases of the property tests
         #[arg(long, default_value_t = 2019)]
         seed: u64,
+        /// As in CI: 256 cases of each property (else 32), every template (else a sample), and what is built apart
+        /// (lmi without Clarabel, observers without dual numbers, all examples)
+        #[arg(long)]
+        all: bool,
+    },
+    /// The checks that run no test: format, features of dependencies, clippy, documentation, crates without some of their
+    /// features, packages; licences and spelling where cargo-deny and typos are installed
+    Lint,
+    /// The times of the last run of each command, as a table
+    Times {
+        /// Put the table into docs/build.md as well
+        #[arg(long)]
+        document: bool,
     },
     /// Build the book of docs/ with mdbook: target/book/index.html
     Docs,
@@ -57,6 +73,9 @@ enum Command {
         /// Put the table into its page in docs as well (linalg, lmi, observers, sim, step, sweep)
         #[arg(long)]
         document: bool,
+        /// Instead of other tools an earlier commit of this repository, routine by routine (linalg)
+        #[arg(long)]
+        against: Option<String>,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
         #[arg(long, default_value = bench::proof::INSTANCES)]
         instances: PathBuf,
@@ -137,6 +156,24 @@ enum Command {
     },
 }
 
+impl Command {
+    /// The name under which its times are kept: commands of CI.
+    fn timed(&self) -> Option<&'static str> {
+        match self {
+            Self::Reproduce { .. } => Some("reproduce"),
+            Self::Test { all: false, .. } => Some("test"),
+            Self::Test { all: true, .. } => Some("test --all"),
+            Self::Lint => Some("lint"),
+            Self::Firmware { .. } => Some("firmware"),
+            Self::Deploy => Some("deploy"),
+            Self::Cluster => Some("cluster"),
+            Self::Live { .. } => Some("live"),
+            Self::Python => Some("python"),
+            _ => None,
+        }
+    }
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Claimed {
     /// Definiteness of matrices of numbers and of intervals, and the inequalities of Lyapunov, Stein and of feedback
@@ -166,11 +203,18 @@ enum Subject {
 }
 
 fn main() -> ExitCode {
-    let done = match Arguments::parse().command {
+    let began = Instant::now();
+    let command = Arguments::parse().command;
+    let name = command.timed();
+    let done = match command {
         Command::Reproduce { out } => reproduce(out.as_deref()),
-        Command::Test { seed } => test(seed),
+        Command::Test { seed, all } => test::run(seed, all),
+        Command::Lint => lint::run(),
+        Command::Times { document } => times::run(document),
         Command::Docs => docs(),
-        Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
+        Command::Bench { what: Subject::Linalg, largest, document, against, .. } => {
+            bench::linalg::run(largest, document, against.as_deref())
+        }
         Command::Bench { what: Subject::Lmi, largest, document, .. } => bench::lmi::run(largest, document),
         Command::Bench { what: Subject::Observers, document, .. } => bench::observers::run(document),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
@@ -193,7 +237,7 @@ fn main() -> ExitCode {
         Command::Mutate { all: true, shard, list, .. } => mutate::all::run(shard.as_deref(), list),
         Command::Mutate { only, list, .. } => mutate::run(&only, list),
     };
-    match done {
+    match done.and_then(|()| name.map_or(Ok(()), |name| times::keep(name, began))) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("xtask: {failure}");
@@ -212,78 +256,6 @@ fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
     };
     // The README's counts are those of the run.
     step::reproduction(&out)?.arguments(&["--counted-in", "README.md"]).step("reproduce")
-}
-
-fn test(seed: u64) -> Result<(), Failure> {
-    let seed = &seed.to_string();
-    eprintln!("property tests: PROPTEST_RNG_SEED={seed}");
-    let tests = |arguments: &[&str]| cargo(arguments).variable("PROPTEST_RNG_SEED", seed);
-    cargo(&["fmt", "--all", "--check"]).step("format")?;
-    // A dependency added to a crate that firmware/ uses has to be in its lock file, too.
-    cargo(&["metadata", "--manifest-path", "firmware/Cargo.toml", "--locked", "--format-version", "1"])
-        .output("lock file of firmware")?;
-    features::check()?;
-    cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
-    tests(&["test", "--workspace", "--tests"]).step("tests")?;
-    let names = examples()?.into_iter().flat_map(|name| ["--example".to_owned(), name]);
-    names.fold(cargo(&["build", "--workspace"]), step::Step::argument).step("examples that no test runs")?;
-    // Optimised like the crates: without it the examples of the designs take longer to run than to compile. Their
-    // programs are compiled one after the other, which leaves a core to the other checks.
-    let examples = tests(&["test", "--workspace", "--doc"]).variable("RUSTDOCFLAGS", "-C opt-level=1");
-    examples.beside("examples in the documentation", || built_apart(&tests))?;
-    if is_installed("cargo-deny") {
-        cargo(&["deny", "--offline", "check", "licenses", "bans", "sources"]).step("licences")?;
-    } else {
-        skipped("licences and sources of the dependencies", "cargo-deny");
-    }
-    if is_installed("typos") {
-        program("typos").step("spelling")?;
-    } else {
-        skipped("spelling", "typos-cli");
-    }
-    Ok(())
-}
-
-/// Crates without some of their features, the documentation, and what would be published.
-fn built_apart(tests: &impl Fn(&[&str]) -> step::Step) -> Result<(), Failure> {
-    // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing
-    // but lmi is compiled for it, because the features of all that it stands on are those of the workspace.
-    tests(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
-    let doc = cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings");
-    lints()?.into_iter().flatten().fold(doc, |doc, (name, value)| doc.variable(name, &value)).step("documentation")?;
-    // Without development dependencies, which bring the allocator and the standard library.
-    cargo(&["clippy", "--package", "luenberger-observers", "--no-default-features", "--", "-D", "warnings"])
-        .step("observers without allocator")?;
-    let bare = ["test", "--package", "luenberger-observers", "--no-default-features", "--test", "it"];
-    tests(&bare).step("observers without dual numbers")?;
-    // What is in the packages, not whether they compile: `cargo package --workspace` does both, in twice the time.
-    let unpublished = ["luenberger-reproduce", "luenberger-tests", "xtask"].map(|name| format!("--exclude={name}"));
-    let package = cargo(&["package", "--workspace", "--no-verify", "--allow-dirty", "--quiet"]);
-    unpublished.iter().fold(package, step::Step::argument).step("packages")
-}
-
-/// The examples that no test runs: those of `luenberger` are modules of its tests, all but one.
-fn examples() -> Result<Vec<String>, Failure> {
-    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]).quiet_output("the members")?;
-    let metadata: serde_json::Value =
-        serde_json::from_str(&metadata).map_err(|source| Failure::io("cargo metadata", source.into()))?;
-    let packages = metadata["packages"].as_array().into_iter().flatten();
-    let others = packages.filter(|package| package["name"] != "luenberger");
-    let targets = others.filter_map(|package| package["targets"].as_array()).flatten();
-    let examples = targets.filter(|target| target["kind"][0] == "example").filter_map(|target| target["name"].as_str());
-    Ok(examples.chain(["numerical_kkl_table"]).map(str::to_owned).collect())
-}
-
-/// What `cargo clippy -- -D warnings` sets in the environment, with which `cargo doc` takes the crates as clippy has
-/// checked them; nothing where clippy is not beside the compiler. Should clippy's own differ, the crates are checked
-/// again.
-fn lints() -> Result<Option<[(&'static str, String); 2]>, Failure> {
-    let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let sysroot = program(compiler).arguments(&["--print", "sysroot"]).quiet_output("sysroot")?;
-    let driver = Path::new(sysroot.trim()).join("bin").join(format!("clippy-driver{}", std::env::consts::EXE_SUFFIX));
-    let Some(path) = driver.to_str().filter(|_| driver.is_file()) else { return Ok(None) };
-    let mark = "__CLIPPY_HACKERY__";
-    Ok(Some([("RUSTC_WORKSPACE_WRAPPER", path.to_owned()), ("CLIPPY_ARGS", format!("-D{mark}warnings{mark}"))]))
 }
 
 fn docs() -> Result<(), Failure> {

@@ -5,7 +5,11 @@ use std::fmt;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
+
+use crate::times;
 
 /// Why a row of steps ended early.
 #[derive(Debug)]
@@ -173,32 +177,27 @@ impl Step {
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
-    /// Runs it while `others` run, whose output comes first. Fails if either does.
-    pub(crate) fn beside(self, name: &str, others: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
-        std::thread::scope(|scope| {
-            let running = scope.spawn(|| self.run_silently(name));
-            let others = others();
-            let (text, ended) = running.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            eprintln!("{text}");
-            others.and(ended)
-        })
-    }
-
     /// Runs it and returns what it would have printed.
     fn run_silently(mut self, name: &str) -> (String, Result<(), Failure>) {
-        let mut text = self.started(name);
         let began = Instant::now();
+        let mut text = String::new();
         let ended = io::pipe().and_then(|(mut printed, writer)| {
             let mut child = self.command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
             // The pipe ends once the child has ended, which has the only ends to write to left.
             self.command.stdout(Stdio::null()).stderr(Stdio::null());
             let mut bytes = Vec::new();
             printed.read_to_end(&mut bytes)?;
-            text = format!("{text}\n{}", String::from_utf8_lossy(&bytes));
+            text = String::from_utf8_lossy(&bytes).into_owned();
             child.wait()
         });
         let ended = ended.map_err(|source| Failure::io(self.command.get_program(), source)).and_then(|status| {
-            text = format!("{text}{}", Self::ended(name, began, status));
+            let ended = Self::ended(name, began, status);
+            // What passed is not of interest.
+            if status.success() {
+                eprintln!("{ended}");
+            } else {
+                eprintln!("{}\n{text}{ended}", self.started(name));
+            }
             Self::checked(name, status)
         });
         (text, ended)
@@ -221,13 +220,56 @@ impl Step {
         format!("── {name}: {}", shown.collect::<Vec<_>>().join(" "))
     }
 
-    /// The line after a step, with its time.
+    /// The line after a step, with its time, which is noted.
     fn ended(name: &str, began: Instant, status: ExitStatus) -> String {
+        let seconds = began.elapsed().as_secs_f64();
+        times::note(name, seconds);
         let word = if status.success() { "done" } else { "failed" };
-        format!("── {name}: {word} in {:.1} s", began.elapsed().as_secs_f64())
+        format!("── {name}: {word} in {seconds:.1} s")
     }
 
     fn checked(name: &str, status: ExitStatus) -> Result<(), Failure> {
         if status.success() { Ok(()) } else { Err(Failure::Step { name: name.to_owned(), status }) }
     }
+}
+
+/// One of several commands that run at the same time.
+pub(crate) struct Job {
+    name: String,
+    step: Step,
+}
+
+impl Job {
+    pub(crate) fn new(name: &str, step: Step) -> Self {
+        Self { name: name.to_owned(), step }
+    }
+
+    pub(crate) fn variable(self, name: &str, value: &str) -> Self {
+        Self { name: self.name, step: self.step.variable(name, value) }
+    }
+}
+
+/// Runs `at_once` of the jobs at a time, in their order, to the end of all. Returns what each printed, which is shown
+/// of those that fail, and the failure of the first of these.
+pub(crate) fn together(jobs: Vec<Job>, at_once: usize) -> (Vec<String>, Result<(), Failure>) {
+    type Place = Mutex<(Option<Job>, String, Result<(), Failure>)>;
+    let places: Vec<Place> = jobs.into_iter().map(|job| Mutex::new((Some(job), String::new(), Ok(())))).collect();
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some(place) = places.get(next.fetch_add(1, Ordering::Relaxed)) {
+            // Nobody else takes this place.
+            let mut place = place.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            if let Some(Job { name, step }) = place.0.take() {
+                (place.1, place.2) = step.run_silently(&name);
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..at_once {
+            scope.spawn(work);
+        }
+    });
+    let places = places.into_iter().map(|place| place.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
+    let (printed, ended): (Vec<_>, Vec<_>) = places.map(|(_, text, ended)| (text, ended)).unzip();
+    (printed, ended.into_iter().collect())
 }

@@ -184,7 +184,8 @@ pub(crate) enum Command {
     /// Input {"a": n x n, "b": n x m, "c": p x n, "d": p x m}; without c the output is the state, without d D is 0.
     /// Output {"a", "b", "c", "d", "period"}, and for matched {"transfer": {"zeros", "poles", "gain"}}. The methods are
     /// those of MATLAB's c2d; the state of tustin is scaled as in scipy and python-control. matched needs one input and
-    /// one output, and gives the companion form. --delay delays the inputs: past inputs become states.
+    /// one output, and gives the companion form. --delay delays the inputs, --output-delay the outputs: past inputs and
+    /// outputs become states.
     #[command(after_help = C2D)]
     C2d(SamplingInput),
     /// Discrete to continuous time: zoh, foh, tustin, impulse
@@ -265,6 +266,9 @@ pub(crate) struct StudyInput {
     /// Number of threads; it does not affect the results [default: number of processors]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<usize>,
+    /// Print the results as Markdown, for an issue or a notebook
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) markdown: bool,
 }
 
 #[derive(Args)]
@@ -287,6 +291,9 @@ pub(crate) struct AdviseInput {
     /// Number of threads [default: number of processors]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<usize>,
+    /// Print the results as Markdown, for an issue or a notebook
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) markdown: bool,
 }
 
 #[derive(Args)]
@@ -549,6 +556,9 @@ pub(crate) struct SamplingInput {
     /// With zoh: delay of the input, or of each input, in the unit of time of A; whole periods or not
     #[arg(long, value_name = "DELAY", value_delimiter = ',', allow_negative_numbers = true)]
     pub(crate) delay: Vec<f64>,
+    /// With zoh: delay of the output, or of each output, likewise
+    #[arg(long, value_name = "DELAY", value_delimiter = ',', allow_negative_numbers = true)]
+    pub(crate) output_delay: Vec<f64>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

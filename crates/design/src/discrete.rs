@@ -22,6 +22,7 @@ use nalgebra::{Complex, DMatrix, Dyn};
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::error::{DesignError, Pair};
+use crate::kalman_noise::KalmanNoise;
 use crate::linear::LinearDesign;
 use crate::lyapunov_choice::proved_or_first;
 
@@ -101,16 +102,21 @@ impl DiscreteDesign {
         w: impl Into<RealMatrixView<'a>>,
         v: impl Into<RealMatrixView<'a>>,
     ) -> Result<Self, DesignError> {
-        Self::kalman_of(plant, period, &check::owned(w), &check::owned(v))
+        Self::kalman_of(plant, period, &KalmanNoise::new(w, v))
     }
 
-    fn kalman_of(plant: &StateSpace, period: f64, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Self, DesignError> {
+    /// The same for noise that enters by G, or process and measurement noise that are correlated:
+    /// `L = (A P C' + G S)(C P C' + V)^-1`.
+    ///
+    /// # Errors
+    /// As [`kalman`](Self::kalman); shapes of G and S that do not fit; a joint covariance of both noises that is not
+    /// positive semidefinite.
+    pub fn kalman_of(plant: &StateSpace, period: f64, noise: &KalmanNoise) -> Result<Self, DesignError> {
         check::plant(plant)?;
-        let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
-        let v = check::positive_definite("V", v, plant.c.nrows())?;
-        let Kalman { l, p, .. } = check::kalman(TimeDomain::Discrete, (&plant.a, &plant.c), &w, &v)
-            .map_err(|error| check::undetectable(error, TimeDomain::Discrete, plant))?;
-        let innovation = symmetric_part(&(&plant.c * &p * plant.c.transpose() + &v));
+        let noise = noise.of_states(plant)?;
+        let Kalman { l, p, .. } = noise.gain(TimeDomain::Discrete, plant)?;
+        let v = &noise.v;
+        let innovation = symmetric_part(&(&plant.c * &p * plant.c.transpose() + v));
         let innovation = check::positive_definite("C P C' + V", &innovation, plant.c.nrows())?;
         let update = innovation.cholesky().map(|s| s.solve(&(&plant.c * &p)).transpose());
         Self::certified(plant, period, l, Some(p)).map(|design| Self { update, ..design })
@@ -167,13 +173,25 @@ impl DiscreteDesign {
         w: impl Into<RealMatrixView<'a>>,
         v: impl Into<RealMatrixView<'a>>,
     ) -> Result<Self, DesignError> {
+        Self::sampled_kalman_of(plant, period, &KalmanNoise::new(w, v))
+    }
+
+    /// The same for noise that enters by G, or process and measurement noise that are correlated: of the process noise
+    /// of a period and the mean of the measurement noise over it, `int_0^h e^(As) ds G S / h`.
+    ///
+    /// # Errors
+    /// As [`sampled_kalman`](Self::sampled_kalman) and [`kalman_of`](Self::kalman_of).
+    pub fn sampled_kalman_of(plant: &StateSpace, period: f64, noise: &KalmanNoise) -> Result<Self, DesignError> {
         check::positive("the sampling period h", period)?;
         check::plant(plant)?;
-        let w = check::positive_semidefinite("W", &check::owned(w), plant.a.nrows())?;
-        let v = check::positive_definite("V", &check::owned(v), plant.c.nrows())?;
-        let noise = discrete_process_noise(&plant.a, &w, period)?;
-        Self::kalman_of(&held(plant, period)?, period, &noise, &sampled_measurement_covariance(&v, period)?)
-            .map_err(|error| error.of_pair(Pair::Sampled))
+        let noise = noise.of_states(plant)?;
+        let sampled = KalmanNoise {
+            w: discrete_process_noise(&plant.a, &noise.w, period)?,
+            v: sampled_measurement_covariance(&noise.v, period)?,
+            g: None,
+            s: noise.cross_of_period(&plant.a, period)?,
+        };
+        Self::kalman_of(&held(plant, period)?, period, &sampled).map_err(|error| error.of_pair(Pair::Sampled))
     }
 
     /// A given gain `l`, n x p, of a plant in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`.
@@ -202,7 +220,7 @@ impl DiscreteDesign {
     }
 
     /// The gain `K = P C' (C P C' + V)^-1` of the measurement update, of a design by [`kalman`](Self::kalman):
-    /// `L = A K`.
+    /// `L = A K`, unless the noises are correlated.
     pub fn update_gain(&self) -> Option<&DMatrix<f64>> {
         self.update.as_ref()
     }

@@ -329,8 +329,9 @@ pub enum DesignError {
     },
     /// No gain with a norm below a bound was found, and none was proved not to exist.
     #[error(
-        "not found: a gain{} that makes the {norm} norm of the error less than {}{}; that there is none is not proved{}",
+        "not found: a gain{} that makes the {norm} norm of the error less than {}{}; that there is none is not proved{}{}",
         if *is_limited { " within `max_gain`" } else { "" }, short(*.gamma), best_found(*.best),
+        if *is_limited { ", because the inequality for `max_gain` is sufficient but not necessary" } else { "" },
         why.as_ref().map_or_else(String::new, |why| format!(": {why}"))
     )]
     NormNotFound {
@@ -344,6 +345,14 @@ pub enum DesignError {
         is_limited: bool,
         /// Why its inequality is undecided; none where it has a solution without the bound of the gain.
         why: Option<UndecidedReason>,
+    },
+    /// The least norm is requested, and nothing disturbs the states of a stable plant.
+    #[error(
+        "E = 0 and A is stable: the least {norm} norm is 0, that of the gain L = 0, since nothing disturbs the states"
+    )]
+    NoDisturbance {
+        /// The norm.
+        norm: &'static str,
     },
     /// The least norm is requested, and an output or a combination of outputs has no noise.
     #[error(

@@ -50,7 +50,7 @@ pub(crate) fn solve(
         let Gain { l, p } = gain_of(&solution)?;
         Ok((Gain { l: units.gain_back(&l), p: units.lyapunov_back(&p) }, solution))
     } else {
-        let what = if options.only_rate() { WHAT } else { WHAT_WITHIN_LIMITS };
+        let what = if options.only_rate() { WHAT } else { within_limits(options) };
         Err(DesignError::not_proved(what, Some(solution.verdict)).with_seen(nearly))
     }
 }
@@ -91,7 +91,13 @@ pub(crate) fn gain_of(solution: &Solution) -> Result<Gain, DesignError> {
     Ok(Gain { l, p })
 }
 
-pub(crate) const WHAT_WITHIN_LIMITS: &str =
-    "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0 with the bound of the gain and the noise asked for";
+/// The inequality with a bound of the gain or with noise. That it has no solution excludes no gain within a bound.
+pub(crate) fn within_limits(options: &GainOptions) -> &'static str {
+    if options.max_gain.is_some() {
+        "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0 with the bound of the gain, for which it is sufficient but not necessary,"
+    } else {
+        "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0 with the bound of the gain and the noise asked for"
+    }
+}
 
 pub(crate) const WHAT: &str = "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0";

@@ -19,6 +19,7 @@ use crate::check::{self, StableLoop};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 use crate::gain_options::GainOptions;
+use crate::kalman_noise::KalmanNoise;
 use crate::lyapunov_choice::proved_or_first;
 
 /// The right-hand side Q of the Lyapunov equation `F'P + P F + Q = 0` that certifies a gain.
@@ -174,11 +175,18 @@ impl LinearDesign {
         v: impl Into<RealMatrixView<'a>>,
         weight: LyapunovWeight,
     ) -> Result<Self, DesignError> {
+        Self::kalman_of(plant, &KalmanNoise::new(w, v), weight)
+    }
+
+    /// The same for noise that enters by G, or process and measurement noise that are correlated:
+    /// `L = (Sigma C' + G S) V^-1`.
+    ///
+    /// # Errors
+    /// As [`kalman_with_weight`](Self::kalman_with_weight); shapes of G and S that do not fit; a joint intensity of both
+    /// noises that is not positive semidefinite.
+    pub fn kalman_of(plant: &StateSpace, noise: &KalmanNoise, weight: LyapunovWeight) -> Result<Self, DesignError> {
         check::plant(plant)?;
-        let w = check::positive_semidefinite("W", &check::owned(w), plant.a.nrows())?;
-        let v = check::positive_definite("V", &check::owned(v), plant.c.nrows())?;
-        let Kalman { l, p, .. } = check::kalman(TimeDomain::Continuous, (&plant.a, &plant.c), &w, &v)
-            .map_err(|error| check::undetectable(error, TimeDomain::Continuous, plant))?;
+        let Kalman { l, p, .. } = noise.of_states(plant)?.gain(TimeDomain::Continuous, plant)?;
         Self::with_equation(plant, l, Origin::Kalman(p), weight)
     }
 

@@ -329,7 +329,13 @@ impl ExportableObserver {
             let columns = m.ncols();
             m.insert_column(columns, 0.0)
         };
-        let same = cast_cubic(observer.nominal(), with_time)?;
+        let same =
+            cast_cubic(
+                observer.nominal(),
+                |name, m| {
+                    if ["B", "D"].contains(&name) { with_time(m.clone()) } else { m.clone() }
+                },
+            )?;
         let (a, b, k) = (observer.a().clone(), with_time(observer.b().clone()), observer.k().clone());
         let observer = VaryingPeriodObserver::new(same, a, b, k, observer.longest())?;
         Ok(Self::Varying(VaryingPeriodStep::new(observer)?))
@@ -349,7 +355,9 @@ impl ExportableObserver {
     pub(crate) fn prediction_substeps(&self, scalar: Scalar) -> usize {
         let Self::Varying(step) = self else { return 1 };
         let substeps = match scalar {
-            Scalar::Binary32 => cast_varying::<f32>(step).map(|same| same.observer().substeps()),
+            Scalar::Binary32 => {
+                cast_varying::<f32>(step, |_, m| m.map(nalgebra::convert)).map(|same| same.observer().substeps())
+            }
             Scalar::Binary64 => Ok(step.observer().substeps()),
         };
         // The cast has been checked.
@@ -418,9 +426,9 @@ impl ExportableObserver {
     pub(crate) fn cast<T: RealField + Copy>(&self) -> Result<Cast<T>, ObserverError> {
         let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
         Ok(match self {
-            Self::Linear(observer) => Cast::new(Sampled(cast_linear(observer)?), None),
-            Self::Cubic(observer) => Cast::new(Sampled(cast_cubic(observer, |m| m)?), None),
-            Self::Varying(step) => Cast::new(Sampled(cast_varying(step)?), None),
+            Self::Linear(observer) => Cast::new(Sampled(cast_linear(observer, |_, m| cast(m))?), None),
+            Self::Cubic(observer) => Cast::new(Sampled(cast_cubic(observer, |_, m| cast(m))?), None),
+            Self::Varying(step) => Cast::new(Sampled(cast_varying(step, |_, m| cast(m))?), None),
             Self::Kalman(filter) => {
                 let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.noise_model());
                 let noises = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
@@ -475,53 +483,57 @@ impl ExportableObserver {
     }
 }
 
-/// A linear observer over the scalar `T`.
+/// A linear observer over the scalar `T`, whose matrices `cast` makes of those of these names.
 pub(crate) fn cast_linear<T: RealField + Copy>(
     observer: &DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>,
+    mut cast: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
 ) -> Result<DiscreteLinearObserver<T, Dyn, Dyn, Dyn>, ObserverError> {
-    let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
     let LinearPlant { a, b, c, d } = observer.plant();
-    let plant = LinearPlant::new(cast(a), cast(b), cast(c))?;
+    let plant = LinearPlant::new(cast("A", a), cast("B", b), cast("C", c))?;
     let plant = match d {
-        Some(d) => plant.with_feedthrough(cast(d))?,
+        Some(d) => plant.with_feedthrough(cast("D", d))?,
         None => plant,
     };
-    DiscreteLinearObserver::new(plant, cast(observer.l()), nalgebra::convert(observer.period()))
+    DiscreteLinearObserver::new(plant, cast("L", observer.l()), nalgebra::convert(observer.period()))
 }
 
-/// An observer at varying periods over the scalar `T`.
-fn cast_varying<T: RealField + Copy>(
+/// An observer at varying periods over the scalar `T`, whose matrices `cast` makes of those of these names; those that
+/// the nominal period alone has are without a name.
+pub(crate) fn cast_varying<T: RealField + Copy>(
     step: &VaryingPeriodStep<f64, Dyn, Dyn, Dyn>,
+    mut cast: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
 ) -> Result<VaryingPeriodStep<T, Dyn, Dyn, Dyn>, ObserverError> {
-    let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
     let observer = step.observer();
-    let (nominal, longest) = (cast_cubic(observer.nominal(), |m| m)?, nalgebra::convert(observer.longest()));
-    let (a, b, k) = (cast(observer.a()), cast(observer.b()), cast(observer.k()));
+    let nominal = cast_cubic(observer.nominal(), |name, m| match name {
+        "A" | "B" | "L" => m.map(nalgebra::convert),
+        _ => cast(name, m),
+    })?;
+    let (a, b, k) = (cast("A", observer.a()), cast("B", observer.b()), cast("GAIN", observer.k()));
+    let longest = nalgebra::convert(observer.longest());
     VaryingPeriodStep::new(VaryingPeriodObserver::new(nominal, a, b, k, longest)?)
 }
 
-/// A sampled cubic observer over the scalar `T`, with other columns for the inputs.
-fn cast_cubic<T: RealField + Copy>(
+/// A sampled cubic observer over the scalar `T`, whose matrices `cast` makes of those of these names.
+pub(crate) fn cast_cubic<T: RealField + Copy>(
     observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>,
-    of_inputs: impl Fn(DMatrix<T>) -> DMatrix<T>,
+    mut cast: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
 ) -> Result<SampledCubicObserver<T, Dyn, Dyn, Dyn>, ObserverError> {
-    let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
     let gains = SampledCubicGains {
-        ad: cast(observer.ad()),
-        bd: of_inputs(cast(observer.bd())),
-        c: cast(observer.c()),
-        ld: cast(observer.ld()),
-        n: cast(observer.n()),
-        theta: cast(observer.theta()),
+        ad: cast("A", observer.ad()),
+        bd: cast("B", observer.bd()),
+        c: cast("C", observer.c()),
+        ld: cast("L", observer.ld()),
+        n: cast("N", observer.n()),
+        theta: cast("THETA", observer.theta()),
         w: nalgebra::convert(observer.w()),
         period: nalgebra::convert(observer.period()),
     };
     let same = match observer.coupling() {
-        Some(coupling) => SampledCubicObserver::semi_implicit(gains, cast(coupling))?,
+        Some(coupling) => SampledCubicObserver::semi_implicit(gains, cast("G", coupling))?,
         None => SampledCubicObserver::new(gains)?,
     };
     match observer.d() {
-        Some(d) => same.with_feedthrough(of_inputs(cast(d))),
+        Some(d) => same.with_feedthrough(cast("D", d)),
         None => Ok(same),
     }
 }

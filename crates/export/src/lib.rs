@@ -31,6 +31,7 @@
 //! | [`golden`] | test vectors |
 //! | [`names`] | names as identifiers |
 //! | `operations` | operations and stored numbers of a step |
+//! | `program` | steps that are recorded where they are written |
 //! | [`number`] | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
 //! | `fixed_point` | linear observers in fixed point |
@@ -53,6 +54,7 @@ pub mod moving_horizon;
 pub mod names;
 pub mod number;
 mod operations;
+mod program;
 mod rust;
 mod scalar;
 pub mod step;

@@ -102,7 +102,9 @@ mod undefined;
 pub use derived::{Definition, DerivedError, derived};
 pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
 pub use expression::Expression;
-pub use graph::{Dialect, Language, Lookups, MathFunction, Recorded, Recording, RecordingError, Routine, record};
+pub use graph::{
+    Columns, Dialect, Language, Lookups, MathFunction, Recorded, Recording, RecordingError, Routine, record,
+};
 pub use nalgebra;
 pub use nearest::nearest;
 pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Routines, Row};

@@ -32,7 +32,7 @@ const APART: f64 = 1024.0;
 
 /// Whether no two entries are further apart than [`APART`] times their number, zeros left out: then nothing is to be
 /// gained. One in a thousand random matrices is not.
-fn are_near<'a>(entries: impl ExactSizeIterator<Item = &'a f64>) -> bool {
+pub(crate) fn are_near<'a>(entries: impl ExactSizeIterator<Item = &'a f64>) -> bool {
     let count = entries.len() as f64;
     let (least, most) = entries.fold((f64::INFINITY, 0.0_f64), |(least, most), entry| {
         let size = entry.abs();
@@ -78,6 +78,16 @@ impl Balance {
         let mut columns = a.clone();
         columns.fill_diagonal(f64::NEG_INFINITY);
         let rows = columns.transpose();
+        // Where some states are tied to the others by their weight alone, the balance is not unique: it starts where the
+        // weights are one, whatever the units given.
+        if let Some((q, g)) = forms
+            && (0..n).any(|i| is_zero(&rows, g, i) || is_zero(&columns, q, i))
+        {
+            for (i, e) in e.iter_mut().enumerate() {
+                let starts = [-0.5 * q[(i, i)], 0.5 * g[(i, i)]];
+                *e = starts.into_iter().find(|start| start.is_finite()).unwrap_or(0.0).round().clamp(-LARGEST, LARGEST);
+            }
+        }
         for _ in 0..CYCLES {
             let mut moved = false;
             for i in 0..n {
@@ -243,6 +253,11 @@ impl Balance {
     pub(crate) fn gain_back(&self, k: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| shift(k[(i, j)], -self.0[j]))
     }
+}
+
+/// Whether nothing but the diagonal is in column i of these logarithms.
+fn is_zero(a: &DMatrix<f64>, form: &DMatrix<f64>, i: usize) -> bool {
+    a.column(i).iter().chain(form.column(i).iter()).all(|x| *x == f64::NEG_INFINITY)
 }
 
 /// The largest diagonal entry of a form, `q_jj + 2 e_j` or `g_jj - 2 e_j`, apart from that of the state i.

@@ -91,6 +91,10 @@ impl KalmanDecomposition {
 /// `a` is n x n, `b` n x m, `c` p x n; m = 0 or p = 0 is allowed. Ranks are decided as in [`crate::observability()`],
 /// in units chosen from all three matrices.
 ///
+/// These units make small entries as large as the others. In coordinates that turn a part by an angle of less than about
+/// a hundredth, the rounding with which they were computed then counts: parts that it alone couples may be found as one,
+/// with the same transfer function up to that rounding.
+///
 /// # Errors
 /// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`];
 /// [`LinalgError::Singular`] if rounding decides the ranks so that the parts do not fill the space;

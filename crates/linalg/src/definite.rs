@@ -67,6 +67,9 @@ pub(crate) fn unit_diagonal(m: &DMatrix<f64>) -> Vec<i32> {
 
 /// `D M D`.
 pub(crate) fn in_units(m: &DMatrix<f64>, exponents: &[i32]) -> DMatrix<f64> {
+    if exponents.iter().all(|e| *e == 0) {
+        return m.clone();
+    }
     DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], exponents[i] + exponents[j]))
 }
 

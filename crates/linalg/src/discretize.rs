@@ -49,7 +49,7 @@ pub fn expm<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<DMatrix<f64>> {
     if a.is_empty() || norm == 0.0 {
         return Ok(DMatrix::identity(a.nrows(), a.nrows()));
     }
-    let result = exponential(a);
+    let result = exponential(a, a.nrows());
     if result.iter().all(|x| x.is_finite()) { Ok(result) } else { Err(LinalgError::Overflow { what: "e^A" }) }
 }
 
@@ -200,7 +200,7 @@ pub(crate) fn hold(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatri
     if augmented.iter().any(|x| !x.is_finite()) {
         return Err(overflow);
     }
-    let e = exponential(&augmented);
+    let e = exponential(&augmented, n);
     let ad = e.view((0, 0), (n, n)).into_owned();
     let bd = DMatrix::from_fn(n, m, |i, j| crate::units::shift(e[(i, n + j)], -powers[j]));
     if ad.iter().chain(bd.iter()).all(|x| x.is_finite()) { Ok((ad, bd)) } else { Err(overflow) }
@@ -236,17 +236,19 @@ const PADE_13: [f64; 14] = [
     1.0,
 ];
 
-/// Finite square nonempty input; the answer may hold infinities or NaN if it does not fit a double.
+/// Finite square nonempty input; the answer may hold infinities or NaN if it does not fit a double. The last states,
+/// from `inputs` on, are those of inputs: their rows lead to each other alone, and their units are free.
 ///
 /// In one that takes many squarings, isolated eigenvalues come to the diagonal, where their exponentials are known at
 /// each squaring: repeated squaring alone would leave a slow one `2^squarings eps` of its digits.
 ///
 /// Units of the state that are decades apart are balanced first. Where that does not make the matrix smaller, units and
 /// entries that are rounding look alike (Watkins, ETNA 23, 2006): then each entry is that of less error, of `eps
-/// ||e^A||` in the units given and of `eps ||e^B|| d_i / d_j` in balanced ones, `A = D B D^-1`.
-fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
+/// ||e^A||` in the units given and of `eps ||e^B|| d_i / d_j` in balanced ones, `A = D B D^-1`, unless the norms say
+/// that this error is the same for all of them.
+pub(crate) fn exponential(a: &DMatrix<f64>, inputs: usize) -> DMatrix<f64> {
     let size = one_norm(a);
-    if is_balanced(a) && size <= FEW_SQUARINGS {
+    if size <= FEW_SQUARINGS && is_balanced(a, inputs) {
         return scaled_and_squared(a, &[]);
     }
     let Ok(Balanced { permutation: order, active, .. }) = balanced(a) else {
@@ -271,10 +273,11 @@ fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
     let within = units.similar(a);
     let balanced = of(&within);
     let found = units.similar_back(&balanced);
-    if one_norm(&within) * NEARBY <= size {
+    let (of_found, of_balanced) = (one_norm(&found), one_norm(&balanced));
+    if one_norm(&within) * NEARBY <= size || of_balanced * units.ratio() <= FEW_SQUARINGS * of_found {
         return found;
     }
-    let (given, of_balanced) = (of(a), one_norm(&balanced));
+    let given = of(a);
     let of_given = one_norm(&given);
     let ratios = units.similar_back(&DMatrix::from_element(n, n, 1.0));
     DMatrix::from_fn(n, n, |i, j| if of_given < of_balanced * ratios[(i, j)] { given[(i, j)] } else { found[(i, j)] })
@@ -287,16 +290,19 @@ const NEARBY: f64 = 16.0;
 const FEW_SQUARINGS: f64 = 64.0;
 
 /// Whether the largest entries of each row and of its column, off the diagonal, are within a factor of 16 (or one of
-/// them is zero: there is nothing to balance).
-fn is_balanced(a: &DMatrix<f64>) -> bool {
-    let n = a.nrows();
-    (0..n).all(|i| {
-        let (mut row, mut column) = (0.0_f64, 0.0_f64);
-        for j in (0..n).filter(|j| *j != i) {
-            row = row.max(a[(i, j)].abs());
-            column = column.max(a[(j, i)].abs());
+/// them is zero: there is nothing to balance), for the states before `inputs` and among them.
+fn is_balanced(a: &DMatrix<f64>, inputs: usize) -> bool {
+    let (n, entries) = (a.nrows(), a.as_slice());
+    (0..inputs).all(|i| {
+        let (row, column) = (entries[i..].iter().step_by(n), entries[i * n..].iter());
+        let (mut of_row, mut of_column) = (0.0_f64, 0.0_f64);
+        for (j, (x, y)) in row.zip(column).take(inputs).enumerate() {
+            if j != i {
+                of_row = if x.abs() > of_row { x.abs() } else { of_row };
+                of_column = if y.abs() > of_column { y.abs() } else { of_column };
+            }
         }
-        row == 0.0 || column == 0.0 || (row <= 16.0 * column && column <= 16.0 * row)
+        of_row == 0.0 || of_column == 0.0 || (of_row <= 16.0 * of_column && of_column <= 16.0 * of_row)
     })
 }
 
@@ -403,6 +409,7 @@ fn quotient(u: &DMatrix<f64>, v: &DMatrix<f64>) -> DMatrix<f64> {
     (v - u).lu().solve(&(v + u)).unwrap_or_else(|| DMatrix::from_element(n, n, f64::NAN))
 }
 
-fn one_norm(m: &DMatrix<f64>) -> f64 {
-    m.column_iter().map(|column| column.lp_norm(1)).fold(0.0, f64::max)
+/// The largest sum of the sizes of a column's entries.
+pub(crate) fn one_norm(m: &DMatrix<f64>) -> f64 {
+    m.column_iter().map(|column| column.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
 }

@@ -5,7 +5,7 @@
 //! fit the most entries ([`Balance::fitted`]), since largest entries of one say nothing of a diagonal beside couplings;
 //! then Ruiz (RAL-TR-2001-034), each step of which divides by the roots of the largest entries, in logarithms.
 
-use crate::balance::{Balance, sizes};
+use crate::balance::{Balance, are_near, sizes};
 use crate::units::shift;
 use nalgebra::DMatrix;
 
@@ -23,6 +23,13 @@ pub(crate) struct Equilibrated {
 
 impl Equilibrated {
     pub(crate) fn new(m: &DMatrix<f64>) -> Self {
+        if are_near(m.iter()) && is_level(m) {
+            // Only the size of the whole, half of it in each unit.
+            let power = m.amax().log2().round() as i32;
+            let (of_rows, of_columns) = (-(power / 2), power / 2 - power);
+            let matrix = m.map(|x| shift(x, -power));
+            return Self { matrix, rows: vec![of_rows; m.nrows()], columns: vec![of_columns; m.ncols()] };
+        }
         let logarithms = sizes(m);
         // Unknowns drive equations.
         let (n, all) = (m.nrows(), m.nrows() + m.ncols());
@@ -60,4 +67,15 @@ impl Equilibrated {
             shift(inverse[(i, j)], self.columns[i] + self.rows[j])
         })
     }
+}
+
+/// Whether the largest entries of all rows and columns are within a factor of four of each other.
+fn is_level(m: &DMatrix<f64>) -> bool {
+    let largest = m.amax();
+    let least = 0.25 * largest;
+    let rows = m.nrows();
+    let entries = m.as_slice();
+    largest.is_normal()
+        && m.column_iter().all(|column| column.iter().any(|x| x.abs() >= least))
+        && (0..rows).all(|i| entries[i..].iter().step_by(rows).any(|x| x.abs() >= least))
 }

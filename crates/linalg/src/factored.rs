@@ -16,7 +16,8 @@
 use crate::argument::{RealMatrixView, finite, owned, square, unit_scale};
 use crate::balance::Balance;
 use crate::forward_error::relative;
-use crate::schur_operator::Kind;
+use crate::schur_operator::{Kind, LOST};
+use crate::separation::norm;
 use crate::{LinalgError, Result, Schur, schur};
 use nalgebra::{Complex, DMatrix};
 
@@ -44,8 +45,9 @@ impl Factored {
 /// # Errors
 /// [`LinalgError::NotStable`] names an eigenvalue with a nonnegative real part, or one as small as the rounding of the
 /// eigenvalue: the solution would not be semidefinite, or out of reach. [`LinalgError::NotSquare`],
-/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Overflow`], and those of
-/// [`schur()`](crate::schur()).
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], those of [`schur()`](crate::schur()), and
+/// [`LinalgError::Overflow`], also for entries near the ends of the range of binary64 with which the residual exceeds
+/// 1e-10.
 /// # Example
 /// ```
 /// use nalgebra::dmatrix;
@@ -115,13 +117,19 @@ fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
         Kind::Stein => a.tr_mul(&(&p * &a)) - &p + &weight,
     };
     let residual = relative(defect.norm(), kind.weight(a.norm()) * p.norm() + weight.norm());
+    // Norms whose squares leave the range.
+    let residual = if residual.is_finite() {
+        residual
+    } else {
+        relative(norm(&defect), kind.weight(norm(&a)) * norm(&p) + norm(&weight))
+    };
     // Back from balanced states: U D^-1 is triangular too.
     if let Some(balance) = &balance {
         u = balance.gain_back(&u);
     }
     u *= root;
     u /= units_c;
-    if residual.is_nan() || u.iter().any(|e| !e.is_finite()) {
+    if residual.is_nan() || residual > LOST || u.iter().any(|e| !e.is_finite()) {
         return Err(LinalgError::Overflow { what: "the factor u" });
     }
     Ok(Factored { u, residual })

@@ -10,6 +10,7 @@
 use nalgebra::{Complex, DMatrix};
 
 use crate::argument::unit_scale;
+use crate::balance::are_near;
 use crate::rosenbrock::Rosenbrock;
 use crate::schur::blocks;
 use crate::units::shift;
@@ -38,13 +39,20 @@ impl FrequencyResponse {
         d: &DMatrix<f64>,
         discrete: bool,
     ) -> Result<Self> {
-        let units = Rosenbrock::new(a, b, c, d)?;
-        let time = if discrete { 0 } else { units.time() };
-        let form = schur(&units.dynamics_of(a, time))?;
-        let (b, c) = (units.driven_of(b, time), units.seen_of(c));
         let power = |m: &DMatrix<f64>| unit_scale(m).log2() as i32;
-        let (of_b, of_c) = (power(&b), power(&c));
         let scaled = |m: &DMatrix<f64>, power: i32| m.map(|x| shift(x, power));
+        // Entries near to each other, whose products stay in range.
+        let is_plain = |m: &DMatrix<f64>| are_near(m.iter()) && power(m).abs() < 300;
+        let (time, form, b, c) = if [a, b, c, d].into_iter().all(is_plain) {
+            // There is nothing to balance but time.
+            let time = if discrete { 0 } else { -power(a) };
+            (time, schur(&scaled(a, -time))?, scaled(b, -time), c.clone())
+        } else {
+            let units = Rosenbrock::new(a, b, c, d)?;
+            let time = if discrete { 0 } else { units.time() };
+            (time, schur(&units.dynamics_of(a, time))?, units.driven_of(b, time), units.seen_of(c))
+        };
+        let (of_b, of_c) = (power(&b), power(&c));
         let (b, c, d) = (scaled(&b, of_b), scaled(&c, of_c), scaled(d, of_b + of_c));
         Ok(Self {
             poles: form.eigenvalues(),

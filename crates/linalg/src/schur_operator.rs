@@ -83,6 +83,9 @@ impl Kind {
 /// A backward stable solution has a residual below this, whatever its order.
 pub(crate) const DIGITS: f64 = 1e-12;
 
+/// One with a larger residual has left the range of binary64 on its way.
+pub(crate) const LOST: f64 = 1e-10;
+
 /// The equation with its Schur form, in scaled units of time (Lyapunov) and, if they were balanced, of the state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SchurEquation {
@@ -426,7 +429,7 @@ impl SchurEquation {
         if let Some(balance) = &self.balance {
             *p = balance.form_back(p);
         }
-        if residual.is_nan() || p.iter().any(|e| !e.is_finite()) {
+        if residual.is_nan() || residual > LOST || p.iter().any(|e| !e.is_finite()) {
             return Err(LinalgError::Overflow { what: "the solution p" });
         }
         Ok(residual)

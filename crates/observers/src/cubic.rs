@@ -12,7 +12,7 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use crate::dense::{branches, copy, entry, sum, with_column};
+use crate::dense::{branches, choose, copy, entry, larger, sum, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{Observer, ObserverDimensions, state_is_estimate};
@@ -238,31 +238,30 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     let (zero, one, two) = (T::zero(), T::one(), T::one() + T::one());
     copy(innovation, impulse);
     let size = largest(innovation);
-    if size <= zero {
-        return;
-    }
     let direction = impulse;
     for entry in direction.iter_mut() {
         *entry /= size;
     }
     // y~' theta y~ = size^2 q; the square is never formed, so that it cannot overflow.
-    let q = quadratic(theta, direction).max(zero);
+    let q = larger(quadratic(theta, direction), zero);
     let drive = two * q * t;
     let root = if w > zero { (w * drive).sqrt() } else { zero };
     let reach = root * size;
-    // hypot(1, reach), then size/hypot and size/(1 + hypot).
+    // hypot(1, reach), then size/hypot and size/(1 + hypot); far away 1/root for both.
     let large = one / T::default_epsilon();
-    let (left, right) = if reach <= large {
-        let hypot = (one + reach * reach).sqrt();
-        (size / hypot, size / (one + hypot))
-    } else {
-        (one / root, one / root)
-    };
+    let hypot = (one + reach * reach).sqrt();
+    let is_near = || reach <= large;
+    let top = choose(is_near, size, one);
+    let left = top / choose(is_near, hypot, root);
+    let right = top / choose(is_near, one + hypot, root);
     let bound = T::max_value().map_or(large, nalgebra::ComplexField::sqrt);
-    let pull = (drive * left * right * size).min(bound);
+    let pull = drive * left * right * size;
+    let pull = choose(|| pull < bound, pull, bound);
     for (innovation, direction) in innovation.iter_mut().zip(direction) {
-        *innovation = *direction * left;
-        *direction *= pull;
+        let (before, along) = (*innovation, *direction);
+        // An innovation of zero has no direction.
+        *innovation = choose(|| size <= zero, before, along * left);
+        *direction = choose(|| size <= zero, before, along * pull);
     }
 }
 
@@ -291,7 +290,7 @@ where
 
 /// The largest magnitude of an entry.
 pub(crate) fn largest<T: RealField + Copy>(v: &[T]) -> T {
-    v.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
+    v.iter().fold(T::zero(), |largest, entry| larger(entry.abs(), largest))
 }
 
 /// Entry (i, j) of C N.

@@ -22,7 +22,7 @@
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::cubic::{advance, count, entry_of_product};
 use crate::dense::{copy, entry, with_column};
@@ -228,6 +228,11 @@ where
     /// The rate w of the cubic flow, `C N = -w I`; 0 for a semi-implicit step.
     pub fn w(&self) -> T {
         self.gains.w
+    }
+
+    /// The innovation `y - C xhat - D u`.
+    pub fn innovation(&self, xhat: &OVector<T, N>, u: &OVector<T, M>, y: &OVector<T, P>) -> OVector<T, P> {
+        feedthrough::innovation_of(&self.gains.c, self.d.as_ref(), (xhat, u, y))
     }
 
     /// The cubic part for the time `t`: the innovation after it, and its impulse, of which N takes the multiple.

@@ -4,7 +4,7 @@
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
-use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::dense::{copy, entry, with_column};
 use crate::error::ObserverError;
@@ -66,6 +66,11 @@ where
     pub fn l(&self) -> &OMatrix<T, N, P> {
         &self.l
     }
+
+    /// The innovation `y - C xhat - D u`.
+    pub fn innovation(&self, xhat: &OVector<T, N>, u: &OVector<T, M>, y: &OVector<T, P>) -> OVector<T, P> {
+        feedthrough::innovation_of(&self.plant.c, self.plant.d.as_ref(), (xhat, u, y))
+    }
 }
 
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for DiscreteLinearObserver<T, N, M, P>
@@ -108,6 +113,8 @@ pub(crate) fn predict<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
     DefaultAllocator: Size<N, M, P>,
 {
     for (i, next) in next.iter_mut().enumerate() {
-        *next = entry(a, i, xhat) + entry(b, i, u) + entry(l, i, z);
+        let moved = entry(a, i, xhat);
+        let moved = if u.is_empty() { moved } else { moved + entry(b, i, u) };
+        *next = moved + entry(l, i, z);
     }
 }

@@ -44,6 +44,21 @@ pub(crate) fn innovation<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
     }
 }
 
+/// `y - C xhat - D u`.
+#[allow(clippy::type_complexity, reason = "three columns, not a type")]
+pub(crate) fn innovation_of<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
+    c: &OMatrix<T, P, N>,
+    d: Option<&OMatrix<T, P, M>>,
+    (xhat, u, y): (&OVector<T, N>, &OVector<T, M>, &OVector<T, P>),
+) -> OVector<T, P>
+where
+    DefaultAllocator: Allocator<P, N> + Allocator<P, M> + Allocator<N> + Allocator<M> + Allocator<P>,
+{
+    let mut column = y.clone();
+    innovation(c, d, (xhat.as_slice(), u.as_slice(), y.as_slice()), column.as_mut_slice());
+    column
+}
+
 /// D of a plant with these sizes.
 pub(crate) fn checked<T: RealField + Copy, M: Dim, P: Dim>(
     d: OMatrix<T, P, M>,

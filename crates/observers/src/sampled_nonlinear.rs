@@ -107,8 +107,8 @@ where
         self.substeps
     }
 
-    /// `xhat'` and `w'`.
-    fn slope(
+    /// `xhat'` and `w'`, which a step integrates from one sample to the next.
+    pub fn slope(
         &self,
         t: T,
         xhat: &OVector<T, N>,

@@ -23,8 +23,8 @@
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
 
-use crate::cubic::{entry_of_product, largest, quadratic};
-use crate::dense::copy;
+use crate::cubic::{count, entry_of_product, largest, quadratic};
+use crate::dense::{choose, copy, larger};
 
 /// The matrix `G = -C N`, p x p, of the flow `y~' = -(y~'theta y~) G y~`.
 ///
@@ -68,14 +68,13 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     let (zero, one) = (T::zero(), T::one());
     copy(innovation, impulse);
     let size = largest(innovation);
-    if size > zero {
-        for entry in impulse.iter_mut() {
-            *entry /= size;
-        }
+    for entry in impulse.iter_mut() {
+        let (before, along) = (*entry, *entry / size);
+        *entry = choose(|| size > zero, along, before);
     }
     // y~' theta y~ = size^2 q; the square is bounded before it can overflow.
-    let drive = quadratic(theta, impulse).max(zero) * t * size * size;
-    let s = if drive < reach { drive } else { reach };
+    let drive = larger(quadratic(theta, impulse), zero) * t * size * size;
+    let s = choose(|| drive < reach, drive, reach);
     copy(innovation, impulse);
     let solved = with_square(coupling, |matrix| {
         let outputs = impulse.len();
@@ -87,13 +86,10 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
         }
         eliminate(matrix, impulse)
     });
-    if solved {
-        for (innovation, impulse) in innovation.iter_mut().zip(impulse) {
-            *innovation = *impulse;
-            *impulse *= s;
-        }
-    } else {
-        impulse.fill(zero);
+    for (innovation, impulse) in innovation.iter_mut().zip(impulse) {
+        let (before, solution) = (*innovation, *impulse);
+        *innovation = choose(|| solved > zero, solution, before);
+        *impulse = choose(|| solved > zero, solution * s, zero);
     }
 }
 
@@ -111,30 +107,31 @@ where
     }
 }
 
-/// Solves `A x = b` in place, A by rows, with row exchanges; whether every pivot differs from 0.
+/// Solves `A x = b` in place, A by rows, with row exchanges; 1 if every pivot differs from 0, else 0, and x is none.
+///
+/// Rows are exchanged by choices between numbers, so that a program can be recorded.
 #[inline(always)]
 #[doc(hidden)]
-pub fn eliminate<T: RealField + Copy>(a: &mut [T], x: &mut [T]) -> bool {
-    let order = x.len();
+pub fn eliminate<T: RealField + Copy>(a: &mut [T], x: &mut [T]) -> T {
+    let (order, zero) = (x.len(), T::zero());
+    let mut solved = T::one();
     for k in 0..order {
-        let mut best = k;
+        let (mut largest, mut row) = (at(a, k * order + k).abs(), count::<T>(k));
         for i in k + 1..order {
-            if at(a, i * order + k).abs() > at(a, best * order + k).abs() {
-                best = i;
-            }
+            let (size, before) = (at(a, i * order + k).abs(), largest);
+            largest = choose(|| size > before, size, before);
+            row = choose(|| size > before, count(i), row);
         }
-        let pivot = at(a, best * order + k);
-        // Not a number is no pivot either.
-        let is_pivot = pivot.abs() > T::zero();
-        if !is_pivot {
-            return false;
-        }
-        if best != k {
+        for i in k + 1..order {
+            let is_row = || row == count(i);
             for j in k..order {
-                exchange(a, best * order + j, k * order + j);
+                exchange(is_row, a, i * order + j, k * order + j);
             }
-            exchange(x, best, k);
+            exchange(is_row, x, i, k);
         }
+        let pivot = at(a, k * order + k);
+        // Not a number is no pivot either.
+        solved = choose(|| pivot.abs() > zero, solved, zero);
         for i in k + 1..order {
             let factor = at(a, i * order + k) / pivot;
             for j in k + 1..order {
@@ -150,7 +147,7 @@ pub fn eliminate<T: RealField + Copy>(a: &mut [T], x: &mut [T]) -> bool {
         }
         put(x, i, rest / at(a, i * order + i));
     }
-    true
+    solved
 }
 
 /// An entry; 0 beyond the end, so that no index can panic on a target.
@@ -158,10 +155,11 @@ fn at<T: RealField + Copy>(entries: &[T], index: usize) -> T {
     entries.get(index).copied().unwrap_or_else(T::zero)
 }
 
-fn exchange<T: RealField + Copy>(entries: &mut [T], one: usize, other: usize) {
+/// Two entries change places where the condition holds.
+fn exchange<T: RealField + Copy>(condition: impl Fn() -> bool, entries: &mut [T], one: usize, other: usize) {
     let (first, second) = (at(entries, one), at(entries, other));
-    put(entries, one, second);
-    put(entries, other, first);
+    put(entries, one, choose(&condition, second, first));
+    put(entries, other, choose(&condition, first, second));
 }
 
 fn put<T>(entries: &mut [T], index: usize, value: T) {

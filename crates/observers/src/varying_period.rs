@@ -156,6 +156,15 @@ where
         });
     }
 
+    /// A term of the series of a prediction from the one before it, `(A term + B u) tau / degree`, into `next`.
+    pub fn term(&self, term: &[T], u: Option<&[T]>, (tau, degree): (T, T), next: &mut [T]) {
+        for (i, next) in next.iter_mut().enumerate() {
+            let slope = entry(&self.a, i, term);
+            let slope = u.map_or(slope, |u| slope + entry(&self.b, i, u));
+            *next = slope * tau / degree;
+        }
+    }
+
     /// The estimate after the time `elapsed` without a sample, u being held.
     pub fn predict(&self, xhat: &mut OVector<T, N>, u: &OVector<T, M>, elapsed: T) {
         let (xhat, states) = (xhat.as_mut_slice(), self.a.shape_generic().0);
@@ -167,12 +176,9 @@ where
                     let mut degree = T::zero();
                     for k in 0..DEGREE {
                         degree += T::one();
-                        for (i, next) in next.iter_mut().enumerate() {
-                            let slope = entry(&self.a, i, term);
-                            // The input is in the first derivative only.
-                            let slope = if k == 0 { slope + entry(&self.b, i, u.as_slice()) } else { slope };
-                            *next = slope * tau / degree;
-                        }
+                        // The input is in the first derivative only.
+                        let u = (k == 0).then_some(u.as_slice());
+                        self.term(term, u, (tau, degree), next);
                         copy(next, term);
                         for (xhat, term) in xhat.iter_mut().zip(term.iter()) {
                             *xhat += *term;

@@ -3,7 +3,7 @@
 use luenberger_design::DesignError;
 use luenberger_linalg::LinalgError;
 use luenberger_study::results::Alternative;
-use luenberger_study::results::FailureReport;
+use luenberger_study::results::{Cause, NoObserver};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -100,10 +100,11 @@ fn class_of<'py>(py: Python<'py>, error: &LinalgError) -> PyResult<(&'static str
 }
 
 /// The error of a design, with what is applicable instead, and hints.
-pub(crate) fn design(py: Python<'_>, why: &FailureReport) -> PyErr {
+pub(crate) fn design(py: Python<'_>, why: &NoObserver) -> PyErr {
     let cause = match why.cause.as_deref() {
-        Some(DesignError::OfPair { error, .. }) => Some(error.as_ref()),
-        cause => cause,
+        Some(Cause::Design(DesignError::OfPair { error, .. })) => Some(error.as_ref()),
+        Some(Cause::Design(error)) => Some(error),
+        _ => None,
     };
     let found = || -> PyResult<(&'static str, Bound<'_, PyDict>)> {
         Ok(match cause {

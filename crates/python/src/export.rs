@@ -4,6 +4,7 @@ use std::fmt::Display;
 
 use luenberger_export::fmu::Version;
 use luenberger_study::deployment::{Difference, ExportOptions, ExportRefusal, ExportedObserver, Precision};
+use luenberger_study::results::Cause;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
@@ -65,7 +66,9 @@ impl Request {
 pub(crate) fn refused(py: Python<'_>, why: &ExportRefusal) -> PyErr {
     let message = in_python(&why.to_string());
     match why {
-        ExportRefusal::Design { why, .. } if why.cause.is_some() => error::design(py, why),
+        ExportRefusal::Design { why, .. } if matches!(why.cause.as_deref(), Some(Cause::Design(_))) => {
+            error::design(py, why)
+        }
         ExportRefusal::Options(_) => error::plain(py, "InvalidArgument", message),
         ExportRefusal::Design { why, .. } => {
             let alternatives: Vec<String> = why.advice().iter().map(|advice| in_python(advice)).collect();

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 pub(crate) fn kinds() -> String {
     let key = |key: &Key| json!({ "name": key.name, "about": key.about, "required": key.required });
     let kind = |kind: &'static Declaration| {
-        let keys: Vec<Value> = kind.keys.iter().map(key).collect();
+        let keys: Vec<Value> = kind.keys.iter().copied().flatten().map(key).collect();
         json!({
             "name": kind.name, "about": kind.about, "source": kind.source, "plants": kind.plant.to_string(), "keys": keys,
         })

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use luenberger_export::golden;
 use luenberger_study::deployment::{ExportOptions, ExportRefusal, export, program};
-use luenberger_study::design::{Designed, NoDesign, design_until};
+use luenberger_study::design::{Designed, design_until};
 use luenberger_study::kinds::SampledCubic;
 use luenberger_study::{Study, replay_designed, simulate_designed};
 use pyo3::prelude::*;
@@ -58,8 +58,8 @@ impl Design {
         })?;
         match designed {
             Some(Ok(designed)) => Ok(Self { study, designed: Arc::new(designed) }),
-            Some(Err(NoDesign::Misfit(why))) => Err(error::design(py, &why)),
-            Some(Err(NoDesign::Interrupted)) => Err(error::plain(py, "Cancelled", "the design was ended")),
+            Some(Err(none)) if none.is_interrupted() => Err(error::plain(py, "Cancelled", "the design was ended")),
+            Some(Err(none)) => Err(error::design(py, &none)),
             None => Err(error::plain(py, "InvalidArgument", "the study has no observer")),
         }
     }

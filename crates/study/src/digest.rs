@@ -17,7 +17,7 @@ pub struct FileDigest {
 }
 
 /// The digest of some bytes.
-pub(crate) fn of(bytes: &[u8]) -> String {
+pub(crate) fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 

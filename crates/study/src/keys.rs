@@ -29,8 +29,15 @@ pub struct Variant {
     pub name: &'static str,
     /// Description.
     pub about: &'static str,
-    /// The keys of this kind only.
-    pub keys: &'static [Key],
+    /// The keys of this kind only, in groups: those that it shares with others, and its own.
+    pub keys: &'static [&'static [Key]],
+}
+
+impl Variant {
+    /// Its keys, one after the other.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
+        self.keys.iter().copied().flatten()
+    }
 }
 
 /// A key.

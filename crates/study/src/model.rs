@@ -11,6 +11,7 @@ use luenberger_plants::{
     ReverseDuffing, Shape, StateSpace, VanDerPol, double_integrator, flexible_joint, jacobian, third_order,
 };
 use luenberger_proof::certificate::{Reading, Represented};
+use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
 
 /// A plant with the names of its columns.
@@ -69,6 +70,12 @@ impl PlantModel {
         }
     }
 
+    /// A state by the names of its entries: `position = 1, velocity = 0`.
+    pub(crate) fn at_state(&self, point: &[f64]) -> String {
+        let entries = self.states.iter().zip(point);
+        entries.map(|(name, x)| format!("{name} = {}", significant(*x, 4))).collect::<Vec<_>>().join(", ")
+    }
+
     /// A direction in terms of the names of the states: `position - 0.5 velocity`.
     pub(crate) fn direction_in_words(&self, direction: &[f64]) -> String {
         let names: Vec<&str> = self.states.iter().map(String::as_str).collect();
@@ -93,10 +100,17 @@ impl PlantModel {
 pub enum Model {
     /// `x' = A x + B u`, `y = C x + D u`.
     Linear(StateSpace),
-    /// From expressions.
-    Expressions(ExpressionPlant),
+    /// From expressions; with its matrices, if they are syntactically linear.
+    Expressions(ExpressionPlant, Option<Box<StateSpace>>),
     /// A plant of the library.
     Builtin(Builtin),
+}
+
+impl From<ExpressionPlant> for Model {
+    fn from(plant: ExpressionPlant) -> Self {
+        let linear = plant.affine().ok().filter(AffinePlant::is_linear).map(|affine| Box::new(affine.linear));
+        Self::Expressions(plant, linear)
+    }
 }
 
 /// The plants of the library.
@@ -162,12 +176,12 @@ impl Model {
     }
 
     /// The plant as a linear one, if it is linear: given by matrices, or by expressions that are syntactically linear.
-    pub fn linear(&self) -> Option<StateSpace> {
+    pub fn linear(&self) -> Option<&StateSpace> {
         match self {
             Self::Linear(plant) | Self::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
-                Some(plant.clone())
+                Some(plant)
             }
-            Self::Expressions(plant) => plant.affine().ok().filter(AffinePlant::is_linear).map(|affine| affine.linear),
+            Self::Expressions(_, linear) => linear.as_deref(),
             Self::Builtin(_) => None,
         }
     }
@@ -175,7 +189,7 @@ impl Model {
     /// The states, from 0, whose right-hand side or output is not affine, with the expression; empty if unknown.
     pub fn nonlinearities(&self) -> Vec<String> {
         match self {
-            Self::Expressions(plant) => {
+            Self::Expressions(plant, _) => {
                 let named = |(name, list): (&str, &[Expression])| {
                     list.iter()
                         .enumerate()
@@ -223,7 +237,7 @@ macro_rules! each {
         match $model {
             Model::Linear($linear)
             | Model::Builtin(Builtin::DoubleIntegrator($linear) | Builtin::ThirdOrder($linear)) => $other,
-            Model::Expressions($plant) => $call,
+            Model::Expressions($plant, _) => $call,
             Model::Builtin(Builtin::FlexibleJoint($plant)) => $call,
             Model::Builtin(Builtin::FlexibleJointPrinted($plant)) => $call,
             Model::Builtin(Builtin::Chaotic($plant)) => $call,
@@ -245,7 +259,7 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
         v: &DVector<f64>,
     ) -> (DVector<f64>, DVector<f64>) {
         match self {
-            Self::Expressions(plant) => plant.directional(t, x, u, v),
+            Self::Expressions(plant, _) => plant.directional(t, x, u, v),
             _ => jacobian::apart(&self.derivative(Dual64::from_re(t), &jacobian::along(x, v), &u.map(Dual64::from_re))),
         }
     }
@@ -258,28 +272,28 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
         v: &DVector<f64>,
     ) -> (DVector<f64>, DVector<f64>) {
         match self {
-            Self::Expressions(plant) => plant.output_directional(t, x, u, v),
+            Self::Expressions(plant, _) => plant.output_directional(t, x, u, v),
             _ => jacobian::apart(&self.output(Dual64::from_re(t), &jacobian::along(x, v), &u.map(Dual64::from_re))),
         }
     }
 
     fn state_jacobian(&self, t: f64, x: &DVector<f64>, u: &DVector<f64>) -> DMatrix<f64> {
         match self {
-            Self::Expressions(plant) => plant.state_jacobian(t, x, u),
+            Self::Expressions(plant, _) => plant.state_jacobian(t, x, u),
             _ => columns(x.len(), x.len(), |v| self.directional(t, x, u, v).1),
         }
     }
 
     fn output_jacobian(&self, t: f64, x: &DVector<f64>, u: &DVector<f64>) -> DMatrix<f64> {
         match self {
-            Self::Expressions(plant) => plant.output_jacobian(t, x, u),
+            Self::Expressions(plant, _) => plant.output_jacobian(t, x, u),
             _ => columns(self.size().outputs, x.len(), |v| self.output_directional(t, x, u, v).1),
         }
     }
 
     fn is_linear_between_samples(&self) -> bool {
         match self {
-            Self::Expressions(plant) => Differentiable::<f64, Dyn, Dyn, Dyn>::is_linear_between_samples(plant),
+            Self::Expressions(plant, _) => Differentiable::<f64, Dyn, Dyn, Dyn>::is_linear_between_samples(plant),
             // With the duty cycle held.
             Self::Builtin(Builtin::Cuk(_)) => true,
             _ => Plant::<f64>::is_affine(self),
@@ -287,24 +301,24 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
     }
 
     fn motion_into(&self, t: f64, x: &[f64], u: &[f64], f: &mut [f64], df: &mut [f64]) -> bool {
-        if let Self::Expressions(plant) = self {
+        if let Self::Expressions(plant, _) = self {
             return plant.motion_into(t, x, u, f, df);
         }
         let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
-        self.derivative_into(t, x, u, f) && put(&self.state_jacobian(t, &state, &input), df)
+        self.derivative_into(t, x, u, f) && copy_into(&self.state_jacobian(t, &state, &input), df)
     }
 
     fn measurement_into(&self, t: f64, x: &[f64], u: &[f64], h: &mut [f64], dh: &mut [f64]) -> bool {
-        if let Self::Expressions(plant) = self {
+        if let Self::Expressions(plant, _) = self {
             return plant.measurement_into(t, x, u, h, dh);
         }
         let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
-        self.output_into(t, x, u, h) && put(&self.output_jacobian(t, &state, &input), dh)
+        self.output_into(t, x, u, h) && copy_into(&self.output_jacobian(t, &state, &input), dh)
     }
 }
 
 /// Copies a matrix out by columns; whether its size fits.
-fn put(matrix: &DMatrix<f64>, target: &mut [f64]) -> bool {
+fn copy_into(matrix: &DMatrix<f64>, target: &mut [f64]) -> bool {
     let fits = matrix.len() == target.len();
     if fits {
         target.copy_from_slice(matrix.as_slice());

@@ -11,10 +11,10 @@ use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::StateSpace;
 use luenberger_sim::{AnyObserver, Continuous};
 use luenberger_study::advise::{AdviseOptions, advise};
-use luenberger_study::deployment::{Refusal, exported, sampled};
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::deployment::{exported, sampled};
+use luenberger_study::design::{Designed, NoObserver, design};
 use luenberger_study::kinds::{
-    Declaration, Information, Kind, Plan, Rule, Running, StepOf, Tuning, Value, named, of, register,
+    Declaration, Information, Kind, Plan, Rule, Running, StepOf, Tuning, Value, as_kind, named, register,
 };
 use luenberger_study::results::DesignReport;
 use luenberger_study::schema::{Range, Type, required, schema};
@@ -27,8 +27,8 @@ static TRANSPOSED: Declaration = Declaration {
     about: "Copy of a linear plant with the gain L = k C'.",
     source: "made for a test",
     plant: PlantClass::Linear(Time::OF_STATE),
-    keys: &[required("k", Type::Number(Range::Positive), "The gain k.")],
-    kind: of::<TransposedOutput>,
+    keys: &[&[required("k", Type::Number(Range::Positive), "The gain k.")]],
+    kind: as_kind::<TransposedOutput>,
     read: |given, _reader| Some(TransposedOutput { k: given.number_or("k", f64::NAN)? }.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -58,8 +58,8 @@ impl Specification for TransposedOutput {
 }
 
 impl Kind for TransposedOutput {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        let StateSpace { a, b, c, .. } = plan.linear()?;
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        let StateSpace { a, b, c, .. } = plan.linear()?.clone();
         let observer = Injected { a, b, l: c.transpose() * self.k, c };
         Ok(Designed::new(observer.into(), DesignReport::default(), None))
     }
@@ -103,9 +103,9 @@ impl Running for Injected<f64> {
         Arc::new(Continuous::new(self))
     }
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let [a, b, c, l] = [&self.a, &self.b, &self.c, &self.l].map(|m| m.map(convert::<f64, Recorded>));
-        RecordedObserver::new(recording, &Injected { a, b, c, l }).map_err(|error| (error.to_string(), Vec::new()))
+        Ok(RecordedObserver::new(recording, &Injected { a, b, c, l })?)
     }
 }
 

@@ -35,7 +35,7 @@ use std::time::{Duration, Instant};
 use luenberger_design::UnseenModes;
 use luenberger_proof::statement::Format as Numbers;
 use luenberger_random::Random;
-use luenberger_study::design::{Designed, NoDesign, design_until};
+use luenberger_study::design::{Designed, NoObserver, design_until};
 use luenberger_study::results::Results;
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Format, RunOptions, Step, Study, execute};
@@ -241,7 +241,7 @@ pub fn hold_with(text: &str, seed: u64, extent: Extent, lie: Lie<'_>) -> Tally {
         tally.findings.push(crash("plant", "the plant".to_owned(), why));
         return tally;
     }
-    let mut designs: Vec<(&ObserverSpec, Result<Designed, NoDesign>, Said)> = Vec::new();
+    let mut designs: Vec<(&ObserverSpec, Result<Designed, NoObserver>, Said)> = Vec::new();
     for spec in &study.observers {
         match designed_in_time(&study, spec) {
             Some(Ok(designed)) => {
@@ -267,7 +267,7 @@ pub fn hold_with(text: &str, seed: u64, extent: Extent, lie: Lie<'_>) -> Tally {
         designs.iter().filter(|(.., said)| said.verdict == "proved").map(|(spec, ..)| spec.name.clone()).collect();
     let tables = document::observers(&document);
     for (spec, designed, said) in &designs {
-        if matches!(designed, Err(NoDesign::Interrupted)) {
+        if designed.as_ref().is_err_and(NoObserver::is_interrupted) {
             continue;
         }
         match said.verdict.as_str() {
@@ -351,7 +351,7 @@ pub fn hold_with(text: &str, seed: u64, extent: Extent, lie: Lie<'_>) -> Tally {
 }
 
 /// The design, or the words of a panic; none if it does not end, which leaves its thread behind.
-fn designed_in_time(study: &Study, spec: &ObserverSpec) -> Option<Result<Result<Designed, NoDesign>, String>> {
+fn designed_in_time(study: &Study, spec: &ObserverSpec) -> Option<Result<Result<Designed, NoObserver>, String>> {
     let (answer, answered) = mpsc::channel();
     let (study, spec) = (study.clone(), spec.clone());
     thread::spawn(move || {
@@ -437,8 +437,8 @@ fn alternatives(
         };
         let end = Some(Instant::now() + PATIENCE);
         match design_until(&study, study.observers.first()?, &AtomicBool::new(false), end) {
-            Err(NoDesign::Misfit(failure)) => Some(failure.hypothesis),
-            Err(NoDesign::Interrupted) | Ok(_) => None,
+            Err(none) if !none.is_interrupted() => Some(none.hypothesis),
+            _ => None,
         }
     };
     let finding = |alternative: &String| {
@@ -485,7 +485,7 @@ fn applied(document: &document::Table, own: &document::Table, alternative: &str)
 }
 
 /// Scores beside the verdict: an error that is proved to decay settles in a run of many of its time constants.
-fn scored(study: &Study, designs: &[(&ObserverSpec, Result<Designed, NoDesign>, Said)], text: &str) -> Vec<Finding> {
+fn scored(study: &Study, designs: &[(&ObserverSpec, Result<Designed, NoObserver>, Said)], text: &str) -> Vec<Finding> {
     let Some(simulation) = study.simulation.as_ref().filter(|simulation| !simulation.is_noisy()) else {
         return Vec::new();
     };

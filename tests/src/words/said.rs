@@ -2,8 +2,8 @@
 //! put a lie in the place of a sentence.
 
 use luenberger_proof::certificate::{Certificate, Theorem};
-use luenberger_study::design::{Designed, NoDesign};
-use luenberger_study::results::{DesignReport, FailureReport, NamedNumber};
+use luenberger_study::design::{Designed, NoObserver};
+use luenberger_study::results::{DesignReport, NamedNumber};
 use nalgebra::DMatrix;
 
 use super::sentences::{ALTERNATIVES, EVIDENCE, HEADERS, REASONS, STATEMENTS, Sentence, split};
@@ -48,11 +48,11 @@ impl Sealed {
 
 impl Said {
     /// What is said of a design, or of why there is none; nothing of one that was interrupted.
-    pub fn of(designed: &Result<Designed, NoDesign>) -> Self {
+    pub fn of(designed: &Result<Designed, NoObserver>) -> Self {
         match designed {
             Ok(Designed { report, certificate, .. }) => Self::of_design(report, certificate.as_ref()),
-            Err(NoDesign::Misfit(failure)) => Self::of_failure(failure),
-            Err(NoDesign::Interrupted) => Self::default(),
+            Err(none) if none.is_interrupted() => Self::default(),
+            Err(none) => Self::of_refusal(none),
         }
     }
 
@@ -67,7 +67,7 @@ impl Said {
         }
     }
 
-    fn of_failure(failure: &FailureReport) -> Self {
+    fn of_refusal(failure: &NoObserver) -> Self {
         Self {
             reason: Some(failure.hypothesis.clone()),
             alternatives: failure.alternatives.iter().map(|alternative| alternative.words().to_owned()).collect(),

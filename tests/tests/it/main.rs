@@ -15,6 +15,7 @@ mod kinds_page;
 mod moving_horizon;
 mod numerical_kkl;
 mod pages;
+mod paths;
 mod polytopes;
 mod second_checker;
 mod stiff_filters;

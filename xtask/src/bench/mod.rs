@@ -26,7 +26,7 @@ fn python(environment: &str, packages: &[&str]) -> Result<PathBuf, Failure> {
 }
 
 /// Puts the text of a file between the marks of a page.
-fn write_page(page: &str, summary: &Path) -> Result<(), Failure> {
+pub(crate) fn write_page(page: &str, summary: &Path) -> Result<(), Failure> {
     let page = root().join(page);
     let text = fs::read_to_string(&page).map_err(|source| Failure::io(&page, source))?;
     let table = fs::read_to_string(summary).map_err(|source| Failure::io(summary, source))?;

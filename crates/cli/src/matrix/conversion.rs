@@ -22,6 +22,9 @@ struct Model {
     /// The delays of the inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     delays: Option<Vec<f64>>,
+    /// The delays of the outputs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output_delays: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     transfer: Option<Transfer>,
 }
@@ -35,10 +38,11 @@ struct Transfer {
 }
 
 /// Continuous to discrete time.
-pub(crate) fn c2d(SamplingInput { conversion: input, delay }: &SamplingInput) -> Result<Answer, Failure> {
+pub(crate) fn c2d(sampling: &SamplingInput) -> Result<Answer, Failure> {
+    let input = &sampling.conversion;
     fits(input, false)?;
-    if !delay.is_empty() {
-        return delayed(input, delay);
+    if !(sampling.delay.is_empty() && sampling.output_delay.is_empty()) {
+        return delayed(sampling);
     }
     let system = read(input)?;
     let period = Some(input.period);
@@ -63,24 +67,35 @@ pub(crate) fn c2d(SamplingInput { conversion: input, delay }: &SamplingInput) ->
     Ok(Answer::new(head + &matrices(&model), &Model { period, ..json(&model) })?)
 }
 
-/// Zero-order hold with delays of the inputs; one delay is that of every input.
-fn delayed(input: &ConversionInput, delays: &[f64]) -> Result<Answer, Failure> {
+/// Zero-order hold with delays of inputs and outputs; one delay is that of each of them.
+fn delayed(SamplingInput { conversion: input, delay, output_delay }: &SamplingInput) -> Result<Answer, Failure> {
     if input.method != Method::Zoh {
-        return Err(Failure::Usage("--delay belongs to --method zoh"));
+        return Err(Failure::Usage("--delay and --output-delay belong to --method zoh"));
     }
     let system = read(input)?;
-    let (n, m) = system.b.shape();
-    let delays = if let [delay] = delays { vec![*delay; m] } else { delays.to_vec() };
-    let model = luenberger_linalg::c2d_delayed(&system, input.period, &delays).map_err(from(&input.file))?;
+    let ((n, m), p) = (system.b.shape(), system.c.nrows());
+    let each = |given: &[f64], number: usize| match given {
+        [] => vec![0.0; number],
+        [delay] => vec![*delay; number],
+        several => several.to_vec(),
+    };
+    let (inputs, outputs) = (each(delay, m), each(output_delay, p));
+    let model = luenberger_linalg::c2d_delayed(&system, input.period, &inputs, &outputs).map_err(from(&input.file))?;
     let past = model.a.nrows() - n;
+    let past = match (delay.is_empty(), output_delay.is_empty()) {
+        (false, true) => counted(past, "past input"),
+        (true, _) => counted(past, "past output"),
+        (false, false) => format!("{past} past inputs and outputs"),
+    };
     let text = format!(
-        "x+ = A x + B u, y = C x + D u, period {}; x has {} of the plant and {}\n{}",
+        "x+ = A x + B u, y = C x + D u, period {}; x has {} of the plant and {past}\n{}",
         numbers::number(input.period),
         counted(n, "state"),
-        counted(past, "past input"),
         matrices(&model)
     );
-    Ok(Answer::new(text, &Model { period: Some(input.period), delays: Some(delays), ..json(&model) })?)
+    let given = |delays: Vec<f64>, is_given: bool| is_given.then_some(delays);
+    let (delays, output_delays) = (given(inputs, !delay.is_empty()), given(outputs, !output_delay.is_empty()));
+    Ok(Answer::new(text, &Model { period: Some(input.period), delays, output_delays, ..json(&model) })?)
 }
 
 /// Discrete to continuous time.
@@ -117,7 +132,7 @@ fn matrices(model: &Realization) -> String {
 
 fn json(model: &Realization) -> Model {
     let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(json_output::rows);
-    Model { a, b, c, d, period: None, delays: None, transfer: None }
+    Model { a, b, c, d, period: None, delays: None, output_delays: None, transfer: None }
 }
 
 /// Checks the combination of options: `matched` has no inverse, and prewarping belongs to Tustin's method.

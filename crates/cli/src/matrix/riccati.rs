@@ -23,6 +23,9 @@ struct Regulator {
     condition: Option<f64>,
     /// Bound of the relative error of x; none if no digit is certain.
     forward_error: Option<f64>,
+    /// Where the solution is no minimum of the cost.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    warning: Option<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -123,23 +126,37 @@ fn solve(source: &Source, problems: &Problems) -> Result<Answer, Failure> {
     let [b, q, r] = [b, q, r].map(Option::unwrap_or_default);
     if s.is_none() && e.is_none() {
         let (plain, equation) = problems.plain;
-        return regulator(equation, "poles of A - B K", &plain(&a, &b, &q, &r).map_err(from(source))?);
+        let found = plain(&a, &b, &q, &r).map_err(from(source))?;
+        return regulator(equation, "poles of A - B K", &found, problems.warning(&found, &b, &r));
     }
     let s = s.unwrap_or_else(|| DMatrix::zeros(b.nrows(), b.ncols()));
     let e = e.unwrap_or_else(|| DMatrix::identity(a.nrows(), a.nrows()));
     let (general, equation) = problems.general;
-    regulator(equation, "poles of (A - B K, E)", &general([&a, &b, &q, &r, &s, &e]).map_err(from(source))?)
+    let found = general([&a, &b, &q, &r, &s, &e]).map_err(from(source))?;
+    regulator(equation, "poles of (A - B K, E)", &found, problems.warning(&found, &b, &r))
 }
 
-fn regulator(equation: &str, poles: &str, found: &Riccati) -> Result<Answer, Failure> {
+impl Problems {
+    /// In discrete time with a weight of a cost: whether `R + B'X B` is definite.
+    fn warning(&self, found: &Riccati, b: &DMatrix<f64>, r: &DMatrix<f64>) -> Option<&'static str> {
+        let weight = symmetric_part(&(r + b.transpose() * &found.x * b));
+        let is_minimum = !self.is_discrete
+            || positive_semidefinite("R", r).is_err()
+            || positive_semidefinite("R + B'X B", &weight).is_ok();
+        (!is_minimum).then_some("R + B'X B is not positive definite: X and K are no minimum of the cost")
+    }
+}
+
+fn regulator(equation: &str, poles: &str, found: &Riccati, warning: Option<&'static str>) -> Result<Answer, Failure> {
     let condition = known(found.condition);
     let (error, forward_error) = numbers::forward_error(found.forward_error);
     let text = format!(
-        "{equation}\n{}{}{}{}, {error}\n",
+        "{equation}\n{}{}{}{}, {error}\n{}",
         numbers::matrix("X", &found.x),
         numbers::matrix("K", &found.k),
         numbers::list(poles, &found.poles),
-        accuracy(found.residual, condition)
+        accuracy(found.residual, condition),
+        warning.map(|text| format!("warning: {text}\n")).unwrap_or_default()
     );
     let regulator = Regulator {
         x: json_output::rows(&found.x),
@@ -148,6 +165,7 @@ fn regulator(equation: &str, poles: &str, found: &Riccati) -> Result<Answer, Fai
         residual: found.residual,
         condition,
         forward_error,
+        warning,
     };
     Ok(Answer::new(text, &regulator)?)
 }

@@ -2,7 +2,6 @@
 //! `sweep`; and `advise`.
 
 mod advise;
-mod columns;
 mod cost;
 mod export;
 mod file;
@@ -11,7 +10,6 @@ mod new;
 mod step;
 mod sweep;
 mod sweep_script;
-mod text_log;
 mod text_report;
 
 pub(crate) use advise::advise;

@@ -37,7 +37,7 @@ pub(super) fn execute(step: Step, input: &StudyInput, sweep: SweepOptions) -> Re
         renamed(folder, &results.renamed);
     }
     notes(&results.notes);
-    text_report::answer(step, &results, options.output.as_deref(), stopped)
+    text_report::answer(step, &results, options.output.as_deref(), input.markdown, stopped)
 }
 
 /// Results folder: the one given, or by default that of the study if the results of the step are files.

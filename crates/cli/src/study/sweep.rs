@@ -127,7 +127,7 @@ fn reduce(input: &ReduceInput) -> Result<Answer, Failure> {
     bar.finish();
     let (results, stopped) = reduced?;
     file::renamed(&input.folder, &results.renamed);
-    text_report::answer(Step::Sweep, &results, Some(&input.folder), stopped)
+    text_report::answer(Step::Sweep, &results, Some(&input.folder), false, stopped)
 }
 
 impl From<crate::arguments::Csv> for RunsAsCsv {

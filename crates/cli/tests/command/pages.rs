@@ -1,5 +1,6 @@
 //! The examples in the pages of `docs` and in the READMEs are run, and their output is compared with the pages. Every
-//! block of code is run or read by a test, or listed in [`ELSEWHERE`] with the reason why not.
+//! block of code is run or read by a test, or listed in [`ELSEWHERE`] with the reason why not. `UPDATE=1` writes outputs
+//! that differ into the pages, but for those with `[..]`; read the difference.
 
 use crate::terminal::{folder, luenberger, run, without_estimate};
 use luenberger_study::{Format, Study};
@@ -228,7 +229,8 @@ fn is_output(found: &[&str], expected: &[String]) -> bool {
 fn every_example_does_what_its_page_says() {
     let binary = Path::new(env!("CARGO_BIN_EXE_luenberger")).parent().unwrap().to_owned();
     let (mut count, mut wrong) = (0, String::new());
-    for (name, page) in pages() {
+    let update = std::env::var_os("UPDATE").is_some();
+    for (name, mut page) in pages() {
         let examples = examples(&page);
         // What pip installs is tested by `cargo xtask python`.
         if examples.is_empty() || name == "python.md" {
@@ -254,7 +256,12 @@ fn every_example_does_what_its_page_says() {
                 .env("PATH", path.as_ref().unwrap());
             let ran = run(&mut shell, b"");
             let found: Vec<&str> = without_estimate(&ran.stdout).collect();
-            if !is_output(&found, &expected) {
+            let is_output = is_output(&found, &expected);
+            if !is_output && update && !expected.iter().any(|line| line.contains(ANYTHING)) {
+                let shown = |lines: &str| format!("$ {command}\n{lines}\n");
+                page = page.replace(&shown(&expected.join("\n")), &shown(&found.join("\n")));
+                std::fs::write(docs().join(&name), &page).unwrap();
+            } else if !is_output {
                 let (found, expected) = (&ran.stdout, expected.join("\n"));
                 let pieces = [&name, "\n$ ", &command, "\nprints\n", found, "\nand the page says\n", &expected, "\n\n"];
                 wrong.extend(pieces);

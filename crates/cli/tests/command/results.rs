@@ -43,7 +43,7 @@ fn a_study_is_read_from_standard_input() {
         serde_json::from_slice(&std::fs::read(folder.join("study-results/manifest.json")).unwrap()).unwrap();
     assert_eq!(manifest["study"]["name"], "standard input");
     let json = r#"{"plant": {"a": [[0, 1], [0, 0]], "c": [[1, 0]]}}"#;
-    assert!(luenberger(&["observe", "-"], json).stdout.contains("rank 2 of 2, observable"));
+    assert!(luenberger(&["observe", "-"], json).stdout.contains("observable: rank 2 of 2."));
     let ran = luenberger(&["run", "-"], "[plant]\na = [[0]]\n");
     assert_eq!(ran.code, Some(2));
     assert!(ran.stderr.contains("--> standard input:1:1"), "{}", ran.stderr);

@@ -127,11 +127,15 @@ fn each_step_prints_its_part() {
         assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), String::new()), "{step}");
         ran.stdout
     };
-    assert!(output_of("observe").contains("observability: rank 2 of 2, observable"));
+    assert!(output_of("observe").contains("The plant is observable: rank 2 of 2."));
     let design = output_of("design");
     assert!(design.contains("linear (luenberger): proved") && design.contains("L = [7; 10]"), "{design}");
     let compared = output_of("compare");
     assert!(compared.contains("observer") && compared.contains("settling time (s)") && compared.contains("cubic"));
+    let markdown = luenberger(&["compare", &file, "--markdown"], "").stdout;
+    assert!(
+        markdown.starts_with("# Double integrator\n\n") && markdown.contains("\n| linear | luenberger | proved |\n")
+    );
     assert!(!folder.join("study-results").exists());
 }
 
@@ -144,7 +148,7 @@ fn an_observer_that_does_not_fit_is_a_no_with_its_reason() {
     std::fs::write(&file, text).unwrap();
     let ran = luenberger(&["design", &file], "");
     assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(1), String::new()));
-    assert!(ran.stdout.contains("linear (luenberger): not applicable (line "), "{}", ran.stdout);
+    assert!(ran.stdout.contains("linear (luenberger): not applicable\n  Line "), "{}", ran.stdout);
     let found = luenberger(&["design", &file, "--json"], "").json();
     assert!(found["observers"][0]["failure"]["hypothesis"].is_string());
     assert_eq!(luenberger(&["observe", &file], "").code, Some(0));

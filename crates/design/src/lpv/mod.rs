@@ -416,7 +416,7 @@ fn why_not(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>, opti
     if options.only_rate() {
         infeasibility::explain(polytope, rate, verdict, &options.settings)
     } else {
-        DesignError::not_proved(gain_lmi::WHAT_WITHIN_LIMITS, Some(verdict)).into()
+        DesignError::not_proved(gain_lmi::within_limits(options), Some(verdict)).into()
     }
 }
 

@@ -38,7 +38,8 @@ mod programs;
 mod units;
 
 use luenberger_linalg::{
-    HInfinityNorm, discrete_h_infinity_norm, discrete_h2_norm, eigenvalues, h_infinity_norm, h2_norm, symmetric_part,
+    HInfinityNorm, LinalgError, discrete_h_infinity_norm, discrete_h2_norm, eigenvalues, h_infinity_norm, h2_norm,
+    symmetric_part,
 };
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
@@ -168,8 +169,10 @@ impl NormFilterDesign {
     ///
     /// # Errors
     /// [`DesignError::NormTooSmall`] for a gamma that no gain keeps, with multipliers; [`DesignError::NormNotFound`]
-    /// where neither a gain nor multipliers are found; [`DesignError::NoiselessOutput`] for [`NormTarget::Least`] where
-    /// D has no full row rank and no bound of the gain is given; a plant that is not detectable; shapes that do not
+    /// where neither a gain nor multipliers are found; for [`NormTarget::Least`] [`DesignError::NoiselessOutput`] where
+    /// D has no full row rank and no bound of the gain is given, [`DesignError::NoDisturbance`] for `E = 0` and a stable
+    /// A, whose least norm is 0, and [`LinalgError::NotExcited`] for the H2 norm if `E = 0` and A has an eigenvalue on
+    /// the stability boundary: smaller and smaller gains then have smaller and smaller norms; a plant that is not detectable; shapes that do not
     /// fit; H = 0; a given gain that does not stabilise.
     pub fn new(
         plant: &StateSpace,
@@ -217,6 +220,7 @@ impl NormFilterDesign {
             }
             NormTarget::Least => {
                 task.detectable()?;
+                task.is_disturbed()?;
                 if options.max_gain.is_none() {
                     task.every_output_is_noisy()?;
                 }
@@ -268,6 +272,30 @@ impl Task<'_> {
 
     fn detectable(&self) -> Result<(), DesignError> {
         check::detectable_in(self.time, &self.plant.a, &self.plant.c)
+    }
+
+    /// Whether `E = 0` leaves a least norm to be found.
+    fn is_disturbed(&self) -> Result<(), DesignError> {
+        if self.of.e.iter().any(|entry| *entry != 0.0) {
+            return Ok(());
+        }
+        let a = &self.plant.a;
+        let distance = |pole: &Complex<f64>| match self.time {
+            TimeDomain::Continuous => -pole.re,
+            TimeDomain::Discrete => 1.0 - pole.norm(),
+        };
+        let poles = eigenvalues(a)?;
+        let Some(nearest) = poles.iter().min_by(|x, y| distance(x).total_cmp(&distance(y))) else { return Ok(()) };
+        // The rounding of an eigenvalue.
+        let size = if self.time == TimeDomain::Discrete { a.norm().max(1.0) } else { a.norm() };
+        let rounding = a.nrows() as f64 * f64::EPSILON * size;
+        if distance(nearest) > rounding {
+            return Err(DesignError::NoDisturbance { norm: self.norm.name() });
+        }
+        if self.norm == SystemNorm::H2 && distance(nearest) >= -rounding {
+            return Err(LinalgError::NotExcited { eigenvalue: *nearest, margin: 0.0 }.into());
+        }
+        Ok(())
     }
 
     /// D has full row rank: else the least norm is approached by gains without bound.
@@ -488,7 +516,9 @@ impl Task<'_> {
                 let of_all = Equation::new(self.time, &f, &units, slower).and_then(|mut of| of.of_identity());
                 let (Some(of_h), Some(of_all)) = (of_h, of_all) else { continue };
                 let room = (gamma * gamma - spent(&of_h)).max(0.0);
-                let share = 0.5 * room / spent(&of_all).max(f64::MIN_POSITIVE);
+                let spent_by_all = spent(&of_all);
+                // Without a disturbance any share leaves room.
+                let share = if spent_by_all > 0.0 { 0.5 * room / spent_by_all } else { of_h.norm() / of_all.norm() };
                 let p = symmetric_part(&(of_h + of_all * share));
                 let Ok(certificate) = self.theorem(l, &p, gamma) else { continue };
                 if certificate.is_proved() {

@@ -14,6 +14,7 @@ mod feedthrough;
 mod gain_options;
 mod interpolation;
 mod jets;
+mod kalman_noise;
 mod kkl;
 mod kkl_adversary;
 mod lipschitz;

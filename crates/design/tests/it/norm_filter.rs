@@ -8,7 +8,7 @@
 use luenberger_design::{
     DesignError, GainOptions, GeneralizedPlant, NormFilterDesign, NormTarget, SystemNorm, TimeDomain,
 };
-use luenberger_linalg::{discrete_h_infinity_norm, expm, h_infinity_norm};
+use luenberger_linalg::{LinalgError, discrete_h_infinity_norm, expm, h_infinity_norm};
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, dmatrix};
 
@@ -119,6 +119,36 @@ fn bounds_are_kept_and_those_below_the_least_named() {
     assert!(bounded.l.norm() < 1.0 && bounded.found.unwrap() > 0.57 && bounded.certificate.is_proved());
     let message = new(NormTarget::Below(0.5)).unwrap_err().to_string();
     assert!(message.starts_with("no gain makes the H-infinity norm of the error less than 0.5 (the best"), "{message}");
+}
+
+/// With `E = 0` the error of a stable plant needs no correction: `T(s) = -H (sI - A + LC)^-1 L D` is 0 for L = 0. One of
+/// the plant x' = x has the least norms sqrt(2) and 1: `L = 2` from `2 P - P^2 = 0`, and `L/|s + L - 1| -> 1` for large L.
+/// Of x' = 0 the H2 norm is `sqrt(L/2)`, which has no least value.
+#[test]
+fn nothing_disturbs_the_states() {
+    let of = GeneralizedPlant { e: dmatrix![0.0], d: dmatrix![1.0], h: dmatrix![1.0] };
+    let with = |a: f64, time, norm, goal: &NormTarget, options: &GainOptions| {
+        let plant = StateSpace::new(dmatrix![a], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();
+        NormFilterDesign::new(&plant, time, norm, &of, goal, options)
+    };
+    let plain = GainOptions::default();
+    for norm in [SystemNorm::H2, SystemNorm::HInfinity] {
+        for (a, time) in [(-1.0, TimeDomain::Continuous), (0.5, TimeDomain::Discrete)] {
+            for options in [&plain, &GainOptions::default().max_gain(2.0)] {
+                let refused = with(a, time, norm, &NormTarget::Least, options).unwrap_err();
+                let expected =
+                    format!("E = 0 and A is stable: the least {} norm is 0, that of the gain L = 0,", norm.name());
+                assert!(refused.to_string().starts_with(&expected), "{refused}");
+            }
+            let found = with(a, time, norm, &NormTarget::Below(1e-3), &plain).unwrap();
+            assert!(found.certificate.is_proved() && found.norm < 1e-3 && found.gamma == 1e-3, "{found:?}");
+        }
+        let unstable = with(1.0, TimeDomain::Continuous, norm, &NormTarget::Least, &plain).unwrap();
+        let least = if norm == SystemNorm::H2 { 2f64.sqrt() } else { 1.0 };
+        close(unstable.least.or(unstable.found).unwrap(), least, 1e-5);
+    }
+    let slow = with(0.0, TimeDomain::Continuous, SystemNorm::H2, &NormTarget::Least, &plain).unwrap_err();
+    assert!(matches!(slow, DesignError::Linalg(LinalgError::NotExcited { .. })), "{slow}");
 }
 
 #[test]

@@ -126,6 +126,8 @@ fn a_bound_of_the_gain_excludes_nothing() {
     let refused = NormFilterDesign::new(&of_plant, time, SystemNorm::HInfinity, &of, &goal, &options).unwrap_err();
     assert!(matches!(refused, DesignError::NormNotFound { is_limited: true, why: None, .. }), "{refused}");
     assert!(refused.to_string().starts_with("not found: a gain within `max_gain`"), "{refused}");
+    let why = "that there is none is not proved, because the inequality for `max_gain` is sufficient but not necessary";
+    assert!(refused.to_string().ends_with(why), "{refused}");
 }
 
 /// A linear program that is not solved refutes no gain; one that has multipliers does.

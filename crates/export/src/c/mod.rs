@@ -8,13 +8,13 @@
 //! | `header` | the header |
 //! | `source` | the source: constants, start, step |
 //! | `kernels` | the loops of the observers, in files of C |
-//! | `linear` | the step of an observer of a linear plant |
 //! | `fixed` | all files of a linear observer in fixed point |
 //! | `plant` | the right-hand sides of a nonlinear plant |
-//! | `recorded` | the step of a recorded observer |
+//! | `recorded` | the functions and steps of recorded observers |
 //! | `filter` | the steps of the extended and of the unscented Kalman filter |
 //! | `moving_horizon` | the step of the moving-horizon estimator |
-//! | `feedback`, `varying` | declarations of the feedback, and of a step at varying periods |
+//! | `varying` | declarations and step of an observer at varying periods |
+//! | `feedback` | declarations of the feedback |
 //! | `kkl` | the step of the numerical KKL observer, and the constants of its left inverse |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
@@ -25,11 +25,10 @@ mod fixed;
 mod header;
 pub(crate) mod kernels;
 mod kkl;
-mod linear;
 mod moving_horizon;
 pub(crate) mod plant;
 mod project;
-mod recorded;
+pub(crate) mod recorded;
 pub(crate) mod source;
 mod test;
 mod varying;
@@ -52,7 +51,7 @@ pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
     let file = |name: String, text: String| File { name, text };
     Ok(vec![
         file(format!("{name}.h"), header(export)),
-        file(format!("{name}.c"), source::source(export)),
+        file(format!("{name}.c"), source::source(export)?),
         file(format!("test_{name}.c"), test(export, &steps)),
         file("CMakeLists.txt".to_owned(), project::cmake(name)),
         file("README.md".to_owned(), project::readme(export, steps.len())),

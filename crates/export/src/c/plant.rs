@@ -38,19 +38,6 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     }
 }
 
-/// The outputs by themselves, in another file: h, and Dh if the observer uses it.
-pub(crate) fn measurement(text: &mut String, export: &Export, maps: &Maps) {
-    let dialect = dialect(export.scalar, "model_");
-    let called = maps.measurement.functions();
-    if !called.is_empty() {
-        _ = write!(text, "\n{}", c_math::source("model", export.scalar, called));
-    }
-    for (number, table, used) in tables(&[&maps.measurement]) {
-        _ = write!(text, "\n{}", table.source(number, &dialect, used));
-    }
-    function(text, export, ("measurement", "h, then Dh row by row"), &maps.measurement, &dialect);
-}
-
 /// A function of (t, x, u), whatever of them the routine reads.
 pub(super) fn function(
     text: &mut String,

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use luenberger_expression::Routine;
-use luenberger_observers::Observer;
+use luenberger_expression::{Columns, Routine};
+use luenberger_observers::{Observer, ObserverDimensions};
 
 use super::kernels::{self, Macros};
-use super::plant;
+use super::{plant, scalar};
 use crate::c_math;
 use crate::exportable_observer::{Maps, tables};
 use crate::extension::{ExtensionMaps, SampledExtension};
@@ -53,15 +53,72 @@ pub(super) fn flow(text: &mut String, export: &Export, observer: &SampledExtensi
 
 /// The recorded step.
 pub(super) fn step(text: &mut String, export: &Export, next: &Routine) {
+    let dimensions = export.observer.dimensions();
+    let (estimate, about) = if export.is_filter() {
+        (Some(("xhat", dimensions.state)), "The estimate at the sample, and the state after it")
+    } else {
+        (None, "The state after a step")
+    };
+    let results: Vec<(&str, usize)> = estimate.into_iter().chain([("next", dimensions.state)]).collect();
+    let inputs = [("u", dimensions.inputs), ("y", dimensions.outputs)];
     let prefix = format!("{}_", export.identifier);
-    let dialect = plant::dialect(export.scalar, &prefix);
-    let called = next.functions();
-    if !called.is_empty() {
-        _ = write!(text, "\n{}", c_math::source(&export.identifier, export.scalar, called));
-    }
-    for (index, table, used) in tables(&[next]) {
-        _ = write!(text, "\n{}", table.source(index, &dialect, used));
-    }
-    plant::function(text, export, ("motion", "The next state; the inputs are (u, y)"), next, &dialect);
+    called(text, export, next, &prefix);
+    function(text, export, ("advance", about), next, (&prefix, Columns { inputs: &inputs, results: &results }));
     Macros::of(export).write(text, kernels::RECORDED_STEP);
+}
+
+/// The step of the copy of a nonlinear plant with a constant gain: Runge-Kutta steps with a recorded slope.
+pub(super) fn copy(text: &mut String, export: &Export, slope: &Routine) {
+    let ObserverDimensions { state, inputs, outputs, .. } = export.observer.dimensions();
+    let prefix = format!("{}_", export.identifier);
+    called(text, export, slope, &prefix);
+    let columns = Columns { inputs: &[("u", inputs)], results: &[("slopes", state), ("slopes", outputs)] };
+    let about = "The slopes of the estimate and of the predicted output";
+    function(text, export, ("slope", about), slope, (&prefix, columns));
+    let mut macros = Macros::of(export);
+    macros.integer("LENGTH", state + outputs);
+    macros.write(text, kernels::RUNGE_KUTTA);
+    macros.write(text, kernels::CONSTANT_GAIN_STEP);
+}
+
+/// The elementary functions and the tables that a program uses, with names that begin so.
+pub(crate) fn called(text: &mut String, export: &Export, program: &Routine, prefix: &str) {
+    let called = program.functions();
+    if !called.is_empty() {
+        _ = write!(text, "\n{}", c_math::source(prefix.trim_end_matches('_'), export.scalar, called));
+    }
+    for (index, table, used) in tables(&[program]) {
+        _ = write!(text, "\n{}", table.source(index, &plant::dialect(export.scalar, prefix), used));
+    }
+}
+
+/// A function of t, x and columns, whatever of them the program reads, that writes columns.
+pub(crate) fn function(
+    text: &mut String,
+    export: &Export,
+    (name, about): (&str, &str),
+    program: &Routine,
+    (prefix, columns): (&str, Columns<'_>),
+) {
+    let number = scalar(export);
+    let mut results: Vec<&str> = columns.results.iter().map(|(name, _)| *name).collect();
+    results.dedup();
+    let inputs: String = columns.inputs.iter().map(|(name, _)| format!(", const {number} *{name}")).collect();
+    let results: String = results.iter().map(|name| format!(", {number} *{name}")).collect();
+    _ = write!(text, "\n/* {about}. */\nstatic void {name}({number} t, const {number} *x{inputs}{results})\n{{\n");
+    let mut unused: Vec<&str> = [(program.uses_time(), "t"), (program.uses_states(), "x")]
+        .into_iter()
+        .filter_map(|(is_used, name)| (!is_used).then_some(name))
+        .collect();
+    let mut first = 0;
+    for (name, length) in columns.inputs {
+        if !program.uses_inputs_in(first..first + length) {
+            unused.push(name);
+        }
+        first += length;
+    }
+    for name in unused {
+        _ = writeln!(text, "    (void){name};");
+    }
+    _ = writeln!(text, "{}}}", program.loops(&plant::dialect(export.scalar, prefix), columns));
 }

@@ -3,20 +3,18 @@
 use std::fmt::Write;
 
 use super::kernels::{self, Macros};
-use super::{filter, kkl, linear, matrix, moving_horizon, plant, recorded, scalar};
+use super::{filter, kkl, matrix, moving_horizon, plant, recorded, scalar, varying};
+use crate::error::ExportError;
 use crate::exportable_observer::{ExportableObserver, Maps};
-use crate::{Export, number};
+use crate::{Export, number, program};
 
-pub(super) fn source(export: &Export) -> String {
+pub(super) fn source(export: &Export) -> Result<String, ExportError> {
     let (name, number) = (&export.identifier, scalar(export));
     let upper = name.to_uppercase();
     let mut text = format!("/** @file {name}.c\n * See {name}.h. */\n#include \"{name}.h\"\n\n#include <float.h>\n");
     let maps = export.observer.maps();
     if maps.is_some() || matches!(export.observer, ExportableObserver::Cubic(_) | ExportableObserver::Varying(_)) {
-        text.push_str("#include <math.h>\n");
-    }
-    if maps.is_some() {
-        text.push_str("#include <stdbool.h>\n");
+        text.push_str("#include <math.h>\n#include <stdbool.h>\n");
     }
     text.push_str("#include <stddef.h>\n");
     if maps.as_ref().is_some_and(Maps::calls_functions) {
@@ -44,28 +42,27 @@ pub(super) fn source(export: &Export) -> String {
     start(&mut text, export, maps.as_ref());
     let macros = Macros::of(export);
     macros.write(&mut text, kernels::RESET);
-    match (&export.observer, &maps) {
-        (ExportableObserver::Kalman(_), Some(maps)) => filter::extended(&mut text, export, maps),
-        (ExportableObserver::Unscented(filter), Some(maps)) => filter::unscented(&mut text, export, maps, filter),
-        (ExportableObserver::MovingHorizon(estimator), Some(maps)) => {
+    match (&export.observer, &maps, program::step(export)?) {
+        (_, _, Some(next)) => recorded::step(&mut text, export, &next),
+        (ExportableObserver::Kalman(_), Some(maps), _) => filter::extended(&mut text, export, maps),
+        (ExportableObserver::Unscented(filter), Some(maps), _) => filter::unscented(&mut text, export, maps, filter),
+        (ExportableObserver::MovingHorizon(estimator), Some(maps), _) => {
             moving_horizon::step(&mut text, export, maps, estimator);
         }
-        (ExportableObserver::Kkl(observer), _) => kkl::step(&mut text, export, observer),
-        (ExportableObserver::Extension(observer), _) => {
+        (ExportableObserver::Kkl(observer), ..) => kkl::step(&mut text, export, observer),
+        (ExportableObserver::Extension(observer), ..) => {
             recorded::flow(&mut text, export, observer, observer.observer().routines());
         }
-        (ExportableObserver::Step(_), Some(maps)) => recorded::step(&mut text, export, &maps.motion),
-        (ExportableObserver::Discrete(_), Some(maps)) => {
-            plant::functions(&mut text, export, maps);
-            macros.write(&mut text, kernels::DISCRETE_GAIN_STEP);
+        (ExportableObserver::SampledNonlinear(observer), ..) => {
+            recorded::copy(&mut text, export, &program::slope(export, observer)?);
         }
-        (ExportableObserver::SampledNonlinear(_), Some(maps)) => constant_gain(&mut text, export, maps),
-        _ => linear::step(&mut text, export),
+        (ExportableObserver::Varying(step), ..) => varying::step(&mut text, export, step)?,
+        _ => {}
     }
     if export.feedback.is_some() {
         macros.write(&mut text, kernels::FEEDBACK);
     }
-    text
+    Ok(text)
 }
 
 /// The start from a first estimate, with what it needs.
@@ -86,16 +83,5 @@ fn start(text: &mut String, export: &Export, maps: Option<&Maps>) {
             macros.option("HAS_WINDOW", has_window);
             macros.write(text, kernels::START);
         }
-    }
-}
-
-/// The step of the copy of a nonlinear plant with a constant gain.
-fn constant_gain(text: &mut String, export: &Export, maps: &Maps) {
-    plant::functions(text, export, maps);
-    let mut macros = Macros::of(export);
-    let size = export.observer.dimensions();
-    macros.integer("LENGTH", size.estimate + size.outputs);
-    for kernel in [kernels::CONSTANT_GAIN, kernels::RUNGE_KUTTA, kernels::CONSTANT_GAIN_STEP] {
-        macros.write(text, kernel);
     }
 }

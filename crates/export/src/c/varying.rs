@@ -1,7 +1,14 @@
-//! An observer at varying periods in the header.
+//! An observer at varying periods: its declarations in the header, and its step.
 
-use super::scalar;
-use crate::Export;
+use luenberger_expression::Columns;
+use luenberger_observers::varying_period::DEGREE;
+use luenberger_observers::{ObserverDimensions, SampledObserver, VaryingPeriodStep};
+use nalgebra::Dyn;
+
+use super::kernels::{self, Macros};
+use super::{recorded, scalar};
+use crate::error::ExportError;
+use crate::{Export, program};
 
 /// The declaration of the prediction and the comment of the step, in the header.
 pub(super) fn declarations(export: &Export) -> String {
@@ -34,4 +41,29 @@ void {name}_predict({name}_state *state, const {number} *u, {number} dt);
  * @param xhat   Estimate at this sample, {upper}_STATES entries; may be a null pointer.
 "
     )
+}
+
+/// The prediction and the correction; the time since the last call is the last input.
+pub(super) fn step(
+    text: &mut String,
+    export: &Export,
+    step: &VaryingPeriodStep<f64, Dyn, Dyn, Dyn>,
+) -> Result<(), ExportError> {
+    let ObserverDimensions { state, inputs, outputs, .. } = step.dimensions();
+    let [first, further, corrected] = program::varying(export, step)?;
+    let results = [("next", state)];
+    let series = Columns { inputs: &[("u", inputs), ("tau", 1), ("degree", 1)], results: &results };
+    let about = "The first term of the series of the exponential";
+    recorded::function(text, export, ("first_term", about), &first, ("", series));
+    let about = "A term of the series of the exponential, from the one before it";
+    recorded::function(text, export, ("next_term", about), &further, ("", series));
+    let correction = Columns { inputs: &[("u", inputs), ("y", outputs)], results: &results };
+    recorded::function(text, export, ("corrected", "The state after a correction"), &corrected, ("", correction));
+    let mut macros = Macros::of(export);
+    let parts = export.observer.prediction_substeps(export.scalar);
+    macros.number("PARTS", parts as f64);
+    macros.integer("PART_COUNT", parts);
+    macros.integer("SERIES_DEGREE", DEGREE);
+    macros.write(text, kernels::VARYING);
+    Ok(())
 }

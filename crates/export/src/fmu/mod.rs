@@ -85,7 +85,7 @@ impl Export {
             self.c()?.into_iter().filter(|file| [format!("{name}.h"), format!("{name}.c")].contains(&file.name));
         let token = description::token(self, version)?;
         let mut sources_folder: Vec<File> = observer.collect();
-        sources_folder.extend(model::files(self, &token, period));
+        sources_folder.extend(model::files(self, &token, period)?);
         sources_folder.push(File { name: "instance.h".to_owned(), text: include_str!("instance.h").to_owned() });
         sources_folder.push(version.source());
         let mut files = vec![("modelDescription.xml".to_owned(), description::model(self, version, &sources, &token)?)];

@@ -2,15 +2,17 @@
 
 use std::fmt::Write;
 
+use luenberger_expression::Columns;
+
 use crate::c;
 use crate::c::kernels::{self, Macros};
-use crate::number;
+use crate::error::ExportError;
 use crate::scalar::Scalar;
-use crate::{Export, File};
+use crate::{Export, File, number, program};
 
-pub(super) fn files(export: &Export, token: &str, period: f64) -> Vec<File> {
+pub(super) fn files(export: &Export, token: &str, period: f64) -> Result<Vec<File>, ExportError> {
     let file = |name: &str, text| File { name: name.to_owned(), text };
-    vec![file("model.h", header(export, token, period)), file("model.c", source(export))]
+    Ok(vec![file("model.h", header(export, token, period)), file("model.c", source(export)?)])
 }
 
 fn header(export: &Export, token: &str, period: f64) -> String {
@@ -58,23 +60,22 @@ void {name}_innovation(const {name}_state *state, const {number} *u, const {numb
     text
 }
 
-fn source(export: &Export) -> String {
-    let mut text = "#include \"model.h\"\n\n".to_owned();
-    let mut macros = Macros::of(export);
-    let maps = export.observer.maps();
-    macros.option("NONLINEAR", maps.is_some());
-    if let Some(maps) = &maps {
-        text.push_str(
-            "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n",
-        );
-        c::plant::measurement(&mut text, export, maps);
-        macros.integer("MEASURED", maps.measurement.len());
-    }
+fn source(export: &Export) -> Result<String, ExportError> {
+    let includes =
+        "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n";
+    let mut text = format!("#include \"model.h\"\n\n{includes}\n");
     for (name, values) in export.matrices() {
         if ["C", "D"].contains(&name) && values.ncols() > 0 {
             c::matrix(&mut text, export, name, &values);
         }
     }
-    macros.write(&mut text, kernels::OUTPUT_ERROR);
-    text
+    let program = program::innovation(export)?;
+    c::recorded::called(&mut text, export, &program, "model_");
+    let size = export.observer.dimensions();
+    let (inputs, results) = ([("u", size.inputs), ("y", size.outputs)], [("innovation", size.outputs)]);
+    let about = ("output_error", "Measured minus expected output");
+    let columns = Columns { inputs: &inputs, results: &results };
+    c::recorded::function(&mut text, export, about, &program, ("model_", columns));
+    Macros::of(export).write(&mut text, kernels::OUTPUT_ERROR);
+    Ok(text)
 }

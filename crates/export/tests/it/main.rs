@@ -8,6 +8,7 @@ mod fmu;
 mod fuzz;
 mod kernels;
 mod kkl;
+mod loops;
 mod moving_horizon;
 mod names;
 mod number;

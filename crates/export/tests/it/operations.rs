@@ -193,7 +193,8 @@ fn steps_take_the_operations_that_are_stated() {
     let exports: Vec<Export> = programs.into_iter().enumerate().map(one).collect();
     let Some(counts) = counts(&compiled::folder("operations"), &exports) else { return };
     // The statement is a bound: by how much it exceeds the operations of the compiled source.
-    let beyond = [0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 4, 0, 0, 3, 3, 3, 31, 61, 31];
+    // The slopes of copies leave out products with one, and take what occurs twice once.
+    let beyond = [0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 4, 32, 2, 3, 3, 3, 31, 61, 31];
     let found: Vec<usize> = exports
         .iter()
         .zip(&counts)

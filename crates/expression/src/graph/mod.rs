@@ -17,11 +17,13 @@
 //! | `recording` | a body that is written for every scalar, as a routine |
 //! | `program` | a routine over binary64 in registers |
 //! | `source` | a routine as source code of C and Rust |
+//! | `loops` | a routine of named matrices as C, with loops |
 //!
 //! Source: value numbering: J. Cocke and J. T. Schwartz, Programming Languages and their Compilers, 1970; derivatives
 //! by the chain rule over the graph: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, ch. 3.
 
 mod derivative;
+mod loops;
 mod program;
 pub(crate) mod recording;
 mod routine;
@@ -31,6 +33,9 @@ mod translate;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
+
+pub use loops::Columns;
 pub use recording::{Recorded, Recording, RecordingError, record};
 pub use routine::Routine;
 pub use source::{Dialect, Language, Lookups, MathFunction};
@@ -51,6 +56,8 @@ pub(crate) enum Node {
     /// The largest number of the format.
     Largest,
     Truth(bool),
+    /// An entry of the matrix of that number: row, column.
+    Entry(u32, u32, u32),
     Time,
     State(u32),
     Input(u32),
@@ -105,6 +112,19 @@ impl Node {
     }
 }
 
+/// A matrix of numbers whose entries a program has by their places.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NamedMatrix {
+    name: &'static str,
+    values: DMatrix<f64>,
+}
+
+impl NamedMatrix {
+    fn entry(&self, row: u32, column: u32) -> f64 {
+        self.values[(row as usize, column as usize)]
+    }
+}
+
 /// Operations on numbers, each once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
@@ -113,6 +133,7 @@ pub(crate) struct Graph {
     /// The values in binary64 and binary32 of nodes without time, states and inputs.
     fixed: Vec<Option<(f64, f32)>>,
     tables: Vec<Arc<Table>>,
+    matrices: Vec<Arc<NamedMatrix>>,
     /// Of a recording: a simplification may not change the sign of a zero.
     keeps_signs: bool,
 }
@@ -173,8 +194,24 @@ impl Graph {
             Node::Constant(bits) => Some((f64::from_bits(bits), f64::from_bits(bits) as f32)),
             Node::Epsilon => Some((f64::EPSILON, f32::EPSILON)),
             Node::Largest => Some((f64::MAX, f32::MAX)),
+            Node::Entry(matrix, row, column) => {
+                let value = self.matrices[matrix as usize].entry(row, column);
+                Some((value, value as f32))
+            }
             Node::Unary(unary, x) => of(x).map(|(x, single)| (unary.at(x), unary.at(single))),
             Node::Binary(binary, x, y) => of(x).zip(of(y)).map(|(x, y)| (binary.at(x.0, y.0), binary.at(x.1, y.1))),
+            // A condition is 1 or 0, and may differ in the two.
+            Node::Truth(truth) => Some((truth.into(), truth.into())),
+            Node::Compare(comparison, x, y) => {
+                of(x).zip(of(y)).map(|(x, y)| (comparison.at(x.0, y.0).into(), comparison.at(x.1, y.1).into()))
+            }
+            Node::And(x, y) => of(x).zip(of(y)).map(|(x, y)| (x.0 * y.0, x.1 * y.1)),
+            Node::Or(x, y) => of(x).zip(of(y)).map(|(x, y)| (x.0.max(y.0), x.1.max(y.1))),
+            Node::Not(x) => of(x).map(|x| (1.0 - x.0, 1.0 - x.1)),
+            Node::Select(condition, x, y) => {
+                let ((double, single), (x, y)) = (of(condition)?, of(x).zip(of(y))?);
+                Some((if double == 0.0 { y.0 } else { x.0 }, if single == 0.0 { y.1 } else { x.1 }))
+            }
             _ => None,
         }
     }
@@ -187,18 +224,29 @@ impl Graph {
         }) as u32
     }
 
+    /// The number of a matrix.
+    fn matrix(&mut self, matrix: &Arc<NamedMatrix>) -> u32 {
+        let known = self.matrices.iter().position(|other| Arc::ptr_eq(other, matrix));
+        known.unwrap_or_else(|| {
+            self.matrices.push(Arc::clone(matrix));
+            self.matrices.len() - 1
+        }) as u32
+    }
+
     pub(crate) fn constant(&mut self, value: f64) -> Id {
         self.push(Node::Constant(value.to_bits()))
     }
 
-    /// The node of an operation on constants, if the result is a finite number.
-    fn folded(&mut self, value: f64) -> Option<Id> {
-        value.is_finite().then(|| self.constant(value))
+    /// The node of an operation on constants, if the result is a finite number; beside matrices, whose numbers are
+    /// those of the format, only if the format computes it.
+    fn folded(&mut self, value: f64, single: f32) -> Option<Id> {
+        let is_same = self.matrices.is_empty() || (value as f32).to_bits() == single.to_bits();
+        (value.is_finite() && is_same).then(|| self.constant(value))
     }
 
     pub(crate) fn unary(&mut self, unary: Unary, x: Id) -> Id {
         if let Some(value) = self.value(x)
-            && let Some(id) = self.folded(unary.at(value))
+            && let Some(id) = self.folded(unary.at(value), unary.at(value as f32))
         {
             return id;
         }
@@ -237,7 +285,7 @@ impl Graph {
     pub(crate) fn binary(&mut self, binary: Binary, x: Id, y: Id) -> Id {
         let (first, second) = (self.value(x), self.value(y));
         if let (Some(first), Some(second)) = (first, second)
-            && let Some(id) = self.folded(binary.at(first, second))
+            && let Some(id) = self.folded(binary.at(first, second), binary.at(first as f32, second as f32))
         {
             return id;
         }

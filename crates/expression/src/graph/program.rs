@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use super::{Id, Node};
+use super::{Id, NamedMatrix, Node};
 use crate::function::{Binary, Comparison, Unary};
 use crate::table::Table;
 
@@ -64,7 +64,12 @@ pub(super) struct Program {
 
 impl Program {
     /// The program of these nodes, whose operands are earlier ones; none if it needs more registers than there are.
-    pub(super) fn of(nodes: &[Node], results: &[Id], tables: &[Arc<Table>]) -> Option<Self> {
+    pub(super) fn of(
+        nodes: &[Node],
+        results: &[Id],
+        tables: &[Arc<Table>],
+        matrices: &[Arc<NamedMatrix>],
+    ) -> Option<Self> {
         let (mut constants, mut loads) = (Vec::new(), Vec::new());
         for node in nodes {
             match *node {
@@ -72,6 +77,7 @@ impl Program {
                 Node::Epsilon => constants.push(f64::EPSILON),
                 Node::Largest => constants.push(f64::MAX),
                 Node::Truth(truth) => constants.push(f64::from(u8::from(truth))),
+                Node::Entry(matrix, row, column) => constants.push(matrices[matrix as usize].entry(row, column)),
                 Node::Time => loads.push(Load::Time),
                 Node::State(k) => loads.push(Load::State(k)),
                 Node::Input(k) => loads.push(Load::Input(k)),
@@ -94,9 +100,9 @@ impl Program {
         let mut places = vec![0; nodes.len()];
         for (k, operation) in operations.iter().enumerate() {
             let counter = match operation {
-                Operation::Node(Node::Constant(_) | Node::Epsilon | Node::Largest | Node::Truth(_)) => {
-                    Some(&mut constant)
-                }
+                Operation::Node(
+                    Node::Constant(_) | Node::Epsilon | Node::Largest | Node::Truth(_) | Node::Entry(..),
+                ) => Some(&mut constant),
                 Operation::Node(Node::Time | Node::State(_) | Node::Input(_)) => Some(&mut load),
                 Operation::Within => continue,
                 _ => None,
@@ -317,6 +323,7 @@ fn instruction(node: Node, to: Register, place: impl Fn(Id) -> Register) -> Opti
         | Node::Epsilon
         | Node::Largest
         | Node::Truth(_)
+        | Node::Entry(..)
         | Node::Time
         | Node::State(_)
         | Node::Input(_) => return None,

@@ -24,9 +24,10 @@ use std::sync::Arc;
 
 use luenberger_plants::real_field;
 use luenberger_plants::real_field::Real;
+use nalgebra::DMatrix;
 
 use super::translate::Leaves;
-use super::{Graph, Id, Node, Routine};
+use super::{Graph, Id, NamedMatrix, Node, Routine};
 use crate::function::{Binary, Comparison, Unary};
 use crate::table::Table;
 use crate::tree::Tree;
@@ -202,6 +203,17 @@ pub(crate) fn with_tables<R>(tables: Vec<Arc<Table>>, run: impl FnOnce(&mut Reco
 }
 
 impl Recording {
+    /// A matrix whose entries stay entries of a matrix of this name in the programs: they are known to comparisons, and
+    /// are no constants of operations. [`Routine::loops`] has loops over them.
+    pub fn matrix(&mut self, name: &'static str, values: &DMatrix<f64>) -> DMatrix<Recorded> {
+        let matrix = Arc::new(NamedMatrix { name, values: values.clone() });
+        let number = on_tape(|tape| tape.graph.matrix(&matrix)).unwrap_or_default();
+        let (rows, columns) = values.shape();
+        DMatrix::from_fn(rows, columns, |row, column| {
+            node(|graph| graph.push(Node::Entry(number, row as u32, column as u32)))
+        })
+    }
+
     /// The program of a body, which is called with the time, so many states and so many inputs.
     ///
     /// Cost: one call of the body for each path of its open comparisons.

@@ -6,11 +6,12 @@ use std::sync::Arc;
 
 use nalgebra::{RealField, convert, try_convert};
 
+use super::loops::{self, Columns};
 use super::program::Program;
 use super::recording;
 use super::source::{self, Dialect, Lookups, MathFunction};
 use super::translate::Leaves;
-use super::{Graph, Id, Node};
+use super::{Graph, Id, NamedMatrix, Node};
 use crate::function::{Binary, Unary};
 use crate::table::Table;
 
@@ -20,6 +21,7 @@ pub struct Routine {
     pub(super) code: Vec<Node>,
     pub(super) results: Vec<Id>,
     pub(crate) tables: Vec<Arc<Table>>,
+    pub(super) matrices: Vec<Arc<NamedMatrix>>,
     /// What runs over binary64, unless it is too long.
     program: Option<Program>,
 }
@@ -37,8 +39,9 @@ impl Graph {
             }
         }
         let results: Vec<Id> = results.iter().map(|id| number[*id as usize]).collect();
-        let program = Program::of(&code, &results, &self.tables);
-        Routine { code, results, tables: self.tables.clone(), program }
+        let (tables, matrices) = (self.tables.clone(), self.matrices.clone());
+        let program = Program::of(&code, &results, &tables, &matrices);
+        Routine { code, results, tables, matrices, program }
     }
 }
 
@@ -86,6 +89,7 @@ impl Routine {
                 Node::Epsilon => T::default_epsilon(),
                 Node::Largest => T::max_value().unwrap_or_else(|| convert(f64::MAX)),
                 Node::Truth(condition) => truth(condition),
+                Node::Entry(matrix, row, column) => convert(self.entry(matrix, row, column)),
                 Node::Time => t,
                 Node::State(k) => entry(x, k),
                 Node::Input(k) => entry(u, k),
@@ -129,6 +133,16 @@ impl Routine {
         graph.routine(&jacobian)
     }
 
+    /// An entry of a named matrix.
+    pub(super) fn entry(&self, matrix: u32, row: u32, column: u32) -> f64 {
+        self.matrices[matrix as usize].entry(row, column)
+    }
+
+    /// The name of a matrix.
+    pub(super) fn matrix(&self, matrix: u32) -> &'static str {
+        self.matrices[matrix as usize].name
+    }
+
     /// Whether its results are the states, in order.
     pub fn is_identity(&self) -> bool {
         let mut results = self.results.iter().map(|result| self.code[*result as usize]).enumerate();
@@ -148,6 +162,11 @@ impl Routine {
     /// Whether an input occurs in it.
     pub fn uses_inputs(&self) -> bool {
         self.code.iter().any(|node| matches!(node, Node::Input(_)))
+    }
+
+    /// Whether an input of these numbers occurs in it.
+    pub fn uses_inputs_in(&self, range: core::ops::Range<usize>) -> bool {
+        self.code.iter().any(|node| matches!(node, Node::Input(k) if range.contains(&(*k as usize))))
     }
 
     /// The result `k` if it is a constant.
@@ -220,5 +239,11 @@ impl Routine {
     /// The body of a function that writes the results to `out[0]`, `out[1]`, ...; it reads `t`, `x` and `u`.
     pub fn source(&self, dialect: &Dialect) -> String {
         source::body(self, dialect)
+    }
+
+    /// The body of a function of C that writes the results to `columns`, with loops over arrays and over the entries of
+    /// its [named matrices](super::Recording::matrix); it reads `t`, `x` and the columns of its inputs.
+    pub fn loops(&self, dialect: &Dialect, columns: Columns<'_>) -> String {
+        loops::body(self, dialect, columns)
     }
 }

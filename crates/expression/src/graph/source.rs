@@ -143,7 +143,7 @@ impl Dialect<'_> {
         }
     }
 
-    fn literal(&self, x: f64) -> String {
+    pub(super) fn literal(&self, x: f64) -> String {
         (self.literal)(x, self.single)
     }
 
@@ -183,7 +183,7 @@ impl Dialect<'_> {
 }
 
 /// An operand: leaves are written where they are used.
-fn operand(routine: &Routine, dialect: &Dialect, id: Id) -> String {
+pub(super) fn operand(routine: &Routine, dialect: &Dialect, id: Id) -> String {
     match routine.code[id as usize] {
         Node::Constant(bits) => {
             let literal = dialect.literal(f64::from_bits(bits));
@@ -193,6 +193,7 @@ fn operand(routine: &Routine, dialect: &Dialect, id: Id) -> String {
         Node::Largest => dialect.of_format("MAX"),
         Node::Truth(truth) => truth.to_string(),
         Node::Time => "t".to_owned(),
+        Node::Entry(matrix, row, column) => format!("{}[{row}][{column}]", routine.matrix(matrix)),
         Node::State(k) => format!("x[{k}]"),
         Node::Input(k) => format!("u[{k}]"),
         _ => format!("v{id}"),
@@ -218,17 +219,21 @@ pub(super) fn body(routine: &Routine, dialect: &Dialect) -> String {
 
 /// The right-hand side of an operation; none for a leaf.
 fn operation(routine: &Routine, dialect: &Dialect, node: Node) -> Option<String> {
-    let of = |id: Id| operand(routine, dialect, id);
-    Some(match node {
-        Node::Unary(unary, x) => function(dialect, unary, &of(x)),
-        Node::Binary(binary, x, y) => two(dialect, binary, &of(x), &of(y)),
-        Node::Table(table, x) => format!("{}table{table}({})", dialect.prefix, of(x)),
-        Node::Slope(table, x) => format!("{}slope{table}({})", dialect.prefix, of(x)),
-        Node::Compare(comparison, x, y) => format!("{} {} {}", of(x), comparison.sign(), of(y)),
-        Node::And(x, y) => format!("{} && {}", of(x), of(y)),
-        Node::Or(x, y) => format!("{} || {}", of(x), of(y)),
-        Node::Not(x) => format!("!{}", of(x)),
-        Node::Select(condition, x, y) => dialect.choice(&of(condition), &of(x), &of(y)),
+    applied(dialect, node, &node.operands().map(|id| operand(routine, dialect, id)).collect::<Vec<_>>())
+}
+
+/// An operation on operands; none for a leaf.
+pub(super) fn applied(dialect: &Dialect, node: Node, operands: &[String]) -> Option<String> {
+    Some(match (node, operands) {
+        (Node::Unary(unary, _), [x]) => function(dialect, unary, x),
+        (Node::Binary(binary, ..), [x, y]) => two(dialect, binary, x, y),
+        (Node::Table(table, _), [x]) => format!("{}table{table}({x})", dialect.prefix),
+        (Node::Slope(table, _), [x]) => format!("{}slope{table}({x})", dialect.prefix),
+        (Node::Compare(comparison, ..), [x, y]) => format!("{x} {} {y}", comparison.sign()),
+        (Node::And(..), [x, y]) => format!("{x} && {y}"),
+        (Node::Or(..), [x, y]) => format!("{x} || {y}"),
+        (Node::Not(_), [x]) => format!("!{x}"),
+        (Node::Select(..), [condition, x, y]) => dialect.choice(condition, x, y),
         _ => return None,
     })
 }

@@ -36,11 +36,15 @@ impl Graph {
     /// The nodes of the results of a routine.
     pub(super) fn inlined(&mut self, routine: &Routine, leaves: Leaves<'_>) -> Vec<Id> {
         let tables: Vec<u32> = routine.tables.iter().map(|table| self.table(table)).collect();
+        let matrices: Vec<u32> = routine.matrices.iter().map(|matrix| self.matrix(matrix)).collect();
         let mut ids: Vec<Id> = Vec::with_capacity(routine.code.len());
         for node in &routine.code {
             let node = node.renumbered(|operand| ids[operand as usize]);
             let id = match node {
                 Operation::Time | Operation::State(_) | Operation::Input(_) => self.leaf(node, leaves),
+                Operation::Entry(matrix, row, column) => {
+                    self.push(Operation::Entry(matrices[matrix as usize], row, column))
+                }
                 Operation::Unary(unary, x) => self.unary(unary, x),
                 Operation::Binary(binary, x, y) => self.binary(binary, x, y),
                 Operation::Table(table, x) => self.looked_up(tables[table as usize], x),

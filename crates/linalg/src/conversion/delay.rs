@@ -1,4 +1,4 @@
-//! Zero-order hold of a plant whose inputs are delayed.
+//! Zero-order hold of a plant whose inputs and outputs are delayed.
 //!
 //! With `tau = d h + r`, `0 <= r < h`, the delayed input of period k is `u[k-d-1]` for the time r and `u[k-d]` after
 //! it:
@@ -8,6 +8,10 @@
 //! y[k]   = C x[k] + D u[k-d]   for r = 0          y[k] = C x[k] + D u[k-d-1]   for r > 0
 //! ```
 //! The state is extended by the past inputs `u[k-1], u[k-2], ..` that are needed, of the first input first.
+//!
+//! A delayed output is what it was `tau` ago: for r = 0 the output of d samples before, for r > 0 that at the time
+//! `h - r` after the sample `k-d-1`, `C x((k-d-1) h + h - r) + ..`, which state and inputs of that sample determine as
+//! above. The past of these outputs are the last states, the latest first, of the first output first.
 //!
 //! Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, section 4.3; Astrom and Wittenmark,
 //! Computer-Controlled Systems, section 2.3.
@@ -25,6 +29,8 @@ struct Delay {
     whole: usize,
     /// Between 0 and the period.
     rest: f64,
+    /// Of the rest.
+    rounding: f64,
 }
 
 impl Delay {
@@ -36,10 +42,11 @@ impl Delay {
         // A quotient of rounded numbers: within two roundings of a whole one it is whole.
         let nearest = ratio.round();
         if (ratio - nearest).abs() <= 2.0 * f64::EPSILON * ratio {
-            return Ok(Self { whole: nearest as usize, rest: 0.0 });
+            return Ok(Self { whole: nearest as usize, rest: 0.0, rounding: 0.0 });
         }
         let whole = ratio.floor();
-        Ok(Self { whole: whole as usize, rest: (delay - whole * period).clamp(0.0, period) })
+        let (rest, rounding) = ((delay - whole * period).clamp(0.0, period), 2.0 * f64::EPSILON * (delay + period));
+        Ok(Self { whole: whole as usize, rest, rounding })
     }
 
     /// The number of past inputs.
@@ -49,16 +56,17 @@ impl Delay {
 }
 
 /// Discrete-time model of `x' = A x + B u(t - tau), y = C x + D u(t - tau)` at the period `h` for an input that is held
-/// over each period, with a delay of its own for each input.
+/// over each period, with a delay of its own for each input and for each output, `y_i(t - sigma_i)`.
 ///
-/// `delays` has m entries, in the unit of time of A: 0 or more, whole periods or not. A delay of `d` periods adds d
-/// states to the n of the plant, one between d and d + 1 periods d + 1: the past inputs `u_1[k-1], u_1[k-2], ..,
-/// u_2[k-1], ..`. A delay within two roundings of whole periods counts as whole. Cost: an exponential of order n + m,
-/// and two of order n + 1 for each input whose delay is not whole.
+/// `inputs` has m entries, `outputs` p, in the unit of time of A: 0 or more, whole periods or not. A delay of `d`
+/// periods adds d states to the n of the plant, one between d and d + 1 periods d + 1: the past inputs `u_1[k-1],
+/// u_1[k-2], .., u_2[k-1], ..`, then the past outputs likewise, where delays are not whole between the samples. A delay
+/// within two roundings of whole periods counts as whole. Cost: an exponential of order n + m and, for each output whose
+/// delay is not whole, another one; with each of them two of order n + 1 for each input whose delay is not whole.
 ///
 /// # Errors
 /// [`LinalgError::InvalidDelay`] if a delay is negative, not a number, or longer than 1000 periods;
-/// [`LinalgError::DimensionMismatch`] if there are not m; otherwise those of [`super::c2d`].
+/// [`LinalgError::DimensionMismatch`] if there are not m and p; otherwise those of [`super::c2d`].
 ///
 /// # Example
 /// ```
@@ -66,73 +74,129 @@ impl Delay {
 /// use nalgebra::dmatrix;
 ///
 /// let lag = Realization::new(&dmatrix![-1.0], &dmatrix![1.0], &dmatrix![1.0], &dmatrix![0.0])?;
-/// let sampled = c2d_delayed(&lag, 0.1, &[0.13])?;
+/// let sampled = c2d_delayed(&lag, 0.1, &[0.13], &[0.0])?;
 /// // x+ = e^-0.1 x + (e^-0.07 - e^-0.1) u[k-2] + (1 - e^-0.07) u[k-1].
 /// let (new, old) = (-(-0.07_f64).exp_m1(), (-0.07_f64).exp() - (-0.1_f64).exp());
 /// let residual = (sampled.a - dmatrix![(-0.1_f64).exp(), new, old; 0.0, 0.0, 0.0; 0.0, 1.0, 0.0]).amax();
 /// println!("residual {residual:e}");
 /// assert!(residual < 1e-15 && sampled.b == dmatrix![0.0; 1.0; 0.0]);
+/// // The output 0.03 ago: w+ = e^-0.07 x + (1 - e^-0.07) u, y = w.
+/// let late = c2d_delayed(&lag, 0.1, &[0.0], &[0.03])?;
+/// assert!((late.a[(1, 0)] - (-0.07_f64).exp()).abs() < 1e-15 && (late.b[1] - new).abs() < 1e-15);
+/// assert_eq!(late.c, dmatrix![0.0, 1.0]);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 ///
 /// Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3.
-pub fn c2d_delayed(system: &Realization, h: f64, delays: &[f64]) -> Result<Realization> {
+pub fn c2d_delayed(system: &Realization, h: f64, inputs: &[f64], outputs: &[f64]) -> Result<Realization> {
     system.check()?;
-    let (n, m) = system.b.shape();
-    if delays.len() != m {
-        return Err(LinalgError::DimensionMismatch { what: "the delays", expected: (1, m), found: (1, delays.len()) });
-    }
+    let ((n, m), p) = (system.b.shape(), system.c.nrows());
     let h = period(h)?;
-    let delays = delays.iter().map(|delay| Delay::new(*delay, h)).collect::<Result<Vec<_>>>()?;
-    let (balanced, units) = system.balanced()?;
-    let (ad, mut new) = hold(&balanced.a, &balanced.b, h)?;
-    let mut old = DMatrix::zeros(n, m);
-    for (j, delay) in delays.iter().enumerate().filter(|(_, delay)| delay.rest > 0.0) {
-        let b = balanced.b.columns(j, 1).into_owned();
-        let (left, recent) = hold(&balanced.a, &b, h - delay.rest)?;
-        let (_, before) = hold(&balanced.a, &b, delay.rest)?;
-        new.set_column(j, &recent.column(0));
-        old.set_column(j, &(left * before).column(0));
-    }
-    let back = |b| Realization { a: ad.clone(), b, c: balanced.c.clone(), d: system.d.clone() }.in_given_units(&units);
-    let (Realization { a: ad, b: new, c, d }, old) = (back(new)?, back(old)?.b);
-
-    let order = n + delays.iter().map(Delay::states).sum::<usize>();
-    let mut found = Realization {
-        a: DMatrix::zeros(order, order),
-        b: DMatrix::zeros(order, m),
-        c: DMatrix::zeros(c.nrows(), order),
-        d: DMatrix::zeros(c.nrows(), m),
+    let read = |what, given: &[f64], expected| {
+        if given.len() != expected {
+            return Err(LinalgError::DimensionMismatch { what, expected: (1, expected), found: (1, given.len()) });
+        }
+        given.iter().map(|delay| Delay::new(*delay, h)).collect::<Result<Vec<_>>>()
     };
-    found.a.view_mut((0, 0), (n, n)).copy_from(&ad);
-    found.c.view_mut((0, 0), c.shape()).copy_from(&c);
-    let mut first = n;
-    for (j, delay) in delays.iter().enumerate() {
-        let states = delay.states();
-        // Where the input of this age stands: the present one among the inputs, older ones among the states.
-        let mut enter = |age: usize, driven: &DMatrix<f64>, direct: Option<&DMatrix<f64>>| {
-            let (dynamics, output, column) = match age.checked_sub(1) {
-                None => (&mut found.b, &mut found.d, j),
-                Some(older) => (&mut found.a, &mut found.c, first + older),
-            };
-            dynamics.view_mut((0, column), (n, 1)).copy_from(&driven.column(j));
-            if let Some(direct) = direct {
-                output.set_column(column, &direct.column(j));
-            }
+    let (inputs, outputs) =
+        (read("the delays of the inputs", inputs, m)?, read("the delays of the outputs", outputs, p)?);
+    let (balanced, units) = system.balanced()?;
+    let back = |motion: Motion| {
+        let of = |b| Realization { a: motion.transition.clone(), b, ..balanced.clone() }.in_given_units(&units);
+        let (new, old) = (of(motion.new.clone())?, of(motion.old.clone())?);
+        Ok::<_, LinalgError>(Motion { transition: new.a, new: new.b, old: old.b })
+    };
+
+    // First state of the past of each input and output, and their number.
+    let mut order = n;
+    let mut place = |delays: &[Delay]| -> Vec<usize> {
+        let first = |delay: &Delay| {
+            order += delay.states();
+            order - delay.states()
         };
-        let is_whole = delay.rest == 0.0;
-        enter(delay.whole, &new, is_whole.then_some(&d));
-        if !is_whole {
-            enter(delay.whole + 1, &old, Some(&d));
-        }
-        for k in 0..states {
-            if k == 0 {
-                found.b[(first, j)] = 1.0;
-            } else {
-                found.a[(first + k, first + k - 1)] = 1.0;
+        delays.iter().map(first).collect()
+    };
+    let (past_inputs, past_outputs) = (place(&inputs), place(&outputs));
+    let zeros = |rows| DMatrix::zeros(rows, order + m);
+    // Coefficients of the state and of the inputs behind it.
+    let (mut next, mut seen) = (zeros(order), zeros(p));
+    // A row of coefficients for row i of the plant's state (or of C times it) at the end of a motion.
+    let write = |rows: &mut DMatrix<f64>, first: usize, motion: [&DMatrix<f64>; 3]| {
+        let [transition, new, old] = motion;
+        rows.view_mut((first, 0), transition.shape()).copy_from(transition);
+        for (j, delay) in inputs.iter().enumerate() {
+            let column = |age: usize| if age == 0 { order + j } else { past_inputs[j] + age - 1 };
+            rows.view_mut((first, column(delay.whole)), (new.nrows(), 1)).copy_from(&new.column(j));
+            if delay.rest > 0.0 {
+                rows.view_mut((first, column(delay.whole + 1)), (old.nrows(), 1)).copy_from(&old.column(j));
             }
         }
-        first += states;
+    };
+
+    let whole = back(Motion::over(&balanced, h, &inputs)?)?;
+    write(&mut next, 0, [&whole.transition, &whole.new, &whole.old]);
+    for (j, delay) in inputs.iter().enumerate() {
+        for k in 0..delay.states() {
+            let from = if k == 0 { order + j } else { past_inputs[j] + k - 1 };
+            next[(past_inputs[j] + k, from)] = 1.0;
+        }
     }
-    Ok(found)
+    for (i, delay) in outputs.iter().enumerate() {
+        // The time after a sample at which the output is taken.
+        let at = if delay.rest > 0.0 { h - delay.rest } else { 0.0 };
+        let motion = if at > 0.0 { back(Motion::over(&balanced, at, &inputs)?)? } else { Motion::none(n, m) };
+        let (c, d) = (system.c.rows(i, 1), system.d.rows(i, 1));
+        // The input that acts at this time; at the time of its change, up to rounding, the new one.
+        let is_new = |j: usize| at >= inputs[j].rest - inputs[j].rounding - delay.rounding;
+        let direct = |new: bool| DMatrix::from_fn(1, m, |_, j| if is_new(j) == new { d[j] } else { 0.0 });
+        let row = [c * &motion.transition, c * &motion.new + direct(true), c * &motion.old + direct(false)];
+        let row = [&row[0], &row[1], &row[2]];
+        let states = delay.states();
+        if states == 0 {
+            write(&mut seen, i, row);
+            continue;
+        }
+        write(&mut next, past_outputs[i], row);
+        for k in 1..states {
+            next[(past_outputs[i] + k, past_outputs[i] + k - 1)] = 1.0;
+        }
+        seen[(i, past_outputs[i] + states - 1)] = 1.0;
+    }
+    let split = |rows: &DMatrix<f64>| (rows.columns(0, order).into_owned(), rows.columns(order, m).into_owned());
+    let ((a, b), (c, d)) = (split(&next), split(&seen));
+    Ok(Realization { a, b, c, d })
+}
+
+/// The state after a time t of at most a period: `transition x + new u + old v` with the input u that acts at its end,
+/// and v before that.
+struct Motion {
+    transition: DMatrix<f64>,
+    new: DMatrix<f64>,
+    old: DMatrix<f64>,
+}
+
+impl Motion {
+    /// Over no time.
+    fn none(n: usize, m: usize) -> Self {
+        Self { transition: DMatrix::identity(n, n), new: DMatrix::zeros(n, m), old: DMatrix::zeros(n, m) }
+    }
+
+    /// Over the time `t > 0` from a sample on, for inputs that change after the rest of their delay.
+    fn over(system: &Realization, t: f64, inputs: &[Delay]) -> Result<Self> {
+        let (transition, mut new) = hold(&system.a, &system.b, t)?;
+        let mut old = DMatrix::zeros(new.nrows(), new.ncols());
+        for (j, delay) in inputs.iter().enumerate().filter(|(_, delay)| delay.rest > 0.0) {
+            if t <= delay.rest {
+                old.set_column(j, &new.column(j));
+                new.column_mut(j).fill(0.0);
+                continue;
+            }
+            let b = system.b.columns(j, 1).into_owned();
+            let (left, recent) = hold(&system.a, &b, t - delay.rest)?;
+            let (_, before) = hold(&system.a, &b, delay.rest)?;
+            new.set_column(j, &recent.column(0));
+            old.set_column(j, &(left * before).column(0));
+        }
+        Ok(Self { transition, new, old })
+    }
 }

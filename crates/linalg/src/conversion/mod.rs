@@ -33,7 +33,8 @@ pub use noise::{
 use nalgebra::DMatrix;
 
 use crate::argument::{RealMatrixView, owned, shaped, square};
-use crate::discretize::{expm, hold};
+use crate::balance::are_near;
+use crate::discretize::{expm, exponential, hold};
 use crate::equilibration::Equilibrated;
 use crate::rosenbrock::Rosenbrock;
 use crate::units::shift;
@@ -80,8 +81,18 @@ impl Realization {
         shaped("D", &self.d, self.c.nrows(), self.b.ncols())
     }
 
-    /// The plant in balanced units of its states, `x_j = 2^units[j] z_j`: rounding and the test for singularity then do
-    /// not depend on the units given. Inputs, outputs and time keep theirs: all conversions are linear in B and C.
+    /// What `convert` makes of the plant in balanced units of its states, `x_j = 2^units[j] z_j`: rounding and the test
+    /// for singularity then do not depend on the units given. Inputs, outputs and time keep theirs: all conversions are
+    /// linear in B and C. Where the entries of A are near to each other there is nothing to balance.
+    fn in_balanced_units(&self, convert: impl FnOnce(&Self) -> Result<Self>) -> Result<Self> {
+        if are_near(self.a.iter()) {
+            return convert(self);
+        }
+        let (balanced, units) = self.balanced()?;
+        convert(&balanced)?.in_given_units(&units)
+    }
+
+    /// The plant in these units, and the units.
     fn balanced(&self) -> Result<(Self, Vec<i32>)> {
         let units = Rosenbrock::new(&self.a, &self.b, &self.c, &self.d)?;
         let (a, b, c) = (units.dynamics_of(&self.a, 0), units.driven_of(&self.b, 0), units.seen_of(&self.c));
@@ -172,8 +183,8 @@ fn period(h: f64) -> Result<f64> {
 /// ```
 pub fn c2d(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
     system.check()?;
-    let (balanced, units) = system.balanced()?;
-    sampled(&balanced, period(h)?, method)?.in_given_units(&units)
+    let h = period(h)?;
+    system.in_balanced_units(|system| sampled(system, h, method))
 }
 
 fn sampled(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
@@ -192,7 +203,7 @@ fn sampled(system: &Realization, h: f64, method: Discretization) -> Result<Reali
         Discretization::FirstOrderHold => {
             let (ad, linear) = triangle(a, b, h)?;
             let (_, held) = hold(a, b, h)?;
-            let bd = held - &linear + &ad * &linear;
+            let bd = rising((a, &ad), b, (&held, &linear), h) + &ad * &linear;
             Realization { a: ad, b: bd, d: d + &c * linear, c }
         }
         Discretization::Impulse => {
@@ -235,8 +246,8 @@ fn sampled(system: &Realization, h: f64, method: Discretization) -> Result<Reali
 /// ```
 pub fn d2c(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
     system.check()?;
-    let (balanced, units) = system.balanced()?;
-    continued(&balanced, period(h)?, method)?.in_given_units(&units)
+    let h = period(h)?;
+    system.in_balanced_units(|system| continued(system, h, method))
 }
 
 fn continued(system: &Realization, h: f64, method: Discretization) -> Result<Realization> {
@@ -257,7 +268,8 @@ fn continued(system: &Realization, h: f64, method: Discretization) -> Result<Rea
         Discretization::FirstOrderHold => {
             let (_, linear) = triangle(&continuous, &identity, h)?;
             let (_, held) = hold(&continuous, &identity, h)?;
-            let b = solve("the map of the first-order hold", &(held - &linear + a * &linear))?;
+            let map = rising((&continuous, a), &identity, (&held, &linear), h) + a * &linear;
+            let b = solve("the map of the first-order hold", &map)?;
             let d = d - c * linear * &b;
             Realization { a: continuous, b, c: c.clone(), d }
         }
@@ -275,21 +287,65 @@ fn continued(system: &Realization, h: f64, method: Discretization) -> Result<Rea
     converted.finite()
 }
 
-/// `e^{Ah}` and `int_0^h (1 - s/h) e^{As} ds B`, blocks of one exponential.
+/// `e^{Ah}` and `int_0^h (1 - s/h) e^{As} ds B`, blocks of one exponential. B is brought to the size of A by a power of
+/// two, in which both are linear: that saves squarings.
 fn triangle(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
     let (n, m) = b.shape();
+    let (of_a, of_b) = (a.amax().max(1.0 / h), b.amax());
+    let power = if of_b > 0.0 { (of_a / of_b).log2().round().clamp(-1000.0, 1000.0) as i32 } else { 0 };
     let mut augmented = DMatrix::zeros(n + 2 * m, n + 2 * m);
     augmented.view_mut((0, 0), (n, n)).copy_from(&(a * h));
-    augmented.view_mut((0, n), (n, m)).copy_from(&(b * h));
+    augmented.view_mut((0, n), (n, m)).copy_from(&b.map(|x| shift(x, power) * h));
     augmented.view_mut((n, n + m), (m, m)).fill_with_identity();
-    let e = expm(&augmented)?;
-    Ok((e.view((0, 0), (n, n)).into_owned(), e.view((0, n + m), (n, m)).into_owned()))
+    let overflow = LinalgError::Overflow { what: "e^{Ah}" };
+    if !augmented.iter().all(|x| x.is_finite()) {
+        return Err(overflow);
+    }
+    let e = exponential(&augmented, n);
+    let (ad, falling) = (e.view((0, 0), (n, n)).into_owned(), e.view((0, n + m), (n, m)).map(|x| shift(x, -power)));
+    if ad.iter().chain(falling.iter()).all(|x| x.is_finite()) { Ok((ad, falling)) } else { Err(overflow) }
 }
 
-/// The inverse of a matrix that is regular to working precision with rows and columns scaled to entries of about one.
-fn inverse(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
-    Ok(equilibrated_inverse(what, m)?.0)
+/// `X = int_0^h (s/h) e^{As} ds B` from the held part `int_0^h e^{As} ds B`, the falling part `int_0^h (1 - s/h) e^{As}
+/// ds B` and `Ad = e^{Ah}`.
+///
+/// X is the difference of both parts, which cancel for a mode that decays within a fraction of the period, or by parts
+/// the solution of `A X = Ad B - held/h`, whose right-hand side cancels for a slow mode. Where the difference loses three
+/// digits or more, its entries are replaced by those that the equation gives with a digit more.
+fn rising(
+    (a, ad): (&DMatrix<f64>, &DMatrix<f64>),
+    b: &DMatrix<f64>,
+    (held, falling): (&DMatrix<f64>, &DMatrix<f64>),
+    h: f64,
+) -> DMatrix<f64> {
+    let difference = held - falling;
+    let lost = |(x, (y, z)): (&f64, (&f64, &f64))| x.abs() * 1024.0 < y.abs() + z.abs();
+    if !difference.iter().zip(held.iter().zip(falling.iter())).any(lost) {
+        return difference;
+    }
+    let Some(inverse) = a.clone().try_inverse().filter(|m| m.iter().all(|x| x.is_finite())) else {
+        return difference;
+    };
+    let solved = &inverse * (ad * b - held / h);
+    // Both errors in units of the roundoff.
+    let rounding = inverse.abs() * (ad.abs() * b.abs() + held.abs() / h);
+    DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| {
+        let cancelled = held[(i, j)].abs() + falling[(i, j)].abs();
+        if rounding[(i, j)] * 16.0 < cancelled { solved[(i, j)] } else { difference[(i, j)] }
+    })
 }
+
+/// The inverse of a matrix that is regular to working precision with rows and columns scaled to entries of about one. A
+/// small condition needs no scaling.
+fn inverse(what: &'static str, m: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    match inverse_condition(what, m) {
+        Ok((inverse, condition)) if condition <= WELL_CONDITIONED => Ok(inverse),
+        _ => Ok(equilibrated_inverse(what, m)?.0),
+    }
+}
+
+/// A condition that costs three or four digits at most.
+const WELL_CONDITIONED: f64 = 4096.0;
 
 /// The same, and the condition number of the scaled matrix.
 fn equilibrated_inverse(what: &'static str, m: &DMatrix<f64>) -> Result<(DMatrix<f64>, f64)> {

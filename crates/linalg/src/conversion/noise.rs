@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 
 use super::period;
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
-use crate::balance::Balance;
+use crate::balance::{Balance, are_near};
 use crate::definite::{in_units, unit_diagonal};
 use crate::discretize::expm;
 use crate::{LinalgError, Result};
@@ -97,8 +97,12 @@ pub fn discrete_process_noise<'a>(
     shaped("W", &w, n, n)?;
     symmetric("W", &w)?;
     let h = period(h)?;
-    let balance = Balance::fitted(&a);
-    let q = balance.form(&accumulated(&balance.similar(&a), &balance.form_back(&w), h)?);
+    let q = if are_near(a.iter()) {
+        accumulated(&a, &w, h)?
+    } else {
+        let balance = Balance::fitted(&a);
+        balance.form(&accumulated(&balance.similar(&a), &balance.form_back(&w), h)?)
+    };
     if q.iter().all(|x| x.is_finite()) { Ok(q) } else { Err(LinalgError::Overflow { what: "Qd" }) }
 }
 

@@ -11,7 +11,7 @@ use super::input_weight::InputWeight;
 use super::scaled::{Data, Weight, factored, input_weight};
 use super::{Riccati, continuous, discrete, double_root, unverified};
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
-use crate::balance::NEARBY;
+use crate::balance::{NEARBY, are_near};
 use crate::definite::{in_units, positive_definite, positive_semidefinite, unit_diagonal};
 use crate::equilibration::Equilibrated;
 use crate::forward_error::{of_exact, relative};
@@ -97,9 +97,10 @@ pub fn generalized_dare<'a>(
 }
 
 /// The equation in balanced units, `q` and `r` exactly symmetric.
+#[derive(Clone)]
 struct Generalized {
     discrete: bool,
-    /// R is not positive semidefinite.
+    /// R, or in discrete time `R + B'X B`, is not positive semidefinite.
     is_indefinite: bool,
     a: DMatrix<f64>,
     b: DMatrix<f64>,
@@ -165,6 +166,9 @@ impl Generalized {
         let mut dynamics = DMatrix::zeros(n + m, n + m);
         dynamics.view_mut((0, 0), (n, n)).copy_from(&(&self.a * &self.inverse));
         dynamics.view_mut((0, n), (n, m)).copy_from(&self.b);
+        if are_near(dynamics.iter()) && spread(&unit_diagonal(&self.r)) <= NEARBY {
+            return self;
+        }
         let units = Units::of(&dynamics, &DMatrix::zeros(0, n + m)).state;
         if spread(&units) <= NEARBY && spread(&unit_diagonal(&self.r)) <= NEARBY {
             return self;
@@ -288,7 +292,14 @@ impl Generalized {
     /// Newton's iteration as long as it lowers the residual, then poles, condition and error bound.
     fn refined(&self, x: DMatrix<f64>) -> Result<Riccati> {
         let overflow = || LinalgError::Overflow { what: "the generalised Riccati equation" };
-        let mut at = self.iterate(x).ok_or_else(overflow)?;
+        let mut at = match self.iterate(x.clone()) {
+            Some(at) => at,
+            // An indefinite Q may have another R + B'X B than R.
+            None if self.discrete && !self.is_indefinite => {
+                return Self { is_indefinite: true, ..self.clone() }.refined(x);
+            }
+            None => return Err(overflow()),
+        };
         let mut equation = self.closed_loop(&at.k)?;
         for _ in 0..NEWTON_STEPS {
             let correction = equation.substituted(&self.standard(&at.defect));

@@ -131,8 +131,9 @@ fn continuous(data: &Data<'_>) -> Result<Riccati> {
 /// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric, `r` m x m symmetric and regular, or semidefinite
 /// if `R + B'X B > 0` ([`generalized_dare`] is then used). For `q >= 0`, `r > 0` the input `u = -K x`,
 /// `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along `x+ = A x + B u` ([`dlqr`] requires `q >= 0`
-/// and `r > 0`). For an indefinite `q` a solution is found if `R + B'X B > 0`, for an indefinite `r` if `R + B'X B` is
-/// regular, of whatever signs; that of an H-infinity filter must be checked to have those of `r`. About 15 n^3 flops
+/// and `r > 0`). For an indefinite `q` or `r` a solution is found if `R + B'X B` is regular, of whatever signs: it is a
+/// minimum only if `R + B'X B > 0`, and that of an H-infinity filter must be checked to have the signs of `r`. Such a
+/// solution is verified to exist, with a finite `forward_error`, unless `R + B'X B > 0`. About 15 n^3 flops
 /// for each doubling (usually ten, at most 60), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each
 /// change of coordinates (six at most) if the eigenvalues of X differ so much that one is needed.
 ///
@@ -184,7 +185,21 @@ fn discrete_or_singular(data: &Data<'_>) -> Result<Riccati> {
 
 fn discrete(data: &Data<'_>) -> Result<Riccati> {
     let problem = Scaled::new(data, true)?;
-    finish(&problem, if problem.is_definite() { doubling::solve } else { bilinear::solve })
+    if !problem.is_definite() {
+        return finish(&problem, bilinear::solve);
+    }
+    finish(&problem, doubling::solve).or_else(|failure| {
+        // With an indefinite Q there may be a solution whose R + B'X B has eigenvalues of other signs than R.
+        let may_have_another = matches!(
+            failure,
+            LinalgError::NoStabilizingSolution
+                | LinalgError::NotStabilizing { .. }
+                | LinalgError::NotConverged { .. }
+                | LinalgError::Overflow { .. }
+        ) && positive_semidefinite("Q", &problem.q).is_err();
+        let other = if may_have_another { problem.with_any_signs() } else { None };
+        other.and_then(|problem| finish(&problem, bilinear::solve).ok()).ok_or(failure)
+    })
 }
 
 /// Continuous linear-quadratic regulator: [`care`] for `q` positive semidefinite.
@@ -244,7 +259,13 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
         },
         // No eigenvalue of the plant explains the failure; rounding may be the cause.
         Err(failure @ (LinalgError::NotStabilizing { .. } | LinalgError::NoStabilizingSolution)) => {
-            normalized::solve(problem, None)?.filter(|found| is_verified(problem, found)).ok_or(failure)?
+            match normalized::solve(problem, None)?.filter(|found| is_verified(problem, found)) {
+                // Rounded entries of X can have a large residual beside a gain that stabilizes, if the equations of its
+                // closed loop can be solved.
+                Some(found) if found.evidence.condition.is_finite() => found,
+                Some(found) => solved(problem, found)?,
+                None => return Err(failure),
+            }
         }
         Err(failure) => return Err(failure),
     };

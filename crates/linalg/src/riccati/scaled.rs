@@ -181,7 +181,13 @@ impl Scaled {
         }
     }
 
-    /// Whether R is positive definite; else it is symmetric and regular.
+    /// The same equation in discrete time, with an `R + B'X B` of any signs; `None` if R is singular.
+    pub(super) fn with_any_signs(&self) -> Option<Self> {
+        let r_factor = InputWeight::regular(&self.r).ok()?;
+        Some(Self { r_factor, ..self.with_weight(self.q.clone()) })
+    }
+
+    /// Whether R, and in discrete time `R + B'X B`, is positive definite; else it is symmetric and regular.
     pub(super) fn is_definite(&self) -> bool {
         self.r_factor.is_definite()
     }

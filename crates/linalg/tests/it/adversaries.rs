@@ -121,6 +121,47 @@ fn a_normalised_solution_with_a_large_residual_is_refused() {
     assert!(matches!(error, LinalgError::NotConverged { remaining, .. } if remaining > 1e-7), "{error}");
 }
 
+/// Solutions beyond the range of binary64, or on the way to which numbers leave it, are no answers: P of the first is
+/// `diag(p, 1.6e308 p)` or so with `p = 7e15`.
+#[test]
+fn what_leaves_the_range_of_numbers_is_refused() {
+    let a = dmatrix![5e-324, -1.1277891668046065; 1.7976931348623157e308, -1e-16];
+    let found = lyapunov(&a, &dmatrix![0.0, 0.0; 0.0, 1.4196036499916698]);
+    assert!(matches!(found, Err(LinalgError::Overflow { .. } | LinalgError::UndecidedEquation { .. })), "{found:?}");
+    // The norm of the defect overflows where it is computed by squares.
+    let a = DMatrix::from_column_slice(
+        4,
+        4,
+        &[
+            0.0,
+            0.0,
+            0.36744635634804335,
+            -1e16,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0000000000000001e49,
+            0.0,
+            0.0,
+            1e-49,
+            -0.5107135851427008,
+            0.5105218033496592,
+            1.3798738207231909,
+        ],
+    );
+    let c = DMatrix::from_row_slice(1, 4, &[-1.1208141438540722, -0.2545641392048162, -1.1731863811697305, 100.0]);
+    for found in [lyapunov_factor(&a, &c), stein_factor(&a, &c)] {
+        assert!(found.as_ref().map_or_else(says, |found| found.residual <= 1e-10), "{found:?}");
+    }
+    // Newton's iteration ends far from the solution.
+    let a = DMatrix::from_column_slice(2, 2, &[-1.0, -1.3152945782779162, 1.0, 1.0]);
+    let b = dmatrix![1.0000000000000001e58, 0.0; -0.21869573775935164, 0.0];
+    let found = dare(&a, &b, &mirrored(&(&b * b.transpose())), &identity(2));
+    assert!(found.as_ref().is_err() || found.as_ref().is_ok_and(|found| found.residual <= 1e-7), "{found:?}");
+}
+
 /// An eigenvalue that is stable by less than its own rounding: there is nothing to divide by.
 #[test]
 fn no_factor_without_damping() {

@@ -214,7 +214,7 @@ fn the_logarithm_is_that_of_scipy() {
 /// mpmath, exponentials with 40 digits: the first input 2.5 periods late, the second three periods.
 #[test]
 fn delays_are_past_inputs() {
-    let found = c2d_delayed(&plant(), 0.1, &[0.25, 0.3]).unwrap();
+    let found = c2d_delayed(&plant(), 0.1, &[0.25, 0.3], &[0.0]).unwrap();
     let mut a = DMatrix::zeros(9, 9);
     a.view_mut((0, 0), (3, 3)).copy_from(&transition());
     // u_1[k-1], u_1[k-2], u_1[k-3], and the same of the second input.
@@ -236,13 +236,20 @@ fn delays_are_past_inputs() {
     assert_eq!(found.c, dmatrix![1.0, 0.0, 0.5, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0]);
     assert_eq!(found.d, dmatrix![0.0, 0.0]);
     // No delay, and one that rounding keeps from being whole.
-    assert_eq!(c2d_delayed(&plant(), 0.1, &[0.0, 0.0]), c2d(&plant(), 0.1, Discretization::ZeroOrderHold));
-    assert_eq!(c2d_delayed(&plant(), 0.1, &[0.1 + 0.2, 0.7]).unwrap().a.nrows(), 3 + 3 + 7);
-    let delay = |delays: &[f64]| c2d_delayed(&plant(), 0.1, delays).unwrap_err();
+    let none = c2d_delayed(&plant(), 0.1, &[0.0, 0.0], &[0.0]);
+    assert_eq!(none, c2d(&plant(), 0.1, Discretization::ZeroOrderHold));
+    assert_eq!(c2d_delayed(&plant(), 0.1, &[0.1 + 0.2, 0.7], &[0.1 + 0.2]).unwrap().a.nrows(), 3 + 3 + 7 + 3);
+    let refused = |inputs: &[f64], outputs: &[f64]| c2d_delayed(&plant(), 0.1, inputs, outputs).unwrap_err();
     for wrong in [-0.1, f64::NAN, f64::INFINITY, 101.0] {
-        assert!(matches!(delay(&[0.0, wrong]), LinalgError::InvalidDelay { .. }), "{wrong}");
+        assert!(matches!(refused(&[0.0, wrong], &[0.0]), LinalgError::InvalidDelay { .. }), "{wrong}");
+        assert!(matches!(refused(&[0.0, 0.0], &[wrong]), LinalgError::InvalidDelay { .. }), "{wrong}");
     }
-    assert!(matches!(delay(&[0.1]), LinalgError::DimensionMismatch { what: "the delays", .. }));
+    let shaped = |inputs: &[f64], outputs: &[f64]| match refused(inputs, outputs) {
+        LinalgError::DimensionMismatch { what, .. } => what,
+        other => panic!("{other}"),
+    };
+    assert_eq!(shaped(&[0.1], &[0.0]), "the delays of the inputs");
+    assert_eq!(shaped(&[0.1, 0.1], &[]), "the delays of the outputs");
 }
 
 proptest! {
@@ -255,7 +262,7 @@ proptest! {
     ) {
         let (h, short) = (0.4, 0.05);
         let delays: Vec<f64> = late.iter().map(|late| *late as f64 * short).collect();
-        let model = c2d_delayed(&plant(), h, &delays).unwrap();
+        let model = c2d_delayed(&plant(), h, &delays, &[0.0]).unwrap();
         let fine = c2d(&plant(), short, Discretization::ZeroOrderHold).unwrap();
         let input = |k: usize, j: usize| inputs[2 * k + j];
         let (mut x, mut z) = (DMatrix::zeros(3, 1), DMatrix::zeros(model.a.nrows(), 1));
@@ -272,6 +279,43 @@ proptest! {
                 x = &fine.a * x + &fine.b * late(step);
             }
             prop_assert!((z.rows(0, 3) - &x).amax() < 1e-12, "{z}{x}");
+        }
+    }
+
+    /// The outputs as well: each is that of the plant so many short steps before.
+    #[test]
+    fn late_outputs_are_those_of_short_steps_before(
+        late in prop::collection::vec(0..40_usize, 2),
+        seen_late in prop::collection::vec(0..40_usize, 2),
+        inputs in prop::collection::vec(-1.0..1.0_f64, 24),
+    ) {
+        let (h, short) = (0.4, 0.05);
+        let times = |late: &[usize]| late.iter().map(|late| *late as f64 * short).collect::<Vec<_>>();
+        // A second output, with its own feedthrough.
+        let Realization { a, b, .. } = plant();
+        let two = Realization::new(
+            &a, &b, &dmatrix![1.0, 0.0, 0.5; 0.0, -1.0, 2.0], &dmatrix![0.3, 0.0; -0.2, 0.7]).unwrap();
+        let model = c2d_delayed(&two, h, &times(&late), &times(&seen_late)).unwrap();
+        let fine = c2d(&two, short, Discretization::ZeroOrderHold).unwrap();
+        let acting = |step: usize| {
+            let of = |j: usize| step.checked_sub(late[j]).map_or(0.0, |step| inputs[2 * (step / 8) + j]);
+            DMatrix::from_fn(2, 1, |j, _| of(j))
+        };
+        let mut x = DMatrix::zeros(3, 1);
+        let outputs: Vec<DMatrix<f64>> = (0..96).map(|step| {
+            let y = &fine.c * &x + &fine.d * acting(step);
+            x = &fine.a * &x + &fine.b * acting(step);
+            y
+        }).collect();
+        let mut z = DMatrix::zeros(model.a.nrows(), 1);
+        for k in 0..12 {
+            let u = DMatrix::from_fn(2, 1, |j, _| inputs[2 * k + j]);
+            let y = &model.c * &z + &model.d * &u;
+            for i in 0..2 {
+                let expected = (8 * k).checked_sub(seen_late[i]).map_or(0.0, |step| outputs[step][i]);
+                prop_assert!((y[i] - expected).abs() < 1e-12, "output {i} of sample {k}: {} {expected}", y[i]);
+            }
+            z = &model.a * z + &model.b * u;
         }
     }
 }
@@ -396,6 +440,51 @@ proptest! {
         let error = (&back - &w).norm() / w.norm().max(1e-300);
         prop_assert!(error < 1e-8, "{error:e}");
     }
+}
+
+/// diag(-1e10, -1e-3) over h = 100: `int_0^h (s/h) e^{ls} ds b = b (1 - e^{lh} (1 - lh)) / (h l^2)` for the mode l, and
+/// `b (e^{lh} - 1 - lh) / (h l^2)` of the falling part; mpmath with 50 digits.
+#[test]
+fn the_first_order_hold_of_a_stiff_plant() {
+    let plant =
+        Realization::new(&dmatrix![-1e10, 0.0; 0.0, -1e-3], &dmatrix![1e10; 1e-3], &dmatrix![1.0, 1.0], &dmatrix![0.0])
+            .unwrap();
+    let found = c2d(&plant, 100.0, Discretization::FirstOrderHold).unwrap();
+    entries_near(&found.b, &dmatrix![1e-12; 0.090_559_170_060_627_15]);
+    entries_near(&found.d, &dmatrix![1.048_374_180_358_595_7]);
+    // And in another order of the states, coupled: the entry of the fast mode keeps its digits.
+    let swapped =
+        Realization::new(&dmatrix![-1e-3, 0.0; 0.0, -1e10], &dmatrix![1e-3; 1e10], &dmatrix![1.0, 1.0], &dmatrix![0.0])
+            .unwrap();
+    let found = c2d(&swapped, 100.0, Discretization::FirstOrderHold).unwrap();
+    entries_near(&found.b, &dmatrix![0.090_559_170_060_627_15; 1e-12]);
+}
+
+/// Eigenvalues 100 decades apart: the entry beside the diagonal is `(ln p - ln q)/(p - q)` times that of A, the block of
+/// the eigenvalues `.5 +- .1 i` has `ln |z|` and `arg z` of `z = .5 + .1 i`.
+#[test]
+fn a_logarithm_of_eigenvalues_of_any_ratio() {
+    // The square roots lose a digit or two beside the diagonal.
+    let entries_near = |found: &DMatrix<f64>, expected: &DMatrix<f64>| {
+        for (x, y) in found.iter().zip(expected.iter()) {
+            assert!((x - y).abs() <= 100.0 * ROUNDING * y.abs(), "{found}{expected}");
+        }
+    };
+    let tiny = 1e-100_f64;
+    let (p, q) = (tiny.ln(), 0.5_f64.ln());
+    entries_near(&logm(&dmatrix![tiny]).unwrap(), &dmatrix![p]);
+    entries_near(&logm(&dmatrix![tiny, 0.0; 0.0, 0.5]).unwrap(), &dmatrix![p, 0.0; 0.0, q]);
+    let beside = (p - q) / (tiny - 0.5);
+    entries_near(&logm(&dmatrix![tiny, 1.0; 0.0, 0.5]).unwrap(), &dmatrix![p, beside; 0.0, q]);
+    entries_near(&logm(&dmatrix![0.5, 0.0; 1.0, tiny]).unwrap(), &dmatrix![q, 0.0; beside, p]);
+    let (w, l) = (0.1_f64.atan2(0.5), 0.26_f64.ln() / 2.0);
+    let block = dmatrix![tiny, 0.0, 0.0; 0.0, 0.5, 0.1; 0.0, -0.1, 0.5];
+    entries_near(&logm(&block).unwrap(), &dmatrix![p, 0.0, 0.0; 0.0, l, w; 0.0, -w, l]);
+    // `x' = a x + b u` with `a = ln(1e-100)`: `bd = (e^a - 1) b/a`.
+    let model = Realization::new(&dmatrix![tiny], &dmatrix![1.0], &dmatrix![1.0], &dmatrix![0.0]).unwrap();
+    let back = d2c(&model, 1.0, Discretization::ZeroOrderHold).unwrap();
+    entries_near(&back.a, &dmatrix![p]);
+    entries_near(&back.b, &dmatrix![-p]);
 }
 
 /// Relative to each entry.

@@ -93,6 +93,18 @@ impl Plant {
         self
     }
 
+    /// Diagonal, with rates from 1 to 1e-9, and outputs that do not see some of the modes.
+    fn slow(mut self) -> Self {
+        let n = self.a.nrows();
+        self.a = DMatrix::from_fn(n, n, |i, j| if i == j { -(10f64.powf(-9.0 * self.a[(i, i)].abs())) } else { 0.0 });
+        for j in 0..n {
+            if self.c[(0, j)] < 0.0 {
+                self.c.column_mut(j).fill(0.0);
+            }
+        }
+        self
+    }
+
     /// The last state unseen, or moved by no input.
     fn hidden(mut self) -> Self {
         let n = self.a.nrows();
@@ -316,6 +328,33 @@ properties! {
             .value(&found.p, P, claimed(found.condition, found.forward_error))
             .value(&found.l, L, claimed(found.condition, found.forward_error)))
     };
+    /// Modes of time constants up to 1e9, those hidden where the output has a negative entry, with a full W: only the
+    /// weights tie a hidden mode to the others.
+    filters_of_slow_hidden_modes(x = x.slow(), u = u): |x| {
+        let found = kalman_gain(&x.a, &x.c, &x.w, &x.v)?;
+        Ok(Answer::verdict("")
+            .value(&found.p, P, claimed(found.condition, found.forward_error))
+            .value(&found.l, L, claimed(found.condition, found.forward_error)))
+    };
+    correlated_filters(x = x, u = u): |x| {
+        let found = correlated_kalman_gain(&x.a, &x.c, &x.w, &x.v, &cross(x))?;
+        Ok(Answer::verdict("")
+            .value(&found.p, P, claimed(found.condition, found.forward_error))
+            .value(&found.l, L, claimed(found.condition, found.forward_error)))
+    };
+    discrete_correlated_filters(x = x, u = u.discrete()): |x| {
+        let found = discrete_correlated_kalman_gain(&x.a, &x.c, &x.w, &x.v, &cross(x))?;
+        Ok(Answer::verdict("")
+            .value(&found.p, P, claimed(found.condition, found.forward_error))
+            .value(&found.l, L, claimed(found.condition, found.forward_error)))
+    };
+    discrete_regulators_without_a_minimum(x = x.contracting(), u = u.discrete()): |x| {
+        // For one input and X = -40 Q or so: with a small A, `R + B'X B < 0` where B is not small.
+        let found = dare(&(&x.a * 0.1), &x.b.columns(0, 1).into_owned(), &(&x.q * -40.0), &x.r.view((0, 0), (1, 1)).into_owned())?;
+        Ok(Answer::verdict("")
+            .value(&found.x, X, claimed(found.condition, found.forward_error))
+            .value(&found.k, unit((Input, 1), (State, -1), 0), claimed(found.condition, found.forward_error)))
+    };
     discrete_filters_without_noise(x = x, u = u.discrete()): |x| {
         let found = discrete_kalman_gain(&x.a, &x.c, &x.w, &(&x.v * 0.0))?;
         // The gain has the condition of C P C' too.
@@ -381,6 +420,11 @@ properties! {
     };
 }
 
+/// A cross-intensity of the noises, `L V/10`, small enough beside W.
+fn cross(plant: &Plant) -> DMatrix<f64> {
+    &plant.l * &plant.v * 0.1
+}
+
 /// Frequencies beside one of the size of the plant: a zero at 0 is computed as rounding of that.
 fn beside(zeros: &[Complex<f64>], plant: &Plant) -> Vec<Complex<f64>> {
     zeros.iter().copied().chain([Complex::from(rate(plant))]).collect()
@@ -400,6 +444,26 @@ fn rate(plant: &Plant) -> f64 {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Past inputs and outputs as states: the response to a pulse, sample by sample.
+    #[test]
+    fn delayed_conversions(x in plant(), units in units()) {
+        let routine = |x: &Plant| {
+            let system = Realization::new(&x.a, &x.b, &x.c, &x.d)?;
+            let late = |count: usize, first: f64| (0..count).map(|k| (first + 0.5 * k as f64) * x.h).collect::<Vec<_>>();
+            let model = c2d_delayed(&system, x.h, &late(x.b.ncols(), 1.25), &late(x.c.nrows(), 0.5))?;
+            let mut answer = Answer::verdict(format!("{}", model.a.nrows())).value(&model.d, D, ACCURATE);
+            let mut driven = model.b.clone();
+            for _ in 0..6 {
+                // Beside the response of the plant itself, since one that is not yet there is zero.
+                let size = &x.c * zero_order_hold(&x.a, &x.b, x.h)?.bd + &x.d;
+                answer = answer.value(&(&model.c * &driven + size), D, ACCURATE);
+                driven = &model.a * driven;
+            }
+            Ok(answer)
+        };
+        unchanged(&x, &units, routine)?;
+    }
 
     /// All methods, there and back.
     #[test]

@@ -165,7 +165,7 @@ fn a_discrete_equation_without_stabilizing_solution_has_no_answer() {
     let mut wrong = Vec::new();
     for n in [1, 2, 4] {
         let (zero, one) = (DMatrix::zeros(n, n), DMatrix::identity(n, n));
-        for beyond in [0.0, 1e-13, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 3.0, 100.0] {
+        for beyond in [0.0, 1e-13, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 3.0, 7.9] {
             let (a, b, q) = states(critical * (1.0 + beyond), n);
             for found in [dare(&a, &b, &q, &one), generalized_dare(&a, &b, &q, &one, &zero, &one)] {
                 if !matches!(
@@ -190,6 +190,23 @@ fn a_discrete_equation_without_stabilizing_solution_has_no_answer() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// From `g = (1 + a)^2`, nine times the critical one, the other root `x = -half - sqrt(half^2 - g)` is a solution: with
+/// `1 + x < -a`, so that `a/(1 + x)` is stable, although no cost is a minimum.
+#[test]
+fn beyond_a_second_weight_the_solution_is_no_minimum() {
+    let (a, one, zero) = (dmatrix![0.5], dmatrix![1.0], dmatrix![0.0]);
+    for g in [2.26, 3.0, 25.25] {
+        let half: f64 = 0.5 * (0.75 + g);
+        let x = -half - (half * half - g).sqrt();
+        let q = dmatrix![-g];
+        for found in [dare(&a, &one, &q, &one), generalized_dare(&a, &one, &q, &one, &zero, &one)] {
+            let found = found.unwrap();
+            assert!((found.x[0] / x - 1.0).abs() <= 1e-13, "{g}: {found:?} {x}");
+            assert!((found.poles[0].re - 0.5 / (1.0 + x)).abs() <= 1e-13, "{g}: {found:?}");
+        }
+    }
 }
 
 #[test]

@@ -74,6 +74,38 @@ fn known(discrete: bool, general: bool) -> impl Strategy<Value = Known> {
         })
 }
 
+/// In discrete time, from an X so negative that `R + B'X B <= -2`, R positive definite or zero, and an A, with S, so
+/// small that `A - B K`, `K = (R + B'X B)^-1 (B'X A + S')`, is stable.
+fn turned(general: bool) -> impl Strategy<Value = Known> {
+    (1..=5_usize, 1..=2_usize)
+        .prop_flat_map(|(n, m)| {
+            let (square, m) = (|| entries(n, n), m.min(n));
+            (square(), square(), square(), entries(n, m), entries(n, m), entries(m, m), 0.2..0.8_f64, any::<bool>())
+        })
+        .prop_map(move |(a, x, e, b, s, r, margin, is_weighted)| {
+            let (n, m) = b.shape();
+            let identity = DMatrix::<f64>::identity(n, n);
+            let b = DMatrix::from_fn(n, m, |i, j| if i == j { b[(i, j)] + 3.0 } else { b[(i, j)] });
+            let x = -(&x * x.transpose() + &identity * 6.0);
+            let r = if is_weighted { &r * r.transpose() + DMatrix::identity(m, m) } else { DMatrix::zeros(m, m) };
+            let (e, s) =
+                if general { (e * 0.3 + &identity * 2.0, s) } else { (identity.clone(), DMatrix::zeros(n, m)) };
+            let weight = (&r + b.transpose() * &x * &b).lu();
+            let gain =
+                |a: &DMatrix<f64>, s: &DMatrix<f64>| weight.solve(&(b.transpose() * &x * a + s.transpose())).unwrap();
+            let closed = (&a - &b * gain(&a, &s)) * e.clone().try_inverse().unwrap();
+            let small = margin / closed.norm().max(0.1);
+            let (a, s) = (a * small, s * small);
+            let k = gain(&a, &s);
+            let (held, moved) = (e.transpose() * &x * &e, a.transpose() * &x * &a);
+            let quadratic = (a.transpose() * &x * &b + &s) * k;
+            let q = &held - &moved + &quadratic;
+            let q = (&q + q.transpose()) * 0.5;
+            let cancelled = (held.norm() + moved.norm() + quadratic.norm()) / q.norm();
+            Known { a, b, q, r, s, e, x, cancelled }
+        })
+}
+
 impl Known {
     fn solve(&self, discrete: bool, general: bool) -> Result<Riccati, LinalgError> {
         let Self { a, b, q, r, s, e, .. } = self;
@@ -117,6 +149,17 @@ proptest! {
     #[test]
     fn the_discrete_solution_is_found(p in known(true, false)) {
         p.is_found(true, false)?;
+    }
+
+    /// R is no worse than indefinite: the solution with `R + B'X B < 0`.
+    #[test]
+    fn a_solution_that_turns_the_weight_is_found(p in turned(false)) {
+        p.is_found(true, false)?;
+    }
+
+    #[test]
+    fn a_generalized_solution_that_turns_the_weight_is_found(p in turned(true)) {
+        p.is_found(true, true)?;
     }
 
     #[test]
@@ -184,6 +227,22 @@ fn a_discrete_equation_in_closed_form() {
     let expected = (0.75 + 3.5625_f64.sqrt()) / 1.5;
     assert!((found.x[(0, 0)] - expected).abs() <= found.forward_error * expected && found.forward_error < 1e-13);
     assert!((expected - 1.758_306).abs() < 1e-6);
+}
+
+/// a = 1/2, b = r = 1, q = -27/8: `x^2 + 33/8 x + 27/8 = 0` has the roots -9/8, with the pole -4, and -3, with -1/4. For
+/// r = 0 it is `x = q`, with the pole 0. scipy.linalg.solve_discrete_are returns the same.
+#[test]
+fn a_solution_with_a_negative_input_weight() {
+    let (a, one) = (dmatrix![0.5], dmatrix![1.0]);
+    let found = dare(&a, &one, &dmatrix![-3.375], &one).unwrap();
+    assert!((found.x[0] + 3.0).abs() <= 3.0 * found.forward_error && found.forward_error < 1e-13, "{found:?}");
+    assert!((found.k[0] - 0.75).abs() < 1e-14 && (found.poles[0].re + 0.25).abs() < 1e-14, "{found:?}");
+    let found = dare(&a, &one, &dmatrix![-1.0], &dmatrix![0.0]).unwrap();
+    assert!((found.x[0] + 1.0).abs() < 1e-14 && (found.k[0] - 0.5).abs() < 1e-14, "{found:?}");
+    // No solution at all, as before.
+    assert!(dare(&a, &one, &dmatrix![-0.26], &one).is_err());
+    // A regulator's weights are a cost.
+    assert!(matches!(dlqr(&a, &one, &dmatrix![-3.375], &one), Err(LinalgError::NotPositiveSemidefinite { .. })));
 }
 
 /// The H-infinity filter of `x' = -x + w1`, `y = x + w2`, `z = x`: `-2 P - (1 - 1/gamma^2) P^2 + 1 = 0`, with a double

@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod between_rows;
 mod chi_squared;
 mod compare;
 mod consistency;

@@ -3,13 +3,15 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
 use luenberger_proof::wording::counted;
+use nalgebra::{DMatrix, Dyn};
 use serde::Serialize;
 
 use super::block::{Block, study_with};
 use super::ranking::{Criterion, Ranked, UNPROVED_FACTOR};
 use crate::deployment::{self, ExportOptions};
-use crate::design::{Designed, NoDesign, attempt};
+use crate::design::{Designed, attempt};
 use crate::execute::Scored;
 use crate::kinds::Rule;
 use crate::statistics;
@@ -22,6 +24,8 @@ pub(super) struct Candidate {
     pub(super) designed: Designed,
     /// What is written into a study; none for an observer of the study itself.
     pub(super) block: Option<Block>,
+    /// The candidate before it that is the same linear observer, with the same gain.
+    pub(super) same_as: Option<String>,
     pub(super) rule: &'static str,
     pub(super) source: &'static str,
     pub(super) character: &'static str,
@@ -74,14 +78,23 @@ pub(super) fn by_rule(
                 let cost = cost(&with, &spec, &designed, (information.period, end));
                 let (runs, information) = (Vec::new(), rule.information.to_vec());
                 let Rule { tuning, source, character, .. } = *rule;
-                let block = Some(block);
-                let found =
-                    Candidate { spec, designed, block, rule: tuning, source, character, information, cost, runs };
+                let found = Candidate {
+                    spec,
+                    designed,
+                    block: Some(block),
+                    same_as: None,
+                    rule: tuning,
+                    source,
+                    character,
+                    information,
+                    cost,
+                    runs,
+                };
                 return Outcome::Designed(Box::new(found));
             }
-            Err(NoDesign::Interrupted) => return Outcome::Open,
-            Err(NoDesign::Misfit(failure)) => {
-                why.get_or_insert(failure.hypothesis);
+            Err(none) if none.is_interrupted() => return Outcome::Open,
+            Err(none) => {
+                why.get_or_insert(none.hypothesis);
             }
         }
     }
@@ -110,6 +123,7 @@ pub(super) fn of_study(
                 spec,
                 designed,
                 block: None,
+                same_as: None,
                 rule: "as the study specifies it",
                 source: "the study",
                 character: "it is tuned in the study, not by a rule",
@@ -118,8 +132,8 @@ pub(super) fn of_study(
                 runs: Vec::new(),
             }))
         }
-        Err(NoDesign::Interrupted) => Outcome::Open,
-        Err(NoDesign::Misfit(failure)) => Outcome::Unfit(failure.hypothesis),
+        Err(none) if none.is_interrupted() => Outcome::Open,
+        Err(none) => Outcome::Unfit(none.hypothesis),
     }
 }
 
@@ -177,7 +191,34 @@ fn percentile(mut values: Vec<f64>, percent: u8) -> f64 {
     statistics::percentile(&mut values, percent).unwrap_or(f64::INFINITY)
 }
 
+/// How near two gains are that count as one, relative: the numbers of rules have four digits.
+const SAME: f64 = 1e-3;
+
+/// Says of each candidate whether one before it is the same linear observer.
+pub(super) fn find_same(candidates: &mut [Candidate]) {
+    for k in 1..candidates.len() {
+        let gain = candidates[k].gain();
+        let same = candidates[..k].iter().find(|other| {
+            other.same_as.is_none()
+                && matches!((other.gain(), gain), (Some(x), Some(y)) if x.shape() == y.shape() && near(x, y))
+        });
+        candidates[k].same_as = same.map(|other| other.spec.name.clone());
+    }
+}
+
+/// Entry by entry, whatever the units of states and outputs.
+fn near(x: &DMatrix<f64>, y: &DMatrix<f64>) -> bool {
+    x.iter().zip(y.iter()).all(|(x, y)| (x - y).abs() <= SAME * x.abs().max(y.abs()))
+}
+
 impl Candidate {
+    /// The gain of a linear observer whose state is the estimate.
+    fn gain(&self) -> Option<&DMatrix<f64>> {
+        let runs = &self.designed.runnable;
+        let continuous = runs.of::<LinearObserver<f64, Dyn, Dyn, Dyn>>().map(LinearObserver::l);
+        continuous.or_else(|| runs.of::<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>().map(DiscreteLinearObserver::l))
+    }
+
     pub(super) fn finished(&self) -> usize {
         self.runs.iter().filter(|run| run.is_ok()).count()
     }

@@ -14,6 +14,7 @@
 
 pub(crate) mod block;
 mod candidate;
+mod document;
 mod figure;
 pub(crate) mod ranking;
 mod report;
@@ -41,6 +42,7 @@ use crate::error::StudyError;
 use crate::execute::{self, Limits, Trial, within};
 use crate::kinds::{self, Declaration, Rule, Tuning, registry};
 use crate::read::Format;
+use crate::results::Quantity;
 use crate::statistics::pareto_front;
 use crate::study::{AdviseSpec, ObserverSpec, Simulation, Study};
 use crate::trajectory;
@@ -251,10 +253,8 @@ fn fed<'a>(study: &'a Study, run: &RunOptions<'_>) -> Result<Option<(&'a Observe
     };
     match design::attempt(study, spec, run.cancel, run.until) {
         Ok(designed) => Ok(Some((spec, designed))),
-        Err(design::NoDesign::Interrupted) => Err(StudyError::Interrupted),
-        Err(design::NoDesign::Misfit(_)) => {
-            Err(StudyError::Missing { step: "advise", needs: "a design of the observer in the feedback loop" })
-        }
+        Err(none) if none.is_interrupted() => Err(StudyError::Interrupted),
+        Err(_) => Err(StudyError::Missing { step: "advise", needs: "a design of the observer in the feedback loop" }),
     }
 }
 
@@ -327,6 +327,7 @@ fn designs(
             Outcome::Open => advice.not_reached.push(format!("the design of {name}, within half of the budget")),
         }
     }
+    candidate::find_same(&mut candidates);
     for (kind, why) in without_rule() {
         if !study.observers.iter().any(|observer| observer.kind.name() == kind) {
             advice.not_applicable.push(NotApplicable { name: kind.to_owned(), hypothesis: why.to_owned() });
@@ -414,9 +415,10 @@ fn ranked(one: &Candidate, score: f64) -> RankedObserver {
         medians: one.medians(),
         operations: one.cost.as_ref().ok().copied(),
         not_exported: one.cost.as_ref().err().cloned(),
-        noise_gain: report.number("noise gain"),
+        noise_gain: report.quantity(Quantity::NoiseGain),
         verdict: report.verdict,
         statement: report.statement.clone(),
+        same_as: one.same_as.clone(),
         rule: one.rule.to_owned(),
         source: one.source.to_owned(),
         information: one.information.clone(),

@@ -83,6 +83,9 @@ pub struct RankedObserver {
     pub verdict: DesignVerdict,
     /// What is claimed of it.
     pub statement: Statement,
+    /// The other of the ranking that is the same observer, with the same gain to three digits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub same_as: Option<String>,
     /// Its tuning rule.
     pub rule: String,
     /// Where the rule is from.

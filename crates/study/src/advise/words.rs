@@ -6,6 +6,7 @@ use luenberger_proof::wording::{capital, counted, significant};
 
 use super::candidate::Candidate;
 use super::ranking::{Criteria, Criterion, Ranked, ratio};
+use crate::results::DesignVerdict;
 use crate::study::Study;
 
 /// Observers after this rank are in the table only.
@@ -42,6 +43,19 @@ impl Ranking<'_> {
         all.push(self.proof(first));
         all.extend(self.cost(first));
         all
+    }
+
+    /// The name of one before it in the ranking that is the same observer.
+    fn same(&self, other: &Candidate) -> Option<&str> {
+        let before = self.ordered.iter().map(|(one, _)| *one).take_while(|one| one.spec.name != other.spec.name);
+        let is_same = |one: &&Candidate| {
+            let names = [Some(&one.spec.name), one.same_as.as_ref()];
+            other
+                .same_as
+                .as_ref()
+                .map_or_else(|| one.same_as.as_ref() == Some(&other.spec.name), |same| names.contains(&Some(same)))
+        };
+        before.filter(is_same).map(|one| one.spec.name.as_str()).next()
     }
 
     fn time(&self, settling: f64) -> String {
@@ -97,6 +111,12 @@ impl Ranking<'_> {
 
     fn behind(&self, first: &Candidate, other: &Candidate, score: f64) -> String {
         let (name, best) = (&other.spec.name, &first.spec.name);
+        if let Some(same) = self.same(other) {
+            return format!(
+                "{name} is the same observer as {same}, with the same gain to three digits. {}.",
+                capital(other.character)
+            );
+        }
         let mut text = match &self.criteria.0[..] {
             _ if !other.is_complete() => format!("{name}{}.{}", self.ended(other), Self::otherwise(first, other)),
             [(Criterion::Proved, _)] if other.is_proved() == first.is_proved() => {
@@ -187,7 +207,8 @@ impl Ranking<'_> {
 
     /// The two first ones are as good.
     fn tie(&self) -> Option<String> {
-        let [(first, one), (second, other), ..] = &self.ordered[..] else { return None };
+        let mut different = self.ordered.iter().filter(|(one, _)| self.same(one).is_none());
+        let ((first, one), (second, other)) = (different.next()?, different.next()?);
         let close = first.is_complete() && second.is_complete() && ratio(*other, *one) < 1.0 + SMALL;
         close.then(|| {
             format!(
@@ -205,9 +226,10 @@ impl Ranking<'_> {
         if first.is_proved() {
             return format!("{name} is proved: {}.", statement(first));
         }
-        let has = match first.designed.report.verdict.word() {
-            "measured" => "was checked by measurements, without a proof",
-            _ => "has no stability certificate",
+        let has = if first.designed.report.verdict == DesignVerdict::MEASURED {
+            "was checked by measurements, without a proof"
+        } else {
+            "has no stability certificate"
         };
         match self.ordered.iter().enumerate().find(|(_, (one, _))| one.is_proved() && one.is_complete()) {
             Some((rank, (proved, _))) => {

@@ -4,17 +4,18 @@ use nalgebra::{DMatrix, DVector};
 
 use super::SampledDesign;
 use crate::operation::MARGIN;
-use crate::results::FailureReport;
+use crate::results::NoObserver;
 use crate::signal::Input;
 use crate::study::{ObserverSpec, Simulation, Study};
 
 /// The gain K with which the study feeds back the estimate of an observer.
 ///
 /// # Errors
-/// [`FailureReport`] if the study feeds back another estimate or none.
-pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix<f64>, FailureReport> {
+/// [`NoObserver`] if the study feeds back another estimate or none.
+pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix<f64>, NoObserver> {
     let failure = |hypothesis: String| {
-        FailureReport::new(hypothesis, observer.place.line)
+        NoObserver::new(hypothesis)
+            .at(observer.place.line)
             .hint(format!("feedback = {{ k = [[..]], observer = \"{}\" }} in [input]", observer.name))
     };
     let has_bounds = observer.kind.first_bounds().is_some();
@@ -25,7 +26,7 @@ pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix
             "an observer that estimates disturbances too has no export with its feedback"
         };
         let instead = "without --feedback: the first states of the exported observer are xhat of u = r - K xhat";
-        return Err(FailureReport::new(hypothesis, observer.place.line).hint(instead));
+        return Err(NoObserver::new(hypothesis).at(observer.place.line).hint(instead));
     }
     match &study.input {
         Input::Feedback { observer: fed, gain, .. } if *fed == observer.name => Ok(gain),

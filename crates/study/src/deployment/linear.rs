@@ -148,7 +148,7 @@ fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> 
     // The plant of the study may be uncertain: then its states are bounded by what it says of them as well.
     let uncertain = observer.bounds.as_ref().and_then(|bounds| bounds.uncertain.as_ref());
     let deviation = match (uncertain, study.plant.model.linear(), design.matrices()) {
-        (Some((_, uncertainty)), Some(plant), Some(m)) => Some(uncertainty.sampled(&plant, m.period).ok()?),
+        (Some((_, uncertainty)), Some(plant), Some(m)) => Some(uncertainty.sampled(plant, m.period).ok()?),
         _ => None,
     };
     let state = match uncertain {

@@ -27,14 +27,14 @@ use luenberger_proof::statement::Formats;
 
 use crate::design::{self, attempt};
 use crate::designed::{Designed, StepOf};
-pub use crate::designed::{IntervalDeployment, NonlinearStep, Refusal, SampledDesign};
+pub use crate::designed::{IntervalDeployment, NonlinearStep, SampledDesign};
 use crate::kinds;
-use crate::results::{FailureReport, Statement};
+use crate::results::{NoObserver, Statement};
 pub use crate::steps::Evidence;
 pub(crate) use crate::steps::{Matrices, stored};
 use crate::steps::{extension, of_statement, proved_line};
 use crate::study::{ObserverSpec, Study};
-use crate::synthesis::{NoDesign, Plan, Sampling};
+use crate::synthesis::{Plan, Sampling};
 
 /// A sampled design, and the design of the study itself where it was needed.
 #[derive(Debug, Clone)]
@@ -58,14 +58,14 @@ pub struct Sampled {
 /// `period` is required for observers in continuous time, and that of a sampled observer cannot be changed.
 ///
 /// # Errors
-/// [`FailureReport`]: a kind without a step, a period that is missing, not positive or conflicts, and the errors of the
+/// [`NoObserver`]: a kind without a step, a period that is missing, not positive or conflicts, and the errors of the
 /// design.
 pub fn sampled(
     study: &Study,
     observer: &ObserverSpec,
     period: Option<f64>,
     substeps: Option<usize>,
-) -> Result<Sampled, FailureReport> {
+) -> Result<Sampled, NoObserver> {
     sampled_of((study, observer, None), period, substeps, None)
 }
 
@@ -76,8 +76,8 @@ pub(crate) fn sampled_of(
     period: Option<f64>,
     substeps: Option<usize>,
     end: Option<Instant>,
-) -> Result<Sampled, FailureReport> {
-    let failure = |hypothesis: String| FailureReport::new(hypothesis, observer.place.line);
+) -> Result<Sampled, NoObserver> {
+    let failure = |hypothesis: String| NoObserver::new(hypothesis).at(observer.place.line);
     let own = observer.kind.period().or(study.plant.dt);
     let period = match (own, period) {
         (Some(own), Some(period)) if own != period => {
@@ -100,34 +100,32 @@ pub(crate) fn sampled_of(
         None => None,
     };
     let kind = kinds::kind_of(&observer.kind);
+    let of_step = |none: NoObserver| none.of_step().at(observer.place.line);
     let sampling = Sampling { plan, period, designed: of_the_study.as_ref() };
-    if let Some(design) = kind.and_then(|kind| kind.sampled(&sampling)) {
-        return Ok(Sampled { design: design?, period, of_the_study });
+    let sampled = study.plant.names().with(|| kind.map_or(Ok(None), |kind| kind.sampled(&sampling)));
+    if let Some(design) = sampled.map_err(of_step)? {
+        return Ok(Sampled { design, period, of_the_study });
     }
     let designed = match of_the_study {
         Some(designed) => designed,
-        None => design::design(study, observer, &cancel).map_err(|none| match none {
-            NoDesign::Misfit(failure) => failure,
-            NoDesign::Interrupted => failure("interrupted".to_owned()),
-        })?,
+        None => design::design(study, observer, &cancel)?,
     };
-    if let (Some(point), None) = (&study.operating_point, study.plant.model.linear())
-        && let Some(design) =
-            kind.and_then(|kind| kind.sampled_at_point(&Sampling { plan, period, designed: Some(&designed) }, point))
-    {
-        return Ok(Sampled { design: design?, period, of_the_study: Some(designed) });
-    }
-    let step = study.plant.names().with(|| {
-        let plant = study.plant.model.expressions().map_err(|error| (error.to_string(), Vec::new()))?;
-        let of = StepOf { study, observer, designed: &designed, plant: &plant, period, substeps };
-        match designed.runnable.step(&of)? {
-            Some(step) => Ok(step),
-            None => extension(&*designed.runnable, &of),
+    let step = || {
+        if let (Some(kind), Some(point), None) = (kind, &study.operating_point, study.plant.model.linear())
+            && let Some(design) = kind.sampled_at_point(&Sampling { plan, period, designed: Some(&designed) }, point)?
+        {
+            return Ok(design);
         }
-    });
-    let in_words = |(hypothesis, hints): Refusal| hints.into_iter().fold(failure(hypothesis), FailureReport::hint);
-    let step = step.map_err(in_words)?;
-    Ok(Sampled { design: SampledDesign::Nonlinear(Box::new(step)), period, of_the_study: Some(designed) })
+        let plant = study.plant.model.expressions()?;
+        let of = StepOf { study, observer, designed: &designed, plant: &plant, period, substeps };
+        let step = match designed.runnable.step(&of)? {
+            Some(step) => step,
+            None => extension(&*designed.runnable, &of)?,
+        };
+        Ok(SampledDesign::Nonlinear(Box::new(step)))
+    };
+    let design = study.plant.names().with(step).map_err(of_step)?;
+    Ok(Sampled { design, period, of_the_study: Some(designed) })
 }
 
 /// What is proved of a sampled design whose numbers are stored, and whose steps are computed, in `formats`: with the

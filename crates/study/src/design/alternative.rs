@@ -8,9 +8,8 @@ use nalgebra::DVector;
 
 use super::attempt;
 use crate::read::varied;
-use crate::results::{Alternative, FailureReport, Proposal};
+use crate::results::{Alternative, NoObserver, Proposal};
 use crate::study::{ObserverSpec, Study};
-use crate::synthesis::NoDesign;
 use crate::synthesis::alternative::list;
 
 /// Time for all alternatives to one observer: a safeguard, which designs of usual sizes do not reach.
@@ -58,9 +57,9 @@ fn read(proposal: &Proposal, study: &Study, requested: &ObserverSpec) -> Option<
 pub(super) fn tried(
     study: &Study,
     requested: &ObserverSpec,
-    mut refusal: FailureReport,
+    mut refusal: NoObserver,
     (cancel, end): (&AtomicBool, Option<Instant>),
-) -> FailureReport {
+) -> NoObserver {
     let deadline = Instant::now() + PATIENCE;
     let end = end.map_or(deadline, |end| end.min(deadline));
     let (mut designed, mut left): (Vec<ObserverSpec>, _) = (vec![requested.clone()], Vec::new());
@@ -94,8 +93,8 @@ pub(super) fn tried(
                     designed.push(spec);
                 }
             }
-            Ok(_) | Err(NoDesign::Misfit(_)) => refusal.hints.extend(proposal.otherwise.map(str::to_owned)),
-            Err(NoDesign::Interrupted) => left.push(words),
+            Err(none) if none.is_interrupted() => left.push(words),
+            Ok(_) | Err(_) => refusal.hints.extend(proposal.otherwise.map(str::to_owned)),
         }
     }
     if !left.is_empty() {

@@ -9,36 +9,32 @@ pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 
 pub use crate::designed::{Designed, Runnable};
 use crate::kinds;
+pub use crate::results::{Advice, Cause, NoObserver};
 use crate::study::{ObserverSpec, Study};
 use crate::synthesis::Plan;
 pub use crate::synthesis::kkl_maps::candidate;
-pub(crate) use crate::synthesis::noise_gain::SPEED_RATIO;
-pub use crate::synthesis::{Advice, NoDesign};
 
 /// The design of one observer of a study; of one that is refused, the alternatives that have a design. A design of
 /// kind `kkl-numerical` takes minutes; it checks `cancel` continuously and stops once it is true.
 ///
 /// # Errors
-/// [`NoDesign`].
-pub fn design(study: &Study, requested: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
+/// [`NoObserver`].
+pub fn design(study: &Study, requested: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoObserver> {
     design_until(study, requested, cancel, None)
 }
 
 /// As [`design`], stopped at the instant `end` if there is one: matrix inequalities are solved no further, and a design
-/// that fails for it is [`NoDesign::Interrupted`].
+/// that fails for it is [`Cause::Interrupted`].
 ///
 /// # Errors
-/// [`NoDesign`].
+/// [`NoObserver`].
 pub fn design_until(
     study: &Study,
     requested: &ObserverSpec,
     cancel: &AtomicBool,
     end: Option<Instant>,
-) -> Result<Designed, NoDesign> {
-    attempt(study, requested, cancel, end).map_err(|none| match none {
-        NoDesign::Misfit(refusal) => alternative::tried(study, requested, refusal, (cancel, end)).into(),
-        NoDesign::Interrupted => NoDesign::Interrupted,
-    })
+) -> Result<Designed, NoObserver> {
+    attempt(study, requested, cancel, end).map_err(|none| alternative::tried(study, requested, none, (cancel, end)))
 }
 
 /// As [`design_until`], without the alternatives of a refusal, which have to be designed themselves.
@@ -47,10 +43,10 @@ pub(crate) fn attempt(
     requested: &ObserverSpec,
     cancel: &AtomicBool,
     end: Option<Instant>,
-) -> Result<Designed, NoDesign> {
+) -> Result<Designed, NoObserver> {
     let designed = study.plant.names().with(|| kinds::design(&Plan { study, requested, cancel, end }));
     match designed {
-        Err(_) if end.is_some_and(|end| Instant::now() >= end) => Err(NoDesign::Interrupted),
+        Err(_) if end.is_some_and(|end| Instant::now() >= end) => Err(NoObserver::interrupted()),
         designed => designed,
     }
 }

@@ -19,7 +19,7 @@ use luenberger_design::{
 
 use luenberger_export::ExportableObserver;
 
-use crate::results::{DesignReport, Statement};
+use crate::results::{DesignReport, NoObserver, Statement};
 
 /// An observer with its evidence.
 #[derive(Debug, Clone)]
@@ -80,9 +80,6 @@ impl Designed {
     }
 }
 
-/// Why there is no step, and what would have one.
-pub type Refusal = (String, Vec<String>);
-
 /// An observer of a nonlinear plant with a step for each sample.
 #[derive(Debug, Clone)]
 pub struct NonlinearStep {
@@ -119,6 +116,6 @@ pub enum SampledDesign {
 /// The designs for both formats: the entries that cover rounding depend on it.
 #[derive(Debug, Clone)]
 pub struct IntervalDeployment {
-    pub(crate) binary32: Result<SampledIntervalDesign, String>,
-    pub(crate) binary64: Result<SampledIntervalDesign, String>,
+    pub(crate) binary32: Result<SampledIntervalDesign, NoObserver>,
+    pub(crate) binary64: SampledIntervalDesign,
 }

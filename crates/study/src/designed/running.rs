@@ -12,7 +12,8 @@ use luenberger_observers::{DeviationObserver, Observer, ObserverDimensions, Samp
 use luenberger_sim::{AnyObserver, Continuous, Replay, Sampled, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::{Designed, Filter, NonlinearStep, Refusal};
+use super::{Designed, Filter, NonlinearStep};
+use crate::results::NoObserver;
 use crate::study::{ObserverSpec, SamplingSpec, Study};
 
 /// An observer of the deviations from an operating point.
@@ -88,16 +89,16 @@ pub trait Running: Any + fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// Why it has no program.
-    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let _ = (of, recording);
-        Err(("the observer has no program".to_owned(), Vec::new()))
+        Err(NoObserver::new("the observer has no program"))
     }
 
     /// Its step for each sample, where it is not that of the recorded program.
     ///
     /// # Errors
     /// Why it has none.
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let _ = of;
         Ok(None)
     }

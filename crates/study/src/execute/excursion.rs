@@ -50,8 +50,8 @@ impl Excursion {
     }
 
     /// What is said of it among the runs of a sweep.
-    pub(super) fn left(&self) -> Left {
-        Left { what: self.what.to_owned(), first: self.first() }
+    pub(super) fn first_exit(&self) -> FirstExit {
+        FirstExit { what: self.what.to_owned(), first: self.first() }
     }
 
     fn first(&self) -> String {
@@ -60,16 +60,16 @@ impl Excursion {
     }
 }
 
-/// How the first of the runs of a sweep left the region, in words.
+/// The first exit from the region among the runs of a sweep, in words.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Left {
+pub(super) struct FirstExit {
     /// What does not hold outside of it.
     pub(super) what: String,
     /// When and where it left.
     pub(super) first: String,
 }
 
-impl Left {
+impl FirstExit {
     /// As a sentence, if so many of all runs left.
     pub(super) fn in_sweep(&self, observer: &str, runs: u64, all: usize, parameter: &str, value: f64) -> String {
         let Self { what, first } = self;

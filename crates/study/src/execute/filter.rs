@@ -31,7 +31,7 @@ pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>, estimates:
 
 /// Those of a stationary Kalman filter, in every row.
 pub(super) fn stationary_deviation(member: &Member<'_>, rows: usize) -> Option<DMatrix<f64>> {
-    let deviation = member.designed.report.stationary_deviation()?;
+    let deviation = member.designed.report.stationary_deviation.as_ref()?;
     Some(DMatrix::from_fn(rows, deviation.len(), |_, i| deviation[i]))
 }
 

@@ -31,10 +31,14 @@ const TABLE: usize = 20_000;
 /// The experiment and the observers that are not in it, or in a sentence why the page does not simulate the study; none
 /// for a study without a simulation.
 pub(crate) fn experiment(study: &Study, members: &[Member<'_>]) -> Option<Result<(Experiment, Vec<String>), String>> {
-    study.simulation.as_ref().map(|simulation| of(study, simulation, members))
+    study.simulation.as_ref().map(|simulation| experiment_of(study, simulation, members))
 }
 
-fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<(Experiment, Vec<String>), String> {
+fn experiment_of(
+    study: &Study,
+    simulation: &Simulation,
+    members: &[Member<'_>],
+) -> Result<(Experiment, Vec<String>), String> {
     let names = &study.plant;
     if names.states.len() > STATES {
         return Err(format!("its plant has more than {STATES} states"));
@@ -180,7 +184,7 @@ fn plant(study: &Study, model: &Model, parameters: Option<&Parameters>) -> Optio
         Model::Linear(plant) | Model::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
             Some(StoredPlant::linear(plant))
         }
-        Model::Expressions(plant) => {
+        Model::Expressions(plant, _) => {
             let texts = |rows: &[Expression]| rows.iter().map(|row| row.text().to_owned()).collect();
             Some(StoredPlant::Expressions {
                 states: study.plant.states.clone(),

@@ -37,7 +37,12 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>)
 }
 
 /// The run of one observer.
-pub(super) fn one(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<Run, SimError> {
+pub(super) fn replay_one(
+    study: &Study,
+    log: &Log,
+    member: &Member<'_>,
+    until: Option<Instant>,
+) -> Result<Run, SimError> {
     replay(study, log, member, until).map(|replayed| run(log, member, replayed))
 }
 
@@ -196,7 +201,7 @@ fn astray(study: &Study, log: &Log, report: &InnovationReport) -> Vec<String> {
 pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
 
 /// The report, the runs, and the warnings.
-pub(super) fn all<'a>(
+pub(super) fn replay_all<'a>(
     study: &Study,
     log: &Log,
     members: &[Member<'a>],

@@ -33,13 +33,13 @@ use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Theorem;
 
-use crate::design::{Designed, NoDesign, design_until};
+use crate::design::{Designed, design_until};
 use crate::error::StudyError;
 use crate::kinds;
 use crate::model::Model;
 use crate::read::file_name;
 use crate::results::{
-    FailureReport, NamedMatrix, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
+    NamedMatrix, NoObserver, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
 };
 use crate::study::{ObserverSpec, Study};
 use crate::synthesis::matrix;
@@ -189,7 +189,7 @@ pub fn replay_designed(
     until: Option<std::time::Instant>,
 ) -> Result<ObserverRun, StudyError> {
     let log = study.log.as_ref().ok_or(StudyError::Missing { step: "simulate", needs: "a [log]" })?;
-    Ok(log::one(study, log, &Member { requested: observer, designed }, until)?.named(&observer.name, true))
+    Ok(log::replay_one(study, log, &Member { requested: observer, designed }, until)?.named(&observer.name, true))
 }
 
 /// All steps of a study: [`execute()`] with [`Step::Run`].
@@ -263,7 +263,7 @@ fn stages(
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
             }
         };
-        let simulated = simulate::all(study, simulation, &members, options, &finished)?;
+        let simulated = simulate::simulate_all(study, simulation, &members, options, &finished)?;
         results.simulation = Some(simulated.report);
         results.filters = simulated.filters;
         results.intervals = simulated.intervals;
@@ -309,7 +309,7 @@ fn stages(
     }
     if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
-        let (report, outcomes, warnings) = log::all(study, log, &members, options);
+        let (report, outcomes, warnings) = log::replay_all(study, log, &members, options);
         results.warnings.extend(warnings);
         let reached: Vec<&str> = outcomes.iter().map(|(member, _)| member.requested.name.as_str()).collect();
         results.warnings.extend(unfinished("run on the log", names(&members, &reached)));
@@ -332,7 +332,7 @@ fn stages(
     if let (Some(sweep), Some(simulation), Some(blocks)) = (&study.sweep, &study.simulation, blocks) {
         options.check()?;
         let sweep::Outcome { report, warnings, notes } =
-            sweep::all(study, (simulation, sweep), &members, blocks, (folder, options))?;
+            sweep::sweep_all(study, (simulation, sweep), &members, blocks, (folder, options))?;
         results.warnings.extend(warnings);
         results.notes = notes;
         figures.extend(pictures::sweep(study, &report).into_iter().chain(pareto::sweep(study, &report)));
@@ -374,7 +374,7 @@ fn save(folder: &Folder, results: &mut Results) -> Result<(), StudyError> {
 
 /// Result of the design of an observer.
 struct Outcome {
-    designed: Result<Designed, FailureReport>,
+    designed: Result<Designed, NoObserver>,
     /// Why its proof cannot be written as a file.
     open: Option<String>,
 }
@@ -395,9 +395,8 @@ fn designs(
             return Ok(None);
         }
         let designed = match design_until(study, requested, options.cancel, options.until) {
-            Ok(designed) => Ok(designed),
-            Err(NoDesign::Misfit(failure)) => Err(failure),
-            Err(NoDesign::Interrupted) => return Ok(None),
+            Err(none) if none.is_interrupted() => return Ok(None),
+            designed => designed,
         };
         let open = match &designed {
             Ok(designed) if certified => certificate(folder, &requested.name, designed)?,
@@ -471,7 +470,7 @@ pub(crate) fn summary(study: &Study) -> PlantSummary {
     let plant = &study.plant;
     let (kind, mut equations) = match &plant.model {
         Model::Linear(_) => ("linear".to_owned(), Vec::new()),
-        Model::Expressions(expressions) => {
+        Model::Expressions(expressions, _) => {
             let mark = if plant.dt.is_some() { "+" } else { "'" };
             let f =
                 plant.states.iter().zip(expressions.f()).map(|(name, row)| format!("{name}{mark} = {}", row.text()));
@@ -487,11 +486,11 @@ pub(crate) fn summary(study: &Study) -> PlantSummary {
     let linear = plant.model.linear();
     let mark = if plant.dt.is_some() { "+" } else { "'" };
     let motion = format!("x{mark} = A x{}", if plant.inputs.is_empty() { "" } else { " + B u" });
-    if let Some(linear) = &linear {
+    if let Some(linear) = linear {
         let output = if linear.d.is_some() { "y = C x + D u" } else { "y = C x" };
         equations.extend([motion, output.to_owned()]);
     }
-    let matrices = linear.as_ref().map(matrices).unwrap_or_default();
+    let matrices = linear.map(matrices).unwrap_or_default();
     PlantSummary {
         kind,
         states: plant.states.clone(),

@@ -47,7 +47,7 @@ pub(super) fn observability(
 ) -> Result<ObservabilityReport, StudyError> {
     let order = study.plant.states.len();
     let points = match study.plant.model.linear() {
-        Some(linear) => vec![at(study, &linear.a, &linear.c, None)?],
+        Some(linear) => vec![observability_at(study, &linear.a, &linear.c, None)?],
         None => along(study, members, options)?
             .into_iter()
             .map(|(t, x, u)| {
@@ -63,7 +63,7 @@ pub(super) fn observability(
                         ));
                     }
                 }
-                at(study, &a, &c, Some((t, x.as_slice())))
+                observability_at(study, &a, &c, Some((t, x.as_slice())))
             })
             .collect::<Result<_, _>>()?,
     };
@@ -164,7 +164,7 @@ fn along(study: &Study, members: &[Member<'_>], options: &RunOptions<'_>) -> Res
     Ok(points.collect())
 }
 
-fn at(
+fn observability_at(
     study: &Study,
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,

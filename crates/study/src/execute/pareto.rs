@@ -3,7 +3,7 @@
 use luenberger_figures::{Dash, Figure, Hue, Marker, Panel, Series};
 
 use super::pictures::figure;
-use crate::results::report::with_unit;
+use crate::results::with_unit;
 use crate::results::{ScoringReport, SimulationReport, SweepReport};
 use crate::statistics::pareto_front;
 use crate::study::Study;

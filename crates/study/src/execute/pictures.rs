@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::filter::is_filter;
 use super::rows::Run;
-use crate::results::report::with_unit;
+use crate::results::with_unit;
 use crate::results::{SweepReport, SweepRow};
 use crate::study::{Quantity, Study};
 use crate::trajectory::Member;

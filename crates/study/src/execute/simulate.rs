@@ -79,7 +79,7 @@ pub(super) struct Simulated<'a> {
 
 /// All runs, in the order of the observers. `finished` is called for each run that ends, from any thread. Observers not
 /// reached before an interruption are omitted.
-pub(super) fn all<'a>(
+pub(super) fn simulate_all<'a>(
     study: &Study,
     simulation: &Simulation,
     members: &[Member<'a>],

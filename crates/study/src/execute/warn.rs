@@ -2,9 +2,8 @@
 
 use luenberger_proof::wording::significant;
 
-use crate::design::SPEED_RATIO;
-use crate::results::report::eigenvalue;
-use crate::results::{DesignReport, Results};
+use crate::results::eigenvalue;
+use crate::results::{DesignReport, Quantity, Results};
 use crate::signal::Input;
 use crate::study::{Simulation, Study};
 
@@ -80,17 +79,17 @@ const SPEED: f64 = 1e3;
 fn amplification(study: &Study, name: &str, design: &DesignReport) -> Vec<String> {
     const REMEDY: &str = "set `max_gain` or `noise`, or choose a smaller rate";
     let mut warnings = Vec::new();
-    if let Some(overshoot) = design.number("overshoot").filter(|overshoot| *overshoot > OVERSHOOT) {
+    if let Some(overshoot) = design.quantity(Quantity::Overshoot).filter(|overshoot| *overshoot > OVERSHOOT) {
         warnings.push(format!(
             "{name}: overshoot bound {}: the error may grow to this multiple of its initial value before it decays; {REMEDY}",
             significant(overshoot, 4)
         ));
     }
-    if let Some(ratio) = design.number(SPEED_RATIO).filter(|ratio| *ratio > SPEED) {
+    if let Some(ratio) = design.quantity(Quantity::SpeedRatio).filter(|ratio| *ratio > SPEED) {
         warnings.push(format!(
             "{name}: its fastest pole is {} times as fast as the plant's fastest mode (norm of L {}): it amplifies measurement noise and unmodelled dynamics; {REMEDY}",
             significant(ratio, 2),
-            significant(design.number("norm of L").unwrap_or(f64::NAN), 3)
+            significant(design.quantity(Quantity::GainNorm).unwrap_or(f64::NAN), 3)
         ));
     }
     let (Some(simulation), Some(observer)) = (&study.simulation, study.observer(name)) else { return warnings };

@@ -1,32 +1,28 @@
 //! The cubic observer: a Luenberger observer with the term `-(y~'theta y~) N y~`.
 
-use std::sync::Arc;
-
 use luenberger_design::{
     CubicDesign, CubicGain, DesignError, ErrorBound, LinearDesign, OperatingPoint, SampledCubicDesign, UncertainBound,
 };
 use luenberger_live as live;
 use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA};
-use super::{Kind, of};
-use crate::designed::{At, NonlinearStep, Refusal, Runnable, Running, SampledDesign, StepOf, continuous};
+use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN, THETA};
+use super::{Kind, as_kind};
+use crate::designed::{At, NonlinearStep, Runnable, Running, SampledDesign, StepOf};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::{alternatives, general, theta};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
-use crate::results::{DesignReport, FailureReport};
+use crate::results::{DesignReport, NoObserver};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::error_bound::{acting, bounded};
-use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::operating_point::{at, page_point};
-use crate::synthesis::{Designed, NoDesign, Plan, Sampling, certified, feedback, matrix, number, poles, proved_of};
+use crate::synthesis::operating_point::{in_deviations, page_point};
+use crate::synthesis::{Designed, Plan, Sampling, certified, feedback, matrix, number, poles, proved_of};
 use crate::tuning::{
     CUBIC_SHARE, Context, Keys, Value, continuous as in_continuous_time, listed, placed, short, unit_strength,
 };
@@ -38,26 +34,21 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Share Pasand, Luenberger-type cubic observers, eq. (5)",
     plant: PlantClass::AtPoint(Time::CONTINUOUS),
     keys: &[
-        POLES,
-        DECAY,
-        LMI,
-        KALMAN,
-        GAIN,
-        RHO,
-        Q,
-        MAX_GAIN,
-        NOISE,
-        THETA,
-        optional(
-            "gamma",
-            Type::Number(Range::Positive),
-            "Gain of the cubic term, N = -gamma P^-1 C' theta. Give one of gamma, radial and s.",
-        ),
-        optional("radial", Type::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
-        optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
-        ERROR_BOUNDS,
+        GAINS,
+        OF_GAIN,
+        &[
+            THETA,
+            optional(
+                "gamma",
+                Type::Number(Range::Positive),
+                "Gain of the cubic term, N = -gamma P^-1 C' theta. Give one of gamma, radial and s.",
+            ),
+            optional("radial", Type::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
+            optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
+            ERROR_BOUNDS,
+        ],
     ],
-    kind: of::<Cubic>,
+    kind: as_kind::<Cubic>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -108,6 +99,10 @@ impl Specification for Cubic {
         Some(&self.linear)
     }
 
+    fn takes_uncertainty(&self) -> bool {
+        true
+    }
+
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
     }
@@ -119,30 +114,24 @@ impl Specification for Cubic {
 }
 
 impl Kind for Cubic {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        plan.at_point(designed(plan, &plant, self))
+        plan.at_point(designed(plan, plant, self)?)
     }
 
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        let plant = of.plan.study.plant.model.linear()?;
-        Some(of.named(|| {
-            let sampled = of.linear(&plant, &self.linear).and_then(|linear| {
-                let cubic = of.cubic(&linear, (&self.theta, &self.correction))?;
-                SampledCubicDesign::from_cubic(&linear, &cubic, of.period)
-            });
-            sampled.map(|design| SampledDesign::Cubic(Box::new(design))).map_err(|error| error.to_string())
-        }))
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
+        let Some(plant) = of.plant() else { return Ok(None) };
+        let linear = of.linear(plant, &self.linear)?;
+        let cubic = of.cubic(&linear, (&self.theta, &self.correction))?;
+        Ok(Some(SampledDesign::Cubic(Box::new(SampledCubicDesign::from_cubic(&linear, &cubic, of.period)?))))
     }
 }
 
 impl Running for CubicObserver<f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
-        Some(at(self.clone(), point).map(Runnable::from))
+        Some(in_deviations(self.clone(), point).map(Runnable::from))
     }
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
@@ -151,30 +140,26 @@ impl Running for CubicObserver<f64, Dyn, Dyn, Dyn> {
 }
 
 impl Running for At<CubicObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::Cubic(Box::new(self.inner().clone())), Some(page_point(self))))
     }
 
-    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         Err(at_point_refusal())
     }
 }
 
 /// Why a cubic observer at an operating point has no step on a target.
-pub(super) fn at_point_refusal() -> Refusal {
-    (
-        "a cubic observer in deviations from an operating point has no export".to_owned(),
-        vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],
-    )
+pub(super) fn at_point_refusal() -> NoObserver {
+    NoObserver::new("a cubic observer in deviations from an operating point has no export")
+        .hint("kind = \"luenberger\" at the same operating point has one")
 }
 
-fn designed(plan: &Plan<'_>, plant: &StateSpace, spec: &Cubic) -> Result<Designed, Misfit> {
+fn designed(plan: &Plan<'_>, plant: &StateSpace, spec: &Cubic) -> Result<Designed, NoObserver> {
     let study = plan.study;
-    let linear = linear::of(plant, &spec.linear, &plan.options())?;
+    let linear = linear::linear_design(plant, &spec.linear, &plan.options())?;
     let cubic = CubicDesign::new(&linear, &spec.theta, &spec.correction)?;
     let designed = report(study, plant, (&linear, &cubic), plan.requested.bounds.as_ref())?;
     Ok(feedback::cubic(study, &plan.requested.name, plant, &cubic, designed))
@@ -186,7 +171,7 @@ pub(crate) fn report(
     plant: &StateSpace,
     (linear, design): (&LinearDesign, &CubicDesign),
     bounds: Option<&ActingBounds>,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], design.l(), Some(&linear.poles));
     let mut numbers = vec![number("decay rate of small errors", -linear.spectral_abscissa())];
     numbers.extend(noise.numbers());

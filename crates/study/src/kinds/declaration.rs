@@ -14,9 +14,9 @@ pub struct Declaration {
     pub source: &'static str,
     /// The plants that it is for.
     pub plant: PlantClass,
-    /// The keys of its `[[observer]]`.
-    pub keys: &'static [Key],
-    /// Its specification as a [`Kind`](super::Kind), by [`of`](super::of).
+    /// The keys of its `[[observer]]`, in groups: those that it shares with other kinds, and its own.
+    pub keys: &'static [&'static [Key]],
+    /// Its specification as a [`Kind`](super::Kind), by [`as_kind`](super::as_kind).
     pub kind: fn(&dyn std::any::Any) -> Option<&dyn super::Kind>,
     /// Its specification from these keys; none after a mistake, which the reader has.
     pub read: fn(&Given<'_>, &mut Reader) -> Option<ObserverKind>,
@@ -46,7 +46,7 @@ pub enum Tuning {
 impl Tuning {
     /// That of observers whose maps no rule can find.
     pub(super) const MAPS_BY_HAND: Self = Self::OfStudy(
-        "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md",
+        "its maps are derived by hand, and the study specifies no such observer: see docs/kkl-studies.md",
     );
 }
 

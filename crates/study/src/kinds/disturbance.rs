@@ -1,9 +1,7 @@
 //! Observers of the state and of a disturbance: the kinds `proportional-integral` and `extended-state`.
 
-use std::sync::Arc;
-
 use luenberger_design::{
-    CubicDesign, CubicGain, ErrorBound, LinearDesign, Pair, SampledCubicDesign, disturbances_with_rate,
+    CubicDesign, CubicGain, DesignError, ErrorBound, LinearDesign, Pair, SampledCubicDesign, disturbances_with_rate,
     proportional_integral as handed_out, with_disturbance_chain,
 };
 use luenberger_live as live;
@@ -11,23 +9,20 @@ use luenberger_observers::{CubicObserver, LinearObserver, ProportionalIntegralOb
 use luenberger_plants::{Dimensions, StateSpace};
 use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::counted;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
 use super::Kind;
 use super::{extended_state, proportional_integral};
-use crate::designed::{Runnable, Running, SampledDesign, continuous};
+use crate::designed::{Runnable, Running, SampledDesign};
 use crate::reader::tree::Node;
-use crate::reader::{Given, Noted, Reader, gain};
-use crate::results::{DesignReport, FailureReport};
+use crate::reader::{Given, Reader, Reported, gain};
+use crate::results::{Advice, Cause, DesignReport, NoObserver, Quantity};
 use crate::steps::{self};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study};
+use crate::synthesis::alternative::another_gain;
 use crate::synthesis::error_bound::{acting, bounded};
-use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::{self, measurement};
-use crate::synthesis::{
-    Designed, NoDesign, Plan, Sampling, asymptotic_rate, certified, matrix, number, poles, proved_of,
-};
+use crate::synthesis::{Designed, Plan, Sampling, asymptotic_rate, certified, matrix, number, poles, proved_of};
 
 /// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`.
 pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
@@ -85,16 +80,20 @@ pub(super) fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Opt
 }
 
 /// theta and gamma; none without `gamma`, where theta has no effect.
-pub(super) fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Result<Option<(DMatrix<f64>, f64)>, Noted> {
+pub(super) fn cubic(
+    node: &Node,
+    size: Dimensions,
+    reader: &mut Reader,
+) -> Result<Option<(DMatrix<f64>, f64)>, Reported> {
     match (node.get("gamma"), node.entry("theta")) {
         (Some(gamma), _) => {
-            let theta = gain::theta(node, size.outputs, reader).ok_or(Noted)?;
-            Ok(Some((theta, gamma.number().ok_or(Noted)?)))
+            let theta = gain::theta(node, size.outputs, reader).ok_or(Reported)?;
+            Ok(Some((theta, gamma.number().ok_or(Reported)?)))
         }
         (None, Some(theta)) => {
             let message = "`theta` has no effect without a cubic term";
             reader.wrong(theta.span.clone(), message, "expected `gamma` with it");
-            Err(Noted)
+            Err(Reported)
         }
         (None, None) => Ok(None),
     }
@@ -161,27 +160,35 @@ impl Specification for DisturbanceSpec {
 }
 
 impl Kind for DisturbanceSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        plan.explained(self.designed(plan, &plant))
+        self.designed(plan, plant)
     }
 
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        let plant = of.plan.study.plant.model.linear()?;
-        let design = || {
-            let both = with_disturbance_chain(&plant, &self.e, self.chain.unwrap_or(1))?;
-            let linear = of.linear(&both, &self.linear)?;
-            match &self.cubic {
-                Some((theta, gamma)) => {
-                    let cubic = of.cubic(&linear, (theta, &CubicGain::Gamma(*gamma)))?;
-                    let design = SampledCubicDesign::from_cubic(&linear, &cubic, of.period)?;
-                    Ok(SampledDesign::Cubic(Box::new(design)))
-                }
-                None => steps::sampled_linear(&linear, &self.linear, of.period)
-                    .map(|design| SampledDesign::Linear(Box::new(design))),
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        match cause {
+            Cause::Design(DesignError::UnseenDisturbance { .. }) => {
+                Some(Advice::hint("fewer columns of `e`, or an output that depends on this state"))
             }
-        };
-        Some(of.named(|| design().map_err(|error: luenberger_design::DesignError| error.to_string())))
+            Cause::Design(DesignError::OfPair { pair: Pair::WithDisturbance, .. }) => {
+                let hint = Advice::hint("other units, or an output that depends more on the disturbance");
+                Some(another_gain(plan.study, plan.requested).and(hint))
+            }
+            _ => None,
+        }
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
+        let Some(plant) = of.plant() else { return Ok(None) };
+        let both = with_disturbance_chain(plant, &self.e, self.chain.unwrap_or(1))?;
+        let linear = of.linear(&both, &self.linear)?;
+        Ok(Some(match &self.cubic {
+            Some((theta, gamma)) => {
+                let cubic = of.cubic(&linear, (theta, &CubicGain::Gamma(*gamma)))?;
+                SampledDesign::Cubic(Box::new(SampledCubicDesign::from_cubic(&linear, &cubic, of.period)?))
+            }
+            None => SampledDesign::Linear(Box::new(steps::sampled_linear(&linear, &self.linear, of.period)?)),
+        }))
     }
 }
 
@@ -197,13 +204,13 @@ pub(super) fn matrices(linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Ve
 pub(super) fn cubic_of(
     linear: &LinearDesign,
     cubic: Option<&(DMatrix<f64>, f64)>,
-) -> Result<Option<CubicDesign>, Misfit> {
+) -> Result<Option<CubicDesign>, NoObserver> {
     let design = cubic.map(|(theta, gamma)| CubicDesign::new(linear, theta, &CubicGain::Gamma(*gamma)));
     Ok(design.transpose()?)
 }
 
 impl DisturbanceSpec {
-    fn designed(&self, plan: &Plan<'_>, plant: &StateSpace) -> Result<Designed, Misfit> {
+    fn designed(&self, plan: &Plan<'_>, plant: &StateSpace) -> Result<Designed, NoObserver> {
         let names = self.estimated_disturbances();
         let acting = (plan.requested.bounds.as_ref(), self.rate.as_slice(), names.as_slice());
         let plant = (plant, &plan.reading());
@@ -218,10 +225,10 @@ fn designed(
     (gain, cubic): (&LinearSpec, Option<&(DMatrix<f64>, f64)>),
     (bounds, rate, names): (Option<&ActingBounds>, &[f64], &[String]),
     options: &luenberger_design::GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let (n, order) = (plant.a.nrows(), chain.unwrap_or(1));
     let both = with_disturbance_chain(plant, e, order)?;
-    let linear = linear::of(&both, gain, options).map_err(|error| error.of_pair(Pair::WithDisturbance))?;
+    let linear = linear::linear_design(&both, gain, options).map_err(|error| error.of_pair(Pair::WithDisturbance))?;
     let cubic = cubic_of(&linear, cubic)?;
     let certificate = cubic.as_ref().map_or(&linear.certificate, |cubic| &cubic.certificate).clone();
     let runnable = match &cubic {
@@ -235,7 +242,7 @@ fn designed(
         statement: proved_of(&certificate, &reading).remark(measurement(plant)).remark(asymptotic_rate(speed)),
         matrices: matrices(&linear, cubic.as_ref()),
         poles: poles(&linear.poles),
-        numbers: vec![number("decay rate", speed)],
+        numbers: vec![number(Quantity::DecayRate, speed)],
         ..certified(&certificate, &[])
     };
     let designed = Designed::new(runnable, report, Some(certificate)).with_continuous(&linear, cubic.as_ref());
@@ -249,9 +256,7 @@ fn designed(
 }
 
 impl Running for WithDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn disturbances(&self) -> usize {
         disturbances(self)
@@ -263,9 +268,7 @@ impl Running for WithDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
 }
 
 impl Running for WithDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn disturbances(&self) -> usize {
         disturbances(self)

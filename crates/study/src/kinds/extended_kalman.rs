@@ -1,26 +1,23 @@
 //! The extended Kalman filter.
 
-use std::sync::Arc;
-
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_live as live;
 use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, SampledObserver};
-use luenberger_sim::{AnyObserver, Replay};
+use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
-use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
-use super::{Kind, of};
-use crate::designed::{Filter, NonlinearStep, Refusal, Running, StepOf, rows, sampled};
+use super::keys::{FILTER, OF_FILTER};
+use super::{Kind, as_kind};
+use crate::designed::{Filter, NonlinearStep, Running, StepOf, rows};
 use crate::model::Model;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, Statement};
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning;
 
 /// The kind.
@@ -29,8 +26,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Extended Kalman filter for a plant in continuous time with sampled measurements.",
     source: "Gelb, Applied Optimal Estimation, 1974, section 6.1",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[W, V, P0, PERIOD, SUBSTEPS, GATE, SMOOTH],
-    kind: of::<ExtendedKalman>,
+    keys: &[FILTER, OF_FILTER],
+    kind: as_kind::<ExtendedKalman>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -94,19 +91,18 @@ impl Specification for ExtendedKalman {
 }
 
 impl Kind for ExtendedKalman {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(self.designed(&plan.study.plant.model, Prediction::ErrorControlled))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        self.designed(&plan.study.plant.model, Prediction::ErrorControlled)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         plan.has_period_of_plant(self.period, dt)?;
-        let same = Self { period: dt, ..self.clone() };
-        plan.explained(same.designed(&plan.study.plant.model, Prediction::Discrete))
+        self.designed(&plan.study.plant.model, Prediction::Discrete)
     }
 }
 
 impl ExtendedKalman {
-    fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, Misfit> {
+    fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
         let Self { w, v, p0, period, gate, .. } = self;
         let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
         let mut filter = ExtendedKalmanFilter::discrete(model.clone(), noises, *period)?.with_prediction(prediction)?;
@@ -120,7 +116,7 @@ impl ExtendedKalman {
                 "One measurement every {period}; the gain is computed from the covariance along the estimate.{gated}"
             )),
             matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
-            numbers: vec![number("period", *period)],
+            numbers: vec![number(Quantity::Period, *period)],
             ..uncertified("local convergence only")
         };
         Ok(Designed::new(filter.into(), report, None))
@@ -128,9 +124,7 @@ impl ExtendedKalman {
 }
 
 impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     // As a filter it also records its covariance.
     fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
@@ -153,7 +147,7 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some((live::ObserverKind::Kalman { w, v, p0, period, discrete, gate }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let noises = self.noise_model();
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };

@@ -1,9 +1,9 @@
 //! The extended-state observer: the state and a disturbance with some of its derivatives.
 
+use super::as_kind;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{self, DisturbanceSpec};
-use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, UNKNOWN};
-use super::of;
+use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN, UNKNOWN};
 use crate::keys::{Range, Type, optional};
 use crate::reader::{Given, Reader};
 use crate::study::{ObserverKind, PlantClass, Time};
@@ -16,34 +16,29 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Han 2009; Gao 2003; as a disturbance observer Ohnishi, Shibata and Murakami 1996",
     plant: PlantClass::Linear(Time::CONTINUOUS),
     keys: &[
-        UNKNOWN,
-        optional(
-            "order",
-            Type::Count(1),
-            "Number of integrators in the model of each disturbance: 1 for constant ones, 2 for ramps (default 1).",
-        ),
-        optional(
-            "bandwidth",
-            Type::Number(Range::Positive),
-            "omega_o: all poles at -omega_o; with p outputs from -0.8 to -1.25 omega_o, p of them equal.",
-        ),
-        optional(
-            "rate",
-            Type::Numbers(Range::NotNegative),
-            "Bounds of the derivative of this order of d, q numbers, for the bound of the error (default 0).",
-        ),
-        POLES,
-        DECAY,
-        LMI,
-        KALMAN,
-        GAIN,
-        RHO,
-        Q,
-        MAX_GAIN,
-        NOISE,
-        ERROR_BOUNDS,
+        &[
+            UNKNOWN,
+            optional(
+                "order",
+                Type::Count(1),
+                "Number of integrators in the model of each disturbance: 1 for constant ones, 2 for ramps (default 1).",
+            ),
+            optional(
+                "bandwidth",
+                Type::Number(Range::Positive),
+                "omega_o: all poles at -omega_o; with p outputs from -0.8 to -1.25 omega_o, p of them equal.",
+            ),
+            optional(
+                "rate",
+                Type::Numbers(Range::NotNegative),
+                "Bounds of the derivative of this order of d, q numbers, for the bound of the error (default 0).",
+            ),
+        ],
+        GAINS,
+        OF_GAIN,
+        &[ERROR_BOUNDS],
     ],
-    kind: of::<DisturbanceSpec>,
+    kind: as_kind::<DisturbanceSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use luenberger_design::DesignError;
-use luenberger_linalg::{eigenvalues, functional_observer};
+use luenberger_linalg::{LinalgError, eigenvalues, functional_observer};
 use luenberger_observers::FunctionalObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::{counted, significant};
@@ -11,15 +11,15 @@ use luenberger_sim::{AnyObserver, Scenario};
 use nalgebra::{Complex, DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Tuning};
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf, continuous};
 use crate::study::{GainSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Time};
-use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, poles, uncertified};
+use crate::synthesis::alternative::{list, rows};
+use crate::synthesis::{Designed, Plan, matrix, number, other_kinds, poles, uncertified};
 
 use crate::keys::{Type, required};
 use crate::reader::{Given, Reader, check, gain};
-use crate::results::{DesignReport, Statement};
-use crate::synthesis::explain::Misfit;
+use crate::results::{Advice, Cause, DesignReport, NoObserver, Proposal, Quantity, Statement};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -27,15 +27,15 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Functional observer (Darouach): an estimate of z = K x alone, with as many states as K has rows; for linear plants whose outputs do not depend on the input. Its errors are K x - zhat, its first estimate is K initial.",
     source: "Luenberger 1966, Darouach 2000",
     plant: PlantClass::Linear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         required("k", Type::Rows, "K of z = K x, a row for each function."),
         required(
             "poles",
             Type::Poles,
             "Eigenvalues of F: as many numbers as `k` has rows, complex ones as [re, im] with their conjugates.",
         ),
-    ],
-    kind: of::<Functional>,
+    ]],
+    kind: as_kind::<Functional>,
     read,
     takes_long: false,
     tuning: Tuning::Never("it estimates functions of the state, and the others are compared by the state"),
@@ -93,9 +93,36 @@ impl Specification for Functional {
 }
 
 impl Kind for Functional {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        plan.explained(functional(&plant, &self.k, &self.poles))
+        functional(plant, &self.k, &self.poles)
+    }
+
+    // Where Darouach's conditions do not hold.
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        let Cause::Design(DesignError::Linalg(error)) = cause else { return None };
+        let hint = match error {
+            LinalgError::NotFunctional { .. } => None,
+            LinalgError::FixedObserverMode { .. } => Some("other rows of `k`"),
+            _ => return None,
+        };
+        let plant = plan.study.plant.model.linear()?;
+        let fastest = self.poles.iter().map(|pole| pole.re).fold(0.0, f64::min);
+        // Poles a tenth apart, from the fastest one on.
+        let further = |count: usize| (0..count).map(move |i| short(fastest * (1.0 + 0.1 * (i + 1) as f64)));
+        let mut ways = Vec::new();
+        if let (LinalgError::NotFunctional { row, .. }, true) = (error, self.poles.iter().all(|pole| pole.im == 0.0)) {
+            let mut longer = self.k.clone().insert_row(self.k.nrows(), 0.0);
+            longer.row_mut(self.k.nrows()).copy_from(&(self.k.row(*row) * &plant.a));
+            let poles = self.poles.iter().map(|pole| pole.re).chain(further(1));
+            let keys = [format!("k = {}", rows(&longer)), format!("poles = {}", list(poles))];
+            ways.push(Proposal::keys(keys, &["k", "poles"], "with the rate of a function among the functions"));
+        }
+        let left = plant.a.nrows().saturating_sub(plant.c.nrows());
+        let poles = format!("poles = {}", list(further(left)));
+        ways.push(Proposal::kind("reduced-order", [poles], "for the whole state"));
+        let others = other_kinds(plan.study, plan.requested);
+        Some(Advice::of(ways).and(others).and(hint.map_or_else(Advice::default, Advice::hint)))
     }
 }
 
@@ -122,21 +149,17 @@ impl Running for RunningFunctional {
         scenario.functional_observer(name, &self.observer, first.as_slice(), &self.k)
     }
 
-    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
-        Err((
-            "a functional observer has no export: it estimates z = K x alone, and has no prediction of the output between two samples"
-                .to_owned(),
-            vec!["reduced-order, or luenberger, with K times its estimate".to_owned()],
-        ))
+    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
+        let hypothesis = "a functional observer has no export: it estimates z = K x alone, and has no prediction of the output between two samples";
+        Err(NoObserver::new(hypothesis).hint("reduced-order, or luenberger, with K times its estimate"))
     }
 }
 
-fn functional(plant: &StateSpace, k: &DMatrix<f64>, requested: &[Complex<f64>]) -> Result<Designed, Misfit> {
-    let o = functional_observer(&plant.a, &plant.b, &plant.c, k, requested).map_err(DesignError::from)?;
-    let found = eigenvalues(&o.f).map_err(DesignError::from)?;
+fn functional(plant: &StateSpace, k: &DMatrix<f64>, requested: &[Complex<f64>]) -> Result<Designed, NoObserver> {
+    let o = functional_observer(&plant.a, &plant.b, &plant.c, k, requested)?;
+    let found = eigenvalues(&o.f)?;
     let slowest = -found.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);
-    let observer =
-        FunctionalObserver::new(o.f.clone(), o.g.clone(), o.h.clone(), o.n.clone()).map_err(DesignError::from)?;
+    let observer = FunctionalObserver::new(o.f.clone(), o.g.clone(), o.h.clone(), o.n.clone())?;
     let named = [("K", k), ("T", &o.t), ("F", &o.f), ("G", &o.g), ("H", &o.h), ("N", &o.n)];
     let report = DesignReport {
         statement: Statement::of(format!(
@@ -148,11 +171,16 @@ fn functional(plant: &StateSpace, k: &DMatrix<f64>, requested: &[Complex<f64>]) 
         matrices: named.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect(),
         poles: poles(&found),
         numbers: vec![
-            number("decay rate", slowest),
+            number(Quantity::DecayRate, slowest),
             number("noise passed to the estimate, norm of N", o.n.clone().svd(false, false).singular_values.max()),
             number("relative residual of T A = F T + G C and K = T + N C", o.residual),
         ],
         ..uncertified("the equations hold up to rounding")
     };
     Ok(Designed::new(RunningFunctional { observer, k: k.clone() }.into(), report, None))
+}
+
+/// A number with three digits.
+fn short(x: f64) -> f64 {
+    significant(x, 3).parse().unwrap_or(x)
 }

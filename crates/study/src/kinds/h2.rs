@@ -2,10 +2,10 @@
 
 use luenberger_design::SystemNorm;
 
+use super::as_kind;
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{BOUND_OF_NORM, COUNTED, ENTERING, MAX_GAIN, MEASURED_NOISE, THIS_GAIN};
+use super::keys::NORM_FILTER;
 use super::norm_filter::{self, NormFilterSpec};
-use super::of;
 use crate::reader::{Given, Reader};
 use crate::study::{ObserverKind, PlantClass, Time};
 
@@ -15,8 +15,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "H2 filter: the variance of the errors z = H e under white noise is below gamma^2, for linear plants.",
     source: "Kalman and Bucy 1961; as an inequality Scherer, Gahinet and Chilali 1997",
     plant: PlantClass::AtPoint(Time::ANY),
-    keys: &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN],
-    kind: of::<NormFilterSpec>,
+    keys: &[NORM_FILTER],
+    kind: as_kind::<NormFilterSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {

@@ -1,23 +1,20 @@
 //! The high-gain observer: a copy of a plant in triangular form, or given maps, with the gains `alpha_i / r^i` along
 //! chains of integrators that begin at the outputs.
 
-use std::sync::Arc;
-
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Expression, ParameterError, Recorded, Recording, Scope};
 use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 use luenberger_observers::{HighGainObserver, Observer, ObserverDimensions, ObserverError};
 use luenberger_plants::{Plant, state_jacobian};
 use luenberger_proof::wording::{counted, shortest};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous};
-use crate::steps::recorded::{recorded, refused};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf};
+use crate::steps::recorded::recorded;
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Advice, Designed, NoDesign, Plan, matrix, number, other_kinds, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, other_kinds, uncertified};
 use crate::tuning::{Context, Keys, Value, chain_settling, compositions, short};
 
 use crate::keys::{Range, Type, optional, required};
@@ -27,8 +24,8 @@ use crate::model::{Model, PlantModel};
 use crate::reader::maps::list;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
-use crate::results::{DesignReport, FailureReport, Statement};
-use crate::synthesis::explain::{self, Misfit, no_chains};
+use crate::results::{DesignReport, NoObserver, Statement};
+use crate::synthesis::explain::no_chains;
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -36,7 +33,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Copy of a plant in triangular form, or given maps, with the gains alpha_i / r^i along chains of integrators that begin at the outputs.",
     source: "Yi, Ortega and Zhang 2018, Table I; Khalil and Praly 2014",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         required("r", Type::Number(Range::Positive), "High-gain parameter: a small positive number."),
         optional(
             "chains",
@@ -68,8 +65,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             Type::Expressions,
             "With `drift`: xi at the start, expressions of the states at the first estimate and the outputs (default: the first estimate).",
         ),
-    ],
-    kind: of::<HighGain>,
+    ]],
+    kind: as_kind::<HighGain>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -211,12 +208,12 @@ impl Specification for HighGain {
 }
 
 impl Kind for HighGain {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let Self { r, chains: lengths, alpha, maps } = self;
-        plan.explained(match maps {
+        match maps {
             Some(maps) => high_gain_maps(plan.study, plan.requested, maps, alpha, *r),
             None => high_gain(chains(plan.study, plan.requested, lengths)?, alpha, *r),
-        })
+        }
     }
 }
 
@@ -311,11 +308,9 @@ impl HighGainMap<f64> for Chains {
 }
 
 impl Running for HighGainObserver<Chains, f64, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let (map, gain) = (self.map(), self.gain());
         let mut l = DMatrix::zeros(gain.len(), of.study.plant.outputs.len());
         for i in 0..gain.len() {
@@ -326,12 +321,10 @@ impl Running for HighGainObserver<Chains, f64, Dyn> {
 }
 
 impl Running for HighGainObserver<HighGainMaps, f64, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
-        recorded(recording, &over_recorded(self).map_err(refused)?)
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
+        recorded(recording, &over_recorded(self)?)
     }
 }
 
@@ -343,11 +336,11 @@ fn over_recorded(
 }
 
 /// The chains of a high-gain observer, whose coefficients of the next states are not 0 at the first estimate.
-fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
+fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<Chains, NoObserver> {
     let (model, size) = (&study.plant.model, study.plant.model.size());
     let (states, kind) = (&study.plant.states, requested.kind.name());
     if let Some(hypothesis) = no_chains(study, &model.structure(), kind, lengths) {
-        return Err(explain::failure(requested, hypothesis, other_kinds(study, requested)));
+        return Err(NoObserver::new(hypothesis).advise(other_kinds(study, requested)));
     }
     let mut input = DVector::zeros(size.inputs);
     if let Some(program) = study.input.program() {
@@ -361,11 +354,11 @@ fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<
             shortest(coefficient)
         );
         let remedy = "`initial` at a state where this derivative is finite and not 0, such as the operating point";
-        explain::failure(requested, hypothesis, Advice::hint(remedy))
+        NoObserver::new(hypothesis).hint(remedy)
     })
 }
 
-fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, Misfit> {
+fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, NoObserver> {
     let column = |entries: &DVector<f64>| DMatrix::from_column_slice(entries.len(), 1, entries.as_slice());
     let constant = chains.have_constant_coefficients();
     let has_factors = !constant || chains.factors().iter().any(|factor| *factor != 1.0);
@@ -404,7 +397,7 @@ fn high_gain_maps(
     maps: &HighGainMaps,
     alpha: &[f64],
     r: f64,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let observer = HighGainObserver::new(maps.clone(), DVector::from_column_slice(alpha), r)?;
     let gain = observer.gain();
     let plant = study.plant.model.expressions().ok();

@@ -11,25 +11,22 @@
 //! decays exponentially as long as x stays in the region and beta(y, chi) in Z: (A5). phi^L has bounded derivatives by
 //! z there, and xhat tends to x.
 
-use std::sync::Arc;
-
 use super::declaration::{Declaration, Tuning};
 use super::keys::BOUNDED;
-use super::{Kind, of};
-use crate::designed::{Refusal, Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{Running, StepOf};
 use crate::keys::{Type, optional, required};
 use crate::maps::MapNames;
 use crate::maps::{ImmersionMaps, ImmersionSpec, KklMaps, left_inverse_defect};
-use crate::model::Model;
+use crate::model::{Model, PlantModel};
 use crate::reader::maps::{bounded, list_of_zeros, list_without_time};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, DesignVerdict, FactReport, FailureReport, Statement};
+use crate::results::{Advice, Cause, DesignReport, DesignVerdict, FactReport, NoObserver, Statement};
 use crate::steps::recorded::recorded;
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::kkl_maps::{candidate, is_left_inverse, measured_left_inverse};
-use crate::synthesis::{Designed, NoDesign, Plan, explain, facts, matrix, number, other_kinds};
+use crate::synthesis::kkl_maps::{candidate, is_left_inverse, measured_left_inverse, other_maps};
+use crate::synthesis::{Designed, Plan, facts, matrix, number, other_kinds};
 use luenberger_design::enclosure::{EnclosureError, JacobianEnclosure, enclose, output_bounds};
 use luenberger_design::kkl::{Attractivity, KklReport, KklSettings, attractivity};
 use luenberger_design::{Certificate, IntervalDual, KklError, Names, Region};
@@ -42,7 +39,6 @@ use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::counted;
 use luenberger_proof::wording::{at_least, at_most, significant};
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector};
 
 /// The kind.
@@ -51,7 +47,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Immersion-and-invariance observer: chi makes beta(y, chi) follow phi(x), xhat = phi^L(beta(y, chi), y).",
     source: "Yi, Ortega and Zhang 2018, eq. (18) and (19), Proposition 4",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         required("beta", Type::Expressions, "beta(y, chi), one expression of chi1, .. and the outputs for each z."),
         required("phi", Type::Expressions, "phi(x), one expression of the states for each z."),
         required(
@@ -72,8 +68,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "Q(y, chi, u): how chi moves in the directions that beta does not see (default 0).",
         ),
         optional("rho", Type::Expressions, "rho(y, chi, u): how beta moves beside phi(xhat) (default 0)."),
-    ],
-    kind: of::<ImmersionSpec>,
+    ]],
+    kind: as_kind::<ImmersionSpec>,
     read,
     takes_long: false,
     tuning: Tuning::MAPS_BY_HAND,
@@ -149,37 +145,39 @@ impl Specification for ImmersionSpec {
 }
 
 impl Kind for ImmersionSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         output_without_time(plan.study, plan.requested)?;
-        plan.explained(immersion(plan.study, self))
+        immersion(plan.study, self)
+    }
+
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        other_maps(plan.study, cause)
     }
 }
 
 impl Running for ImmersionInvarianceObserver<Model, ImmersionMaps> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
-    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let Some(spec) = of.observer.kind.of::<ImmersionSpec>() else {
-            return Err(("the observer has another kind".to_owned(), Vec::new()));
+            return Err(NoObserver::new("the observer has another kind"));
         };
         recorded(recording, &ImmersionInvarianceObserver::new(of.plant.clone(), spec.maps.clone()))
     }
 }
 
 /// Observers whose theory takes the derivative of the output along f alone.
-fn output_without_time(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
+fn output_without_time(study: &Study, requested: &ObserverSpec) -> Result<(), NoObserver> {
     let Some(k) = study.plant.model.structure().timed_output() else { return Ok(()) };
     let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
     let hypothesis =
         format!("the kind {kind} is for outputs y = h(x) without the time: {output} depends on the time t");
-    Err(explain::failure(requested, hypothesis, other_kinds(study, requested)))
+    Err(NoObserver::new(hypothesis).advise(other_kinds(study, requested)))
 }
 
 /// The observer, if phi^L takes phi(x) back, (phi, h) is not shown to lack injectivity, and D_chi beta has full row
 /// rank at the samples.
-fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed, Misfit> {
+fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed, NoObserver> {
     let model = &study.plant.model;
     let ImmersionSpec { maps, region } = spec;
     let settings = KklSettings::default();
@@ -190,7 +188,7 @@ fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed, Misfit> {
         (Verdict::Undecided { .. }, Some(pair)) => return Err(KklError::Indistinct(pair.clone()).into()),
         _ => {}
     }
-    is_left_inverse(model, &maps.image, region, &report, settings.tolerance)?;
+    is_left_inverse(study, &maps.image, region, &report, settings.tolerance)?;
     let found = Findings::of(study, spec, &report)?;
     let is_proved = found.open.is_empty();
     let statement = if is_proved { found.converges(study, region) } else { found.does_not_follow() };
@@ -211,6 +209,7 @@ fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed, Misfit> {
         },
         evidence: (!is_proved).then(|| found.open.join("; ")),
         noise_deviation: Vec::new(),
+        stationary_deviation: None,
     };
     let observer = ImmersionInvarianceObserver::new(model.clone(), maps.clone());
     Ok(Designed::new(observer.into(), report, found.certificate))
@@ -231,7 +230,7 @@ struct Findings {
 }
 
 impl Findings {
-    fn of(study: &Study, spec: &ImmersionSpec, report: &KklReport) -> Result<Self, Misfit> {
+    fn of(study: &Study, spec: &ImmersionSpec, report: &KklReport) -> Result<Self, NoObserver> {
         let model = &study.plant.model;
         let ImmersionSpec { maps, region } = spec;
         let mut found = Self {
@@ -266,7 +265,7 @@ impl Findings {
         } else {
             found.open.push(format!(
                 "that D_chi beta has full row rank (A4) is not proved: its least singular value at the samples, with chi of the start, is {}",
-                significant(least_singular_value(model, maps, region)?, 3)
+                significant(least_singular_value(&study.plant, maps, region)?, 3)
             ));
         }
         let why = match over {
@@ -379,7 +378,7 @@ impl Enclosed {
         study: &Study,
         maps: &ImmersionMaps,
         region: &Region,
-    ) -> Result<Result<Attractivity, String>, Misfit> {
+    ) -> Result<Result<Attractivity, String>, NoObserver> {
         let plant = match study.plant.model.expressions() {
             Ok(plant) => plant,
             Err(error) => return Ok(Err(error.to_string())),
@@ -521,10 +520,10 @@ impl Plant<IntervalDual> for Recovered<'_> {
 }
 
 /// The least singular value of D_chi beta at the corners of the region; an error where it loses rank.
-fn least_singular_value(model: &Model, maps: &ImmersionMaps, region: &Region) -> Result<f64, Misfit> {
+fn least_singular_value(plant: &PlantModel, maps: &ImmersionMaps, region: &Region) -> Result<f64, NoObserver> {
     let (mut least, mut largest, mut point) = (f64::INFINITY, 0.0_f64, Vec::new());
     for x in corners(region) {
-        let y = model.output(0.0, &x, &DVector::zeros(maps.plant.inputs));
+        let y = plant.model.output(0.0, &x, &DVector::zeros(maps.plant.inputs));
         let chi = Immersion::<f64>::start(maps, &x, &y);
         let values = maps.beta_jacobian(&chi, &y).columns(0, maps.order).into_owned().singular_values();
         // With fewer columns than rows there is no full row rank.
@@ -538,7 +537,15 @@ fn least_singular_value(model: &Model, maps: &ImmersionMaps, region: &Region) ->
     if least > f64::EPSILON.sqrt() * largest {
         Ok(least)
     } else {
-        Err(Misfit::Rank { needed: maps.rows(), smallest: least, point })
+        let hypothesis = format!(
+            "D_chi beta does not have the rank {} (A4): its least singular value is {} at {}, with chi of the start",
+            maps.rows(),
+            significant(least, 3),
+            plant.at_state(&point)
+        );
+        Err(NoObserver::new(hypothesis)
+            .because(Cause::Rank { needed: maps.rows(), smallest: least, point })
+            .hint("a `beta` whose Jacobian by chi has full row rank, such as chi plus a function of y"))
     }
 }
 

@@ -1,32 +1,28 @@
 //! The interval observer: bounds that enclose the state, in continuous time and for samples.
 
-use std::sync::Arc;
-
-use luenberger_design::{DisturbanceBounds, ErrorCoordinates, GainOptions, IntervalDesign};
+use luenberger_design::{DesignError, DisturbanceBounds, ErrorCoordinates, GainOptions, IntervalDesign};
 use luenberger_live as live;
 use luenberger_observers::{ComparisonSystem, IntervalObserver, LinearObserver, SampledIntervalObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::statement::Format;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
-use super::{Kind, of as kind};
-use crate::designed::{IntervalDeployment, Origin, Running, SampledDesign, continuous, rows, sampled};
+use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN};
+use super::{Kind, as_kind};
+use crate::designed::{IntervalDeployment, Origin, Running, SampledDesign, rows};
 use crate::keys::{Range, Type, optional, required};
 use crate::operation;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check, gain};
-use crate::results::{DesignReport, FailureReport, NamedNumber};
+use crate::results::{Advice, Cause, DesignReport, NamedNumber, NoObserver, Proposal};
 use crate::steps::{self, SampledPlant, WITH_FEEDTHROUGH, bounds, sampled_design};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::error_bound::acting;
-use crate::synthesis::explain::{self, Misfit};
-use crate::synthesis::linear::{self, measurement, of};
+use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::{
-    Advice, Designed, NoDesign, Plan, Sampling, certified, discrete, lower_bound, matrix, poles, proved_of, upper_bound,
+    Designed, Plan, Sampling, certified, discrete, lower_bound, matrix, poles, proved_of, upper_bound,
 };
 use crate::tuning::{Context, Keys, Value, poles as tuned_poles};
 
@@ -40,36 +36,31 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013",
     plant: PlantClass::Linear(Time::ANY),
     keys: &[
-        required(
+        &[required(
             "initial_bounds",
             Type::Numbers(Range::NotNegative),
             "Bounds of |x(0) - initial|, n numbers: the box in which the first state lies.",
-        ),
-        POLES,
-        DECAY,
-        LMI,
-        KALMAN,
-        GAIN,
-        optional(
+        )],
+        GAINS,
+        &[optional(
             "least_width",
             Type::Switch,
             "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program (a sum up to one per cent larger is allowed for a smaller gain).",
-        ),
-        RHO,
-        Q,
-        MAX_GAIN,
-        NOISE,
-        optional(
-            "coordinates",
-            Type::Choice(&[
-                ("modal", "Those of the eigenvectors of A - L C; the poles have to be distinct."),
-                ("plant", "The states themselves: for A - L C that are Metzler, or nearly so."),
-            ]),
-            "Coordinates in which the error is bounded (default modal; with least_width plant).",
-        ),
-        ERROR_BOUNDS,
+        )],
+        OF_GAIN,
+        &[
+            optional(
+                "coordinates",
+                Type::Choice(&[
+                    ("modal", "Those of the eigenvectors of A - L C; the poles have to be distinct."),
+                    ("plant", "The states themselves: for A - L C that are Metzler, or nearly so."),
+                ]),
+                "Coordinates in which the error is bounded (default modal; with least_width plant).",
+            ),
+            ERROR_BOUNDS,
+        ],
     ],
-    kind: kind::<IntervalSpec>,
+    kind: as_kind::<IntervalSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -98,7 +89,7 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
     };
     let least = node.entry("least_width").filter(|entry| entry.node.truth() == Some(true));
     if let Some(entry) = least {
-        if let Some(gain) = ["poles", "decay_rate", "lmi", "kalman", "gain"].iter().find_map(|key| node.entry(key)) {
+        if let Some(gain) = GAINS.iter().find_map(|key| node.entry(key.name)) {
             let message = format!("`{}` conflicts with `least_width`", gain.key);
             return reader.refuse(gain.span.clone(), message, "expected one of them");
         }
@@ -150,27 +141,23 @@ impl Specification for IntervalSpec {
 }
 
 impl Kind for IntervalSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
         let bounds = plan.requested.bounds.as_ref();
-        plan.explained(continuous_design((&plant, &plan.reading()), self, bounds, &plan.options()))
+        continuous_design((plant, &plan.reading()), self, bounds, &plan.options())
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
         if plant.d.is_some() {
-            let hint = Advice::hint("y - D u as the output");
-            return Err(explain::failure(plan.requested, WITH_FEEDTHROUGH.to_owned(), hint).into());
+            return Err(NoObserver::new(WITH_FEEDTHROUGH).hint("y - D u as the output"));
         }
         let gain = match &self.gain {
-            Some(gain) => {
-                let found = discrete::gain_of(plan, &plant, (gain, dt))?;
-                Some(plan.explained(found)?.observer.l().clone())
-            }
+            Some(gain) => Some(discrete::gain_of(plan, plant, (gain, dt))?.observer.l().clone()),
             None => None,
         };
         let sampled = SampledPlant {
-            plant: &plant,
+            plant,
             gain,
             period: dt,
             held: false,
@@ -178,34 +165,60 @@ impl Kind for IntervalSpec {
             format: Format::Binary64,
         };
         let bounds = plan.requested.bounds.as_ref();
-        plan.explained(discrete_design((&plant, &plan.reading()), &sampled, self, bounds))
+        discrete_design((plant, &plan.reading()), &sampled, self, bounds)
     }
 
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        let (plan, plant) = (&of.plan, of.plan.study.plant.model.linear()?);
-        let coordinates = (self.coordinates, self.first.as_slice());
-        Some(of.named(|| {
-            if let Some(Origin::Interval(designed)) = of.designed.map(|designed| &designed.origin) {
-                let found = (&plant, designed.as_ref());
-                let deployed =
-                    IntervalDeployment::of_discrete(plan.study, plan.requested, coordinates, found, of.period);
-                return Ok(SampledDesign::Interval(Box::new(deployed)));
+    fn advice(&self, _plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        let Cause::Design(error) = cause else { return None };
+        Some(match error {
+            DesignError::Undecided { .. } | DesignError::NoLeastWidth { .. } => {
+                Advice::hint("`poles`, with modal coordinates")
             }
+            DesignError::NoModalCoordinates { .. } | DesignError::DependentModes { .. } => {
+                Advice::of([in_coordinates("plant")]).and(Advice::hint("distinct `poles`"))
+            }
+            DesignError::WidthGrows { plant: true, .. } => Advice::of([
+                in_coordinates("modal"),
+                Proposal::keys(
+                    ["least_width = true".to_owned()],
+                    &["poles", "decay_rate", "lmi", "kalman", "gain", "coordinates"],
+                    "a gain with a stable width",
+                ),
+            ]),
+            DesignError::WidthGrows { plant: false, .. } | DesignError::ComparisonUndecided => {
+                Advice::hint("faster or more separate `poles`")
+            }
+            DesignError::QuietOutput { .. } => {
+                Advice::hint("`noise` in `bounds` with a bound above 0 for each output, or `poles`")
+            }
+            _ => return None,
+        })
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
+        let Some(plant) = of.plant() else { return Ok(None) };
+        let (plan, coordinates) = (&of.plan, (self.coordinates, self.first.as_slice()));
+        let deployed = if let Some(Origin::Interval(designed)) = of.designed.map(|designed| &designed.origin) {
+            let found = (plant, designed.as_ref());
+            IntervalDeployment::of_discrete(plan.study, plan.requested, coordinates, found, of.period)
+        } else {
             let gain = match (&self.gain, plan.study.plant.dt) {
                 (None, _) => None,
-                (Some(gain), Some(dt)) => Some(discrete::gain_in_words(plan, &plant, gain, dt)?.observer.l().clone()),
+                (Some(gain), Some(dt)) => Some(discrete::gain_of_step(plan, plant, gain, dt)?.observer.l().clone()),
                 (Some(gain), None) => {
-                    let found = linear::of(&plant, gain, &plan.options())
-                        .and_then(|linear| steps::sampled_linear(&linear, gain, of.period))
-                        .map_err(|error| error.to_string())?;
-                    Some(found.l().clone())
+                    let linear = linear::linear_design(plant, gain, &plan.options())?;
+                    Some(steps::sampled_linear(&linear, gain, of.period)?.l().clone())
                 }
             };
-            let gain = (&plant, gain);
-            let deployed = IntervalDeployment::new(plan.study, plan.requested, coordinates, gain, of.period)?;
-            Ok(SampledDesign::Interval(Box::new(deployed)))
-        }))
+            IntervalDeployment::new(plan.study, plan.requested, coordinates, (plant, gain), of.period)?
+        };
+        Ok(Some(SampledDesign::Interval(Box::new(deployed))))
     }
+}
+
+/// The same bounds in other coordinates.
+fn in_coordinates(coordinates: &str) -> Proposal {
+    Proposal::keys([format!("coordinates = \"{coordinates}\"")], &["coordinates"], "the error bounded in these")
 }
 
 fn numbers(names: &[String], widths: &[f64]) -> Vec<NamedNumber> {
@@ -221,11 +234,11 @@ fn continuous_design(
     spec: &IntervalSpec,
     given: Option<&ActingBounds>,
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let acting: DisturbanceBounds = acting(&bounds(given, plant));
     let design = match &spec.gain {
         Some(gain) => {
-            let linear = of(plant, gain, options)?;
+            let linear = linear::linear_design(plant, gain, options)?;
             IntervalDesign::new(&linear.observer, &acting, spec.coordinates, &spec.first)?
         }
         None => IntervalDesign::least_width(plant, &acting, &spec.first)?,
@@ -248,7 +261,7 @@ fn continuous_design(
             matrix("g", &DMatrix::from_column_slice(comparison.g.len(), 1, comparison.g.as_slice())),
             matrix("H", &comparison.h),
         ],
-        poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
+        poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(DesignError::from)?),
         numbers: std::iter::once(lower_bound("rate of the width", design.rate))
             .chain(numbers(reading.states, &design.widths))
             .collect(),
@@ -263,7 +276,7 @@ fn discrete_design(
     sampling: &SampledPlant<'_>,
     spec: &IntervalSpec,
     given: Option<&ActingBounds>,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let design = sampled_design(sampling, (spec.coordinates, &spec.first), given)?;
     let gains = design.observer.gains();
     let flow = &gains.f - &gains.l * &gains.c;
@@ -276,7 +289,7 @@ fn discrete_design(
             matrix("g", &DMatrix::from_column_slice(gains.constant.len(), 1, gains.constant.as_slice())),
             matrix("H", &gains.h),
         ],
-        poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
+        poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(DesignError::from)?),
         numbers: std::iter::once(upper_bound("factor of the width", design.factor))
             .chain(numbers(reading.states, &design.widths))
             .collect(),
@@ -288,9 +301,7 @@ fn discrete_design(
 }
 
 impl Running for Enclosing {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn half_widths_of(&self, state: &[f64]) -> Option<DVector<f64>> {
         Some(self.half_widths(state))
@@ -309,9 +320,7 @@ impl Running for Enclosing {
 }
 
 impl Running for SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn half_widths_of(&self, state: &[f64]) -> Option<DVector<f64>> {
         Some(self.half_widths(state))

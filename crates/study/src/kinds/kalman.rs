@@ -1,23 +1,18 @@
 //! The stationary Kalman filter: a Luenberger observer with the Kalman gain.
 
-use std::sync::Arc;
-
-use luenberger_design::OperatingPoint;
 use luenberger_live as live;
 use luenberger_observers::StationaryKalmanFilter;
-use luenberger_sim::AnyObserver;
 use nalgebra::Dyn;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{Q, RHO, V, W};
-use super::{Kind, of};
-use crate::designed::{Running, SampledDesign, sampled};
+use super::keys::{CROSS_INTENSITY, NOISE_ENTERING, Q, RHO, V, W};
+use super::{Kind, as_kind};
+use crate::designed::Running;
 use crate::keys::{Type, optional};
 use crate::reader::{Given, Reader, gain};
-use crate::results::FailureReport;
-use crate::steps::{self};
+use crate::results::NoObserver;
 use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Designed, NoDesign, Plan, Sampling, discrete, linear};
+use crate::synthesis::{Designed, Plan, discrete, linear};
 use crate::tuning::{Context, Keys, Value, covariance, intensity, linear as is_linear, noisy, process_noise};
 
 /// The kind.
@@ -26,9 +21,11 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Stationary Kalman filter, for linear plants.",
     source: "Kalman and Bucy 1961; in discrete time Kalman 1960",
     plant: PlantClass::AtPoint(Time::ANY),
-    keys: &[
+    keys: &[&[
         W,
         V,
+        NOISE_ENTERING,
+        CROSS_INTENSITY,
         RHO,
         Q,
         optional(
@@ -39,8 +36,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             ]),
             "Estimate at a sample, of plants in discrete time and in exported code (default predictor).",
         ),
-    ],
-    kind: of::<Kalman>,
+    ]],
+    kind: as_kind::<Kalman>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -79,31 +76,17 @@ impl Specification for Kalman {
 }
 
 impl Kind for Kalman {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         linear::design(plan, &self.0)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         discrete::design(plan, &self.0, dt)
-    }
-
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        steps::of_gain(of, &self.0)
-    }
-
-    fn sampled_at_point(
-        &self,
-        of: &Sampling<'_>,
-        point: &OperatingPoint,
-    ) -> Option<Result<SampledDesign, FailureReport>> {
-        Some(steps::of_gain_at_point(of, &self.0, point))
     }
 }
 
 impl Running for StationaryKalmanFilter<f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::StationaryKalman(Box::new(self.clone())), None))

@@ -33,6 +33,33 @@ pub(crate) const RHO: Key = optional(
     "Q = rho I in the Lyapunov equation (A - LC)'P + P(A - LC) + Q = 0 that certifies the gain (default 1).",
 );
 pub(crate) const Q: Key = optional("q", Type::Rows, "Q of that equation, n x n, in place of rho.");
+/// The ways to the gain of an observer of a linear plant.
+pub(super) const GAINS: &[Key] = &[POLES, DECAY, LMI, KALMAN, GAIN];
+/// What certifies that gain, and limits it.
+pub(super) const OF_GAIN: &[Key] = &[RHO, Q, MAX_GAIN, NOISE];
+/// The keys of filters with a covariance.
+pub(super) const FILTER: &[Key] = &[W, V, P0, PERIOD, SUBSTEPS];
+/// Their outliers, and the smoother.
+pub(super) const OF_FILTER: &[Key] = &[GATE, SMOOTH];
+/// An H-infinity or H2 filter.
+pub(super) const NORM_FILTER: &[Key] = &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN];
+/// The maps of a KKL observer, behind phi and Lambda.
+pub(super) const MAPS: &[Key] = &[B, LEFT_INVERSE, BOUNDED];
+/// The regression and the estimator of a PEBO.
+pub(super) const REGRESSION: &[Key] = &[
+    SIGNAL,
+    KNOWN,
+    REGRESSOR,
+    MISSING,
+    THETA_REGION,
+    THETA_MIN,
+    THETA_START,
+    ALPHA,
+    ESTIMATOR,
+    LEAKAGE,
+    RESET,
+    WINDOW,
+];
 pub(crate) const THETA: Key =
     optional("theta", Type::Weight, "Weight theta of the cubic term, p x p (default: the identity).");
 pub(crate) const REGION: Key =
@@ -42,6 +69,16 @@ pub(crate) const V: Key = required(
     "v",
     Type::Weight,
     "Intensity V of the measurement noise, p x p; for extended-kalman, ukf and mhe its covariance at a sample.",
+);
+pub(crate) const NOISE_ENTERING: Key = optional(
+    "g",
+    Type::Rows,
+    "G, n x q, of process noise that enters as x' = A x + B u + G w; W is then q x q (default: the identity).",
+);
+pub(crate) const CROSS_INTENSITY: Key = optional(
+    "s",
+    Type::Rows,
+    "Cross-intensity S = E w v' of process and measurement noise, n x p, with g q x p (default: 0).",
 );
 pub(crate) const PERIOD: Key = required("period", Type::Number(Range::Positive), "Sampling period.");
 
@@ -130,6 +167,8 @@ const NOISES: Table = Table {
     keys: &[
         required("w", Type::Weight, "Intensity W of the process noise, n x n."),
         required("v", Type::Weight, "Intensity V of the measurement noise, p x p."),
+        NOISE_ENTERING,
+        CROSS_INTENSITY,
     ],
 };
 
@@ -258,7 +297,7 @@ const GRADIENT: Variant = Variant { name: "gradient", about: "theta' = Gamma M'(
 const DREM: Variant = Variant {
     name: "drem",
     about: "Dynamic regressor extension and mixing: each parameter by its own equation.",
-    keys: &[
+    keys: &[&[
         optional(
             "forgetting",
             Type::Number(Range::Positive),
@@ -269,7 +308,7 @@ const DREM: Variant = Variant {
             Type::Numbers(Range::Positive),
             "Extension by filters beta/(p + beta) of the regression: q/r - 1 numbers beta.",
         ),
-    ],
+    ]],
 };
 
 pub(crate) const ENTERING: Key = required(

@@ -1,32 +1,27 @@
 //! The KKL observer with given maps: `xi' = Lambda xi + B(y, u)`, `xhat = phi^L(xi, y)`.
 
-use std::sync::Arc;
-
 use luenberger_design::kkl::KklSettings;
-use luenberger_design::{Certificate, DesignError, KklDesign, KklError, Region};
+use luenberger_design::{Certificate, DesignError, KklDesign, Region};
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::Recording;
 use luenberger_observers::KklObserver;
-use luenberger_proof::certificate::Reading;
-use luenberger_sim::AnyObserver;
 use nalgebra::DMatrix;
 
 use super::declaration::{Declaration, Tuning};
-use super::keys::{B, BOUNDED, LAMBDA, LEFT_INVERSE, PHI};
-use super::{Kind, of};
-use crate::designed::{Refusal, Running, StepOf, continuous};
+use super::keys::{LAMBDA, MAPS, PHI};
+use super::{Kind, as_kind};
+use crate::designed::{Running, StepOf};
 use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
-use crate::model::Model;
 use crate::reader::maps::{bounded, kkl_maps};
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
+use crate::results::{Advice, Cause, DesignReport, DesignVerdict, FactReport, NoObserver, Statement};
 use crate::steps::recorded::recorded;
-use crate::study::{ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::explain::Misfit;
+use crate::study::{ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::kkl_maps::{
-    all_facts, bound_numbers, is_exact, is_left_inverse, measured_left_inverse, numbers, undecided_injectivity,
+    all_facts, bound_numbers, is_exact, is_left_inverse, measured_left_inverse, numbers, other_maps,
+    undecided_injectivity,
 };
-use crate::synthesis::{Designed, NoDesign, Plan, matrix, proved_of};
+use crate::synthesis::{Designed, Plan, matrix, proved_of};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -34,8 +29,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "KKL observer xi' = Lambda xi + B(y, u), xhat = phi^L(xi, y), with maps that are given.",
     source: "Yi, Ortega and Zhang 2018, eq. (6), Proposition 1",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[PHI, LAMBDA, B, LEFT_INVERSE, BOUNDED],
-    kind: of::<KklMapsSpec>,
+    keys: &[&[PHI, LAMBDA], MAPS],
+    kind: as_kind::<KklMapsSpec>,
     read,
     takes_long: false,
     tuning: Tuning::MAPS_BY_HAND,
@@ -56,17 +51,19 @@ impl Specification for KklMapsSpec {
 }
 
 impl Kind for KklMapsSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(kkl(&plan.study.plant.model, self, &plan.reading()))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        kkl(plan.study, self)
+    }
+
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        other_maps(plan.study, cause)
     }
 }
 
 impl Running for KklObserver<KklMaps> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         recorded(recording, self)
     }
 }
@@ -76,12 +73,13 @@ impl Running for KklObserver<KklMaps> {
 ///
 /// What is proved of its error is what the certificate of the bound says, and nothing else: it covers (4), Lambda and
 /// phi^L over the whole region.
-fn kkl(model: &Model, spec: &KklMapsSpec, reading: &Reading<'_>) -> Result<Designed, Misfit> {
+fn kkl(study: &Study, spec: &KklMapsSpec) -> Result<Designed, NoObserver> {
     let KklMapsSpec { maps, region } = spec;
+    let (model, reading) = (&study.plant.model, &study.plant.reading());
     let all: Vec<usize> = (0..maps.plant.states).collect();
     let settings = KklSettings::default();
     let design = KklDesign::new(model, maps.clone(), &all, region, &settings)?;
-    is_left_inverse(model, maps, region, &design.report, settings.tolerance)?;
+    is_left_inverse(study, maps, region, &design.report, settings.tolerance)?;
     let report = &design.report;
     let mut numbers = numbers(report);
     let stable = &report.stability;
@@ -92,7 +90,7 @@ fn kkl(model: &Model, spec: &KklMapsSpec, reading: &Reading<'_>) -> Result<Desig
             let order = bound.p.rows();
             let p = matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]));
             // Its decrease implies that Lambda is Hurwitz.
-            let certificate = Certificate::of([bound]).map_err(DesignError::from).map_err(KklError::from)?;
+            let certificate = Certificate::of([bound]).map_err(DesignError::from)?;
             let statement = proved_of(&certificate, reading);
             let verdict = DesignVerdict::of(&certificate);
             (statement, certificate, vec![p], verdict, None)
@@ -114,8 +112,17 @@ fn kkl(model: &Model, spec: &KklMapsSpec, reading: &Reading<'_>) -> Result<Desig
         // phi^L takes every (phi, h)(x) of the region back to x.
         facts.push(FactReport::of_region("phi^L(phi(x), h(x)) = x", "verified over the region".to_owned(), None));
     }
-    let design_report =
-        DesignReport { statement, matrices, poles, numbers, facts, verdict, evidence, noise_deviation: Vec::new() };
+    let design_report = DesignReport {
+        statement,
+        matrices,
+        poles,
+        numbers,
+        facts,
+        verdict,
+        evidence,
+        noise_deviation: Vec::new(),
+        stationary_deviation: None,
+    };
     let runnable = design.observer.into();
     Ok(Designed::new(runnable, design_report, Some(certificate)))
 }

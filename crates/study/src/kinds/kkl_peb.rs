@@ -1,18 +1,12 @@
 //! The [KKL+PEB] observer: a KKL observer whose Lambda has rows of zeros, with an estimator of the constant that they
 //! leave.
 
-use luenberger_design::Region;
-
+use super::as_kind;
 use super::declaration::{Declaration, Tuning};
-use super::keys::{
-    ALPHA, B, BOUNDED, ESTIMATOR, KNOWN, LAMBDA, LEAKAGE, LEFT_INVERSE, MISSING, PHI, REGRESSOR, RESET, SIGNAL,
-    THETA_MIN, THETA_REGION, THETA_START, WINDOW,
-};
-use super::{Kind, of, peb};
-use crate::maps::PebSpec;
-use crate::reader::{Given, Reader, maps};
-use crate::study::{ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::{Designed, NoDesign, Plan};
+use super::keys::{LAMBDA, MAPS, PHI, REGRESSION};
+use super::peb::{self, ParameterEstimation};
+use crate::reader::{Given, Reader};
+use crate::study::{ObserverKind, PlantClass, Time};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -20,49 +14,13 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "[KKL+PEB] observer: a KKL observer whose Lambda has rows of zeros, with an estimator of the constant that they leave.",
     source: "Yi, Ortega and Zhang 2018, eq. (15), Propositions 3, 6 and 7",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
-        PHI,
-        LAMBDA,
-        B,
-        LEFT_INVERSE,
-        BOUNDED,
-        SIGNAL,
-        KNOWN,
-        REGRESSOR,
-        MISSING,
-        THETA_REGION,
-        THETA_MIN,
-        THETA_START,
-        ALPHA,
-        ESTIMATOR,
-        LEAKAGE,
-        RESET,
-        WINDOW,
-    ],
-    kind: of::<KklPeb>,
+    keys: &[&[PHI, LAMBDA], MAPS, REGRESSION],
+    kind: as_kind::<ParameterEstimation>,
     read,
     takes_long: false,
     tuning: Tuning::MAPS_BY_HAND,
 };
 
 fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    Some(KklPeb(maps::peb(given.node, given.plant, reader)?).into())
-}
-
-/// The observer with these maps, regression and estimator.
-#[derive(Debug, Clone, PartialEq)]
-pub struct KklPeb(pub PebSpec);
-
-impl Specification for KklPeb {
-    declared!();
-
-    fn region_of_design(&self) -> Option<Region> {
-        Some(self.0.region.clone())
-    }
-}
-
-impl Kind for KklPeb {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(peb::designed(plan.study, plan.requested, &self.0))
-    }
+    peb::read(given, true, reader)
 }

@@ -8,17 +8,16 @@ use nalgebra::DMatrix;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION, SECTOR};
-use super::{Kind, of};
+use super::{Kind, as_kind};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::this_gain;
 use crate::reader::region::region;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
-use crate::results::{DesignReport, Statement};
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::study::{ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::Misfit;
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::{Designed, NoDesign, Plan, certified, lower_bound, matrix, number};
+use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number};
 use crate::tuning::{nonlinear, over_region};
 
 /// The kind.
@@ -27,7 +26,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Copy of a nonlinear plant with a gain for all nonlinearities within sectors (Thau, Rajamani, circle criterion).",
     source: "Thau 1973, Rajamani 1998, Arcak and Kokotovic 2001",
     plant: PlantClass::Nonlinear(Time::CONTINUOUS),
-    keys: &[
+    keys: &[&[
         optional(
             "a",
             Type::Rows,
@@ -39,8 +38,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
         optional("gain", Type::Rows, "In place of a design: a given gain L, n x p, is analysed."),
         MAX_GAIN,
         NOISE,
-    ],
-    kind: of::<Lipschitz>,
+    ]],
+    kind: as_kind::<Lipschitz>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -130,9 +129,9 @@ impl Specification for Lipschitz {
 }
 
 impl Kind for Lipschitz {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let Self { split, region, rate, gain } = self;
-        plan.explained(lipschitz(plan.study, split.as_ref(), region, *rate, gain.as_ref(), &plan.options()))
+        lipschitz(plan.study, split.as_ref(), region, *rate, gain.as_ref(), &plan.options())
     }
 }
 
@@ -143,7 +142,7 @@ fn lipschitz(
     rate: f64,
     gain: Option<&DMatrix<f64>>,
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let enclosure = enclose(&study.plant.model, region)?;
     let read = LipschitzPlant::over(&enclosure)?;
     let plant = match split {
@@ -166,11 +165,11 @@ pub(super) fn by_sectors(
     design: &LipschitzDesign,
     sentence: Option<ProvedSentence>,
     whose: &str,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let count = design.plant.sectors().len();
     let centre = design.plant.centre();
     let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l, None);
-    let mut numbers = vec![lower_bound("rate", design.rate), number("sectors", count as f64)];
+    let mut numbers = vec![lower_bound(Quantity::Rate, design.rate), number("sectors", count as f64)];
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: Statement::of_proved(sentence).remark(whose),

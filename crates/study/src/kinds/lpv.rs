@@ -1,7 +1,5 @@
 //! A copy of a nonlinear plant with one gain for all Jacobians over a region (polytopic design).
 
-use std::sync::Arc;
-
 use luenberger_design::enclosure::enclose;
 use luenberger_design::{
     DesignError, DiscreteLpvDesign, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, Region,
@@ -10,16 +8,15 @@ use luenberger_export::ExportableObserver;
 use luenberger_live as live;
 use luenberger_observers::{DiscreteNonlinearObserver, NonlinearLuenbergerObserver, SampledObserver};
 use luenberger_proof::wording::significant;
-use luenberger_sim::AnyObserver;
 use nalgebra::Dyn;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
 use super::lipschitz::by_sectors;
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous, rows, sampled};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf, rows};
 use crate::study::{ObserverKind, PlantClass, RateSpec, Specification, Study, Time};
-use crate::synthesis::{Designed, NoDesign, Plan, certified, lower_bound, matrix, number, upper_bound};
+use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, upper_bound};
 use crate::tuning::{nonlinear, over_region};
 
 use crate::keys::{Range, Type, optional};
@@ -27,8 +24,7 @@ use crate::model::Model;
 use crate::reader::gain::{alternatives, this_gain};
 use crate::reader::region::region;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, Statement};
-use crate::synthesis::explain::Misfit;
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::synthesis::noise_gain::NoiseGain;
 
 /// The kind.
@@ -37,7 +33,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Copy of a nonlinear plant with one gain for all Jacobians over a region (polytopic design).",
     source: "Boyd et al., Linear Matrix Inequalities in System and Control Theory, 1994",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[
+    keys: &[&[
         REGION,
         optional("decay_rate", Type::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
         optional(
@@ -48,8 +44,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
         optional("gain", Type::Rows, "In place of a design: a given gain L, n x p, is analysed."),
         MAX_GAIN,
         NOISE,
-    ],
-    kind: of::<Lpv>,
+    ]],
+    kind: as_kind::<Lpv>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -121,50 +117,46 @@ impl Specification for Lpv {
 }
 
 impl Kind for Lpv {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(lpv(plan.study, &self.region, &self.rate, &plan.options()))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        lpv(plan.study, &self.region, &self.rate, &plan.options())
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
-        plan.explained(discrete_lpv(plan.study, &self.region, &self.rate, dt, &plan.options()))
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
+        discrete_lpv(plan.study, &self.region, &self.rate, dt, &plan.options())
     }
 }
 
 impl Running for NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::NonlinearLuenberger { l: rows(self.l()) }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         of.with_gain(self.l(), of.observer.initial.clone(), "").map(Some)
     }
 }
 
 impl Running for DiscreteNonlinearObserver<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         let period = SampledObserver::<f64>::period(self);
         Some((live::ObserverKind::DiscreteNonlinear { l: rows(self.l()), period }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let observer = DiscreteNonlinearObserver::new(of.plant.clone(), self.l().clone(), of.period);
-        let observer = observer.map_err(|error| (error.to_string(), Vec::new()))?;
+        let observer = observer?;
         if of.designed.certificate.is_none() {
-            return Err(("the design has no certificate to refer to".to_owned(), Vec::new()));
+            return Err(NoObserver::new("the design has no certificate to refer to"));
         }
         Ok(Some(NonlinearStep::of(of.designed, ExportableObserver::Discrete(observer))))
     }
 }
 
-fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {
+fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, NoObserver> {
     let model = &study.plant.model;
     let design = match rate {
         RateSpec::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, options),
@@ -184,9 +176,9 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -
     let l = design.l();
     let noise = NoiseGain::of(study, pairs, l, None);
     let mut numbers = vec![
-        lower_bound("rate", design.rate),
-        upper_bound("overshoot", design.overshoot),
-        number("vertices", design.polytope.vertices.len() as f64),
+        lower_bound(Quantity::Rate, design.rate),
+        upper_bound(Quantity::Overshoot, design.overshoot),
+        number(Quantity::Vertices, design.polytope.vertices.len() as f64),
     ];
     numbers.extend(noise.numbers());
     let report = DesignReport {
@@ -207,7 +199,7 @@ fn discrete_lpv(
     rate: &RateSpec,
     dt: f64,
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let model = study.plant.model.clone();
     let design = match rate {
         RateSpec::Rate(rate) => DiscreteLpvDesign::new(model, dt, region, *rate, options)?,
@@ -224,11 +216,11 @@ fn discrete_lpv(
         statement: Statement::of_proved(design.sentence()),
         matrices: vec![matrix("L", l), matrix("P", &design.p)],
         numbers: vec![
-            lower_bound("rate", design.rate),
+            lower_bound(Quantity::Rate, design.rate),
             upper_bound("factor of a step", design.factor),
-            upper_bound("overshoot", design.overshoot),
-            number("vertices", design.polytope.vertices.len() as f64),
-            number("norm of L", l.clone().svd(false, false).singular_values.max()),
+            upper_bound(Quantity::Overshoot, design.overshoot),
+            number(Quantity::Vertices, design.polytope.vertices.len() as f64),
+            number(Quantity::GainNorm, l.clone().svd(false, false).singular_values.max()),
         ],
         evidence,
         ..certified(&design.certificate, &design.vertex_names())
@@ -239,7 +231,12 @@ fn discrete_lpv(
 
 /// Where the vertices are too many: the norm-bounded form, with a sector for each entry that varies and one inequality
 /// in place of one for each vertex. It is sufficient only.
-fn beyond_vertices(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {
+fn beyond_vertices(
+    study: &Study,
+    region: &Region,
+    rate: &RateSpec,
+    options: &GainOptions,
+) -> Result<Designed, NoObserver> {
     let enclosure = enclose(&study.plant.model, region)?;
     let plant = LipschitzPlant::over(&enclosure)?;
     let count = plant.sectors().len();

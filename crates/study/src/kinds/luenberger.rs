@@ -1,23 +1,19 @@
 //! The Luenberger observer `xhat' = A xhat + B u + L (y - C xhat - D u)`.
 
-use std::sync::Arc;
-
 use luenberger_design::{DesignError, OperatingPoint};
 use luenberger_live as live;
 use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{DECAY, ERROR_BOUNDS, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO};
-use super::{Kind, of};
-use crate::designed::{At, Runnable, Running, SampledDesign, continuous, sampled};
+use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN};
+use super::{Kind, as_kind};
+use crate::designed::{At, Runnable, Running};
 use crate::reader::{Given, Reader, gain};
-use crate::results::FailureReport;
-use crate::steps::{self};
+use crate::results::NoObserver;
 use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::operating_point::{at, page_point};
-use crate::synthesis::{Designed, NoDesign, Plan, Sampling, discrete, linear};
+use crate::synthesis::operating_point::{in_deviations, page_point};
+use crate::synthesis::{Designed, Plan, discrete, linear};
 use crate::tuning::{self, Context, Keys, Value, intensity, noisy, rates};
 
 /// The kind.
@@ -26,8 +22,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Luenberger observer xhat' = A xhat + B u + L (y - C xhat - D u), for linear plants.",
     source: "Luenberger 1964",
     plant: PlantClass::AtPoint(Time::ANY),
-    keys: &[POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, ERROR_BOUNDS],
-    kind: of::<Luenberger>,
+    keys: &[GAINS, OF_GAIN, &[ERROR_BOUNDS]],
+    kind: as_kind::<Luenberger>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[
@@ -71,40 +67,30 @@ impl Specification for Luenberger {
         Some(&self.0)
     }
 
+    fn takes_uncertainty(&self) -> bool {
+        true
+    }
+
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self(self.0.faster(factor)).into())
     }
 }
 
 impl Kind for Luenberger {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         linear::design(plan, &self.0)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         discrete::design(plan, &self.0, dt)
-    }
-
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        steps::of_gain(of, &self.0)
-    }
-
-    fn sampled_at_point(
-        &self,
-        of: &Sampling<'_>,
-        point: &OperatingPoint,
-    ) -> Option<Result<SampledDesign, FailureReport>> {
-        Some(steps::of_gain_at_point(of, &self.0, point))
     }
 }
 
 impl Running for LinearObserver<f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
-        Some(at(self.clone(), point).map(Runnable::from))
+        Some(in_deviations(self.clone(), point).map(Runnable::from))
     }
 
     fn gain_of_loop(&self) -> Option<DMatrix<f64>> {
@@ -117,9 +103,7 @@ impl Running for LinearObserver<f64, Dyn, Dyn, Dyn> {
 }
 
 impl Running for At<LinearObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::Linear(Box::new(self.inner().clone())), Some(page_point(self))))
@@ -127,9 +111,7 @@ impl Running for At<LinearObserver<f64, Dyn, Dyn, Dyn>> {
 }
 
 impl Running for DiscreteLinearObserver<f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn gain_of_loop(&self) -> Option<DMatrix<f64>> {
         Some(self.l().clone())

@@ -1,7 +1,5 @@
 //! The mean-value-theorem observer, with output injection or as printed.
 
-use std::sync::Arc;
-
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
 use luenberger_design::{GainOptions, LeastSquares, MeanValueDesign, Region};
@@ -10,28 +8,25 @@ use luenberger_expression::{Recorded, Recording};
 use luenberger_observers::mean_value::{Mean, MeanJacobian};
 use luenberger_observers::{Beta, Integral, MeanValueObserver, ObserverError};
 use luenberger_plants::Dimensions;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf};
 use crate::keys::{Range, Type, optional};
 use crate::model::Model;
 use crate::reader::region::region;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, FailureReport, Statement};
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::extension;
-use crate::steps::recorded::{recorded, refused};
+use crate::steps::recorded::recorded;
 use crate::structure::Structure;
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::{self, Misfit, measured_in_place_of};
+use crate::synthesis::explain::measured_in_place_of;
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::{
-    Designed, NoDesign, Plan, certified, lower_bound, matrix, number, other_kinds, uncertified, upper_bound,
-};
+use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, other_kinds, uncertified, upper_bound};
 use crate::tuning::over_region;
 
 /// The kind.
@@ -40,7 +35,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Mean-value-theorem observer, with output injection or as printed, for plants whose outputs are the first states.",
     source: "Ben Messaoud and Hajji 2018, eq. (3)",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         REGION,
         optional("decay_rate", Type::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
         optional("eta", Type::Number(Range::Positive), "Gain eta of the internal error (default 1)."),
@@ -60,8 +55,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
         ),
         MAX_GAIN,
         NOISE,
-    ],
-    kind: of::<MeanValue>,
+    ]],
+    kind: as_kind::<MeanValue>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -151,57 +146,49 @@ impl Specification for MeanValue {
 }
 
 impl Kind for MeanValue {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         first_states_measured(plan.study, plan.requested)?;
         let Self { region, rate, eta, internal_error, printed } = self;
-        plan.explained(match printed {
+        match printed {
             Some(mean) => as_printed(&plan.study.plant.model, *mean, *eta, internal_error),
             None => mean_value(plan.study, region, *rate, *eta, internal_error, &plan.options()),
-        })
+        }
     }
 }
 
 impl Running for MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     // z = xhat + e has the constant gain L, and the certificate is about z.
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
-        let l = self.l().ok_or_else(|| ("the observer as printed has no constant gain".to_owned(), Vec::new()))?;
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
+        let l = self.l().ok_or_else(|| NoObserver::new("the observer as printed has no constant gain"))?;
         let first = of.observer.initial.iter().zip(self.internal_error().iter()).map(|(xhat, e)| xhat + e);
         of.with_gain(l, first.collect(), "The exported estimate is z.").map(Some)
     }
 }
 
 impl Running for MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
-    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let Some(MeanValue { eta, internal_error, .. }) = of.observer.kind.of() else {
-            return Err(("the observer has another kind".to_owned(), Vec::new()));
+            return Err(NoObserver::new("the observer has another kind"));
         };
         let start = DVector::from_column_slice(internal_error).map(convert);
         let observer =
             MeanValueObserver::<_, _, Recorded, _, _, _>::new(of.plant.clone(), convert(*eta), Integral, start);
-        recorded(recording, &observer.map_err(refused)?)
+        recorded(recording, &observer?)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let printed = of.observer.kind.of::<MeanValue>().and_then(|spec| spec.printed);
         if printed == Some(PrintedMean::Integral) {
             return extension(self, of).map(Some);
         }
-        Err((
-            "the mean-value observer as printed has no export with beta by an iteration: its number of steps depends on the data"
-                .to_owned(),
-            vec![
-                "as_printed = \"integral\", the mean of the Jacobian without an iteration".to_owned(),
-                "kind = \"mean-value\" without `as_printed`, the observer with output injection".to_owned(),
-            ],
-        ))
+        let hypothesis = "the mean-value observer as printed has no export with beta by an iteration: its number of steps depends on the data";
+        Err(NoObserver::new(hypothesis)
+            .hint("as_printed = \"integral\", the mean of the Jacobian without an iteration")
+            .hint("kind = \"mean-value\" without `as_printed`, the observer with output injection"))
     }
 }
 
@@ -210,19 +197,19 @@ fn not_measured_first(structure: &Structure, size: Dimensions) -> Option<usize> 
     (0..size.outputs.min(size.states)).find(|&k| structure.output_state(k) != Some(k))
 }
 
-fn first_states_measured(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
+fn first_states_measured(study: &Study, requested: &ObserverSpec) -> Result<(), NoObserver> {
     let size = study.plant.model.size();
     let kind = requested.kind.name();
     if size.outputs >= size.states {
         let hypothesis =
             format!("the kind {kind} needs unmeasured states; this plant measures {} of {}", size.outputs, size.states);
-        return Err(explain::failure(requested, hypothesis, other_kinds(study, requested)));
+        return Err(NoObserver::new(hypothesis).advise(other_kinds(study, requested)));
     }
     let structure = study.plant.model.structure();
     let Some(k) = not_measured_first(&structure, size) else { return Ok(()) };
     let why = measured_in_place_of(study, &structure, k, k);
     let hypothesis = format!("the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {why}");
-    Err(explain::failure(requested, hypothesis, other_kinds(study, requested)))
+    Err(NoObserver::new(hypothesis).advise(other_kinds(study, requested)))
 }
 
 fn mean_value(
@@ -232,7 +219,7 @@ fn mean_value(
     eta: f64,
     internal_error: &[f64],
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let model = &study.plant.model;
     let polytope = Polytope::new(enclose(model, region)?)?;
     let design = MeanValueDesign::over(&polytope, rate, options)?;
@@ -240,10 +227,10 @@ fn mean_value(
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
     let noise = NoiseGain::of(study, polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c)), &design.l, None);
     let mut numbers = vec![
-        lower_bound("rate", design.rate),
-        upper_bound("overshoot", design.overshoot),
+        lower_bound(Quantity::Rate, design.rate),
+        upper_bound(Quantity::Overshoot, design.overshoot),
         number("eta", eta),
-        number("vertices", polytope.vertices.len() as f64),
+        number(Quantity::Vertices, polytope.vertices.len() as f64),
     ];
     numbers.extend(noise.numbers());
     let report = DesignReport {
@@ -301,7 +288,7 @@ impl Mean<Model, f64, Dyn, Dyn, Dyn> for PrintedMean {
 }
 
 /// The observer; nothing is proved of it.
-fn as_printed(model: &Model, mean: PrintedMean, eta: f64, internal_error: &[f64]) -> Result<Designed, Misfit> {
+fn as_printed(model: &Model, mean: PrintedMean, eta: f64, internal_error: &[f64]) -> Result<Designed, NoObserver> {
     let start = DVector::from_column_slice(internal_error);
     let observer = MeanValueObserver::new(model.clone(), eta, mean, start)?;
     let report = DesignReport {

@@ -1,30 +1,27 @@
 //! The moving-horizon estimator: the states of the last samples by least squares, with bounds.
 
-use std::sync::Arc;
-
 use luenberger_export::ExportableObserver;
 use luenberger_export::moving_horizon::{LONGEST_WINDOW, MovingHorizon};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{Horizon, MovingHorizonEstimator, NoiseModel, Prediction, SampledObserver};
 use luenberger_proof::wording::counted;
-use luenberger_sim::{AnyObserver, Replay};
+use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
-use super::keys::{P0, PERIOD, SUBSTEPS, V, W};
-use super::{Kind, of};
-use crate::designed::{Filter, NonlinearStep, Refusal, Running, StepOf, sampled};
+use super::keys::FILTER;
+use super::{Kind, as_kind};
+use crate::designed::{Filter, NonlinearStep, Running, StepOf};
 use crate::keys::{Type, optional};
 use crate::model::Model;
 use crate::reader::region::bounds;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, Statement};
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning::{self, Context, Keys, Value};
 
 /// The kind.
@@ -34,24 +31,22 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Rao, Rawlings and Mayne 2003; Bell, Burke and Pillonetto 2009",
     plant: PlantClass::Nonlinear(Time::ANY),
     keys: &[
-        W,
-        V,
-        P0,
-        PERIOD,
-        SUBSTEPS,
-        optional("window", Type::Count(1), "Samples in the window, at most 32 (default 10)."),
-        optional(
-            "iterations",
-            Type::Count(1),
-            "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
-        ),
-        optional(
-            "state_bounds",
-            Type::Bounds,
-            "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
-        ),
+        FILTER,
+        &[
+            optional("window", Type::Count(1), "Samples in the window, at most 32 (default 10)."),
+            optional(
+                "iterations",
+                Type::Count(1),
+                "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
+            ),
+            optional(
+                "state_bounds",
+                Type::Bounds,
+                "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
+            ),
+        ],
     ],
-    kind: of::<MovingHorizonSpec>,
+    kind: as_kind::<MovingHorizonSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -149,18 +144,18 @@ impl Specification for MovingHorizonSpec {
 }
 
 impl Kind for MovingHorizonSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        designed(&plan.study.plant.model, self, Prediction::ErrorControlled)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         plan.has_period_of_plant(self.period, dt)?;
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
+        designed(&plan.study.plant.model, self, Prediction::Discrete)
     }
 }
 
 /// The estimator of a plant in continuous or in discrete time.
-fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> Result<Designed, Misfit> {
+fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> Result<Designed, NoObserver> {
     let MovingHorizonSpec { w, v, p0, period, horizon, bounds, .. } = spec;
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
     let mut estimator =
@@ -179,7 +174,7 @@ fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> 
         )),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         numbers: vec![
-            number("period", *period),
+            number(Quantity::Period, *period),
             number("window", horizon.window as f64),
             number("iterations", horizon.iterations as f64),
         ],
@@ -189,9 +184,7 @@ fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> 
 }
 
 impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_WINDOW> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     // As a filter it also records its covariance. Rows that measure nothing are no samples of the window.
     fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
@@ -203,7 +196,7 @@ impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_
         Some(self)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let (noises, period) = (self.noise_model(), SampledObserver::<f64>::period(self));
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };

@@ -24,6 +24,15 @@ macro_rules! declared {
     };
 }
 
+/// An observer as one that is simulated: `continuous`, or in samples (`sampled`).
+macro_rules! runs {
+    ($time:ident) => {
+        fn any(&self) -> std::sync::Arc<dyn luenberger_sim::AnyObserver + '_> {
+            crate::designed::$time(self)
+        }
+    };
+}
+
 pub(crate) mod cubic;
 mod declaration;
 pub(crate) mod disturbance;
@@ -63,9 +72,10 @@ use std::sync::{PoisonError, RwLock};
 use luenberger_design::OperatingPoint;
 
 use crate::designed::{Designed, SampledDesign};
-use crate::results::FailureReport;
+use crate::results::{Advice, Cause, NoObserver};
+use crate::steps;
 use crate::study::{ObserverKind, Specification};
-use crate::synthesis::{NoDesign, explain};
+use crate::synthesis::explain;
 
 pub use crate::designed::{At, Runnable, Running, StepOf};
 pub use crate::study::{PlantClass, Time};
@@ -79,7 +89,6 @@ pub use high_gain::{Chains, HighGain};
 pub use interval::IntervalSpec;
 pub use kalman::Kalman;
 pub use kkl_numerical::{Kkl, KklSpec};
-pub use kkl_peb::KklPeb;
 pub use lipschitz::Lipschitz;
 pub use lpv::Lpv;
 pub use luenberger::Luenberger;
@@ -87,8 +96,7 @@ pub use mean_value::{MeanValue, PrintedMean};
 pub use mhe::MovingHorizonSpec;
 pub use norm_filter::NormFilterSpec;
 pub use optimal_cubic::OptimalCubic;
-pub use peb::PebObserver;
-pub use pebo::Pebo;
+pub use peb::{ParameterEstimation, PebObserver};
 pub use reduced_order::{ReducedOrder, ReducedOrderObserver};
 pub use sampled_cubic::{SampledCubic, VaryingPeriods};
 pub use sliding_mode::SlidingModeSpec;
@@ -160,36 +168,42 @@ pub trait Kind: Specification {
     /// The design for a plant in continuous time.
     ///
     /// # Errors
-    /// [`NoDesign`].
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign>;
+    /// [`NoObserver`]: an error of the design as it is, by `?`, or a hypothesis of the kind in its words.
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver>;
 
     /// The design for a plant in discrete time with the period dt, of a kind for such plants.
     ///
     /// # Errors
-    /// [`NoDesign`].
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    /// [`NoObserver`].
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         Err(plan.only_in_continuous_time(dt))
     }
 
-    /// The sampled design, where it is not made of the design of the study.
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        let _ = of;
+    /// What to do where its design fails for this reason; none where any kind would advise the same.
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        let _ = (plan, cause);
         None
     }
 
+    /// The sampled design; none where it is made of the design of the study.
+    ///
+    /// # Errors
+    /// [`NoObserver`].
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
+        self.whole_gain().map_or(Ok(None), |gain| steps::of_gain(of, gain))
+    }
+
     /// The sampled design of one whose design is that of the linearisation at the operating point of the study.
-    fn sampled_at_point(
-        &self,
-        of: &Sampling<'_>,
-        point: &OperatingPoint,
-    ) -> Option<Result<SampledDesign, FailureReport>> {
-        let _ = (of, point);
-        None
+    ///
+    /// # Errors
+    /// [`NoObserver`].
+    fn sampled_at_point(&self, of: &Sampling<'_>, point: &OperatingPoint) -> Result<Option<SampledDesign>, NoObserver> {
+        self.whole_gain().map(|gain| steps::of_gain_at_point(of, gain, point)).transpose()
     }
 }
 
 /// The specification as one of this type, of a declaration.
-pub fn of<K: Kind>(specification: &dyn Any) -> Option<&dyn Kind> {
+pub fn as_kind<K: Kind>(specification: &dyn Any) -> Option<&dyn Kind> {
     specification.downcast_ref::<K>().map(|kind| kind as &dyn Kind)
 }
 
@@ -204,19 +218,20 @@ pub(crate) fn takes_long(specification: &ObserverKind) -> bool {
 }
 
 /// The design of an observer.
-pub(crate) fn design(plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+pub(crate) fn design(plan: &Plan<'_>) -> Result<Designed, NoObserver> {
     let Some(kind) = kind_of(&plan.requested.kind) else {
         let hypothesis = format!("there is no kind {}", plan.requested.kind.name());
-        return Err(plan.refused(hypothesis).into());
+        return Err(NoObserver::new(hypothesis).at(plan.requested.place.line));
     };
     let time = kind.plant().time();
-    match plan.study.plant.dt {
+    let designed = match plan.study.plant.dt {
         Some(dt) if !time.discrete => Err(plan.only_in_continuous_time(dt)),
         Some(dt) => kind.design_in_discrete_time(plan, dt),
-        None if !time.feedthrough => {
-            explain::output_of_the_state(plan.study, plan.requested)?;
-            kind.design(plan)
-        }
-        None => kind.design(plan),
-    }
+        None if time.feedthrough => kind.design(plan),
+        None => explain::output_of_the_state(plan.study, plan.requested).and_then(|()| kind.design(plan)),
+    };
+    designed.map_err(|none| {
+        let own = none.cause.as_deref().and_then(|cause| kind.advice(plan, cause));
+        explain::explained(plan, none, own).at(plan.requested.place.line)
+    })
 }

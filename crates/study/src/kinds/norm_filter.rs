@@ -1,28 +1,27 @@
 //! H-infinity and H2 filters, for the plant and for its sampled form: the kinds `h-infinity` and `h2`.
 
 use luenberger_design::{
-    DesignError, DiscreteDesign, GainOptions, GeneralizedPlant, LinearDesign, NormFilterDesign, NormTarget,
-    OperatingPoint, SystemNorm, TimeDomain,
+    DesignError, DiscreteDesign, GainOptions, GeneralizedPlant, LinearDesign, NormFilterDesign, NormTarget, SystemNorm,
+    TimeDomain,
 };
 use luenberger_linalg::zero_order_hold;
 use luenberger_observers::DiscreteLinearObserver;
 use luenberger_plants::StateSpace;
-use luenberger_proof::wording::counted;
+use luenberger_proof::wording::{at_most, counted};
 use nalgebra::{DMatrix, Dyn};
 
 use super::{Kind, h_infinity, h2};
 use crate::designed::{Runnable, SampledDesign};
 use crate::reader::gain::{alternatives, this_gain};
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, FailureReport};
+use crate::results::{Advice, Cause, DesignReport, NoObserver, Proposal, Quantity};
 use crate::steps::around;
 use crate::study::{ObserverKind, PlantClass, Specification, Study};
-use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::measurement;
 use crate::synthesis::noise_gain::NoiseGain;
 use crate::synthesis::{
-    Designed, NoDesign, Plan, Sampling, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles,
-    proved_of, upper_bound,
+    Designed, Plan, Sampling, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of,
+    upper_bound,
 };
 use crate::tuning::{Context, Keys, Value, linear as is_linear, noisy, process_noise, short};
 
@@ -88,49 +87,65 @@ impl Specification for NormFilterSpec {
 }
 
 impl Kind for NormFilterSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        let designed = designed(plan.study, &plant, self, None, &plan.options());
-        plan.at_point(designed.map(|designed| plan.in_loop(&plant, designed)))
+        let designed = designed(plan.study, plant, self, None, &plan.options())?;
+        plan.at_point(plan.in_loop(plant, designed))
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        let designed = designed(plan.study, &plant, self, Some(dt), &plan.options());
-        plan.explained(designed.map(|designed| plan.in_loop(&plant, designed)))
+        let designed = designed(plan.study, plant, self, Some(dt), &plan.options())?;
+        Ok(plan.in_loop(plant, designed))
     }
 
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
+    fn advice(&self, _plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        match cause {
+            Cause::Design(DesignError::NormTooSmall { best, .. }) => Some(of_larger_gamma(*best, false)),
+            Cause::Design(DesignError::NormNotFound { best, is_limited, .. }) => {
+                Some(of_larger_gamma(*best, *is_limited))
+            }
+            Cause::Design(DesignError::NoDisturbance { .. }) => {
+                Some(Advice::hint("`e` with a column for what disturbs the states; or `gamma`, which L = 0 keeps"))
+            }
+            Cause::Design(DesignError::NoiselessOutput { .. }) => {
+                Some(Advice::hint("`gamma` or `max_gain`, which bound the gain; or a row of `d` for each output"))
+            }
+            _ => None,
+        }
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
         let (study, options) = (of.plan.study, of.plan.options());
-        let in_words = |design: Result<DiscreteDesign, DesignError>| {
-            design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
-        };
-        Some(of.named(|| match (study.plant.model.linear(), study.plant.dt, &study.operating_point) {
+        let design = match (of.plant(), study.plant.dt, &study.operating_point) {
             (Some(plant), Some(dt), _) => {
                 let runs = of
                     .designed
                     .and_then(|designed| designed.runnable.of::<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>());
-                in_words(match runs {
-                    Some(filter) => DiscreteDesign::with_gain(&plant, dt, filter.l()),
-                    None => in_discrete_time(&plant, self, dt, &options),
-                })
+                match runs {
+                    Some(filter) => DiscreteDesign::with_gain(plant, dt, filter.l())?,
+                    None => in_discrete_time(plant, self, dt, &options)?,
+                }
             }
-            (Some(plant), None, _) => in_words(held(&plant, self, of.period, &options)),
-            (None, None, Some(point)) => self.around(of, point, &options),
-            (None, ..) => Err(format!("the kind {} needs a linear plant", self.name())),
-        }))
+            (Some(plant), None, _) => held_filter(plant, self, of.period, &options)?,
+            (None, None, Some(point)) => {
+                let held = held_filter(&point.linear, self, of.period, &options)?;
+                return around(&held, point, (of.period, &of.plan.reading())).map(Some);
+            }
+            (None, ..) => return Err(NoObserver::new(format!("the kind {} needs a linear plant", self.name()))),
+        };
+        Ok(Some(SampledDesign::Linear(Box::new(design))))
     }
 }
 
-impl NormFilterSpec {
-    fn around(
-        &self,
-        of: &Sampling<'_>,
-        point: &OperatingPoint,
-        options: &GainOptions,
-    ) -> Result<SampledDesign, String> {
-        around(held(&point.linear, self, of.period, options), point, (of.period, &of.plan.reading()))
-    }
+/// A bound of a norm that a gain is known to keep, with a hundredth to spare.
+fn of_larger_gamma(best: Option<f64>, is_limited: bool) -> Advice {
+    let gamma = best.map(|best| {
+        let gamma = format!("gamma = {}", at_most(1.01 * best, 4));
+        Proposal::keys([gamma], &["gamma"], "a norm that was found")
+    });
+    let hint = if is_limited { Advice::hint("a larger `max_gain`") } else { Advice::default() };
+    Advice::of(gamma).and(hint)
 }
 
 /// The filter of a plant in continuous time, or in discrete time with this period.
@@ -140,7 +155,7 @@ fn designed(
     spec: &NormFilterSpec,
     dt: Option<f64>,
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let time = if dt.is_some() { TimeDomain::Discrete } else { TimeDomain::Continuous };
     let design = NormFilterDesign::new(plant, time, spec.norm, &spec.performance, &spec.goal, options)?;
     let name = spec.norm.name();
@@ -151,12 +166,12 @@ fn designed(
     let (runnable, decay, speed) = match dt {
         None => {
             let rate = -largest(|re, _| re);
-            (Runnable::from(design.observer()?), asymptotic_rate(rate), number("decay rate", rate))
+            (Runnable::from(design.observer()?), asymptotic_rate(rate), number(Quantity::DecayRate, rate))
         }
         Some(dt) => {
             let radius = largest(f64::hypot);
             let runnable = design.discrete_observer(dt)?.into();
-            (runnable, asymptotic_factor(radius), number("largest modulus of a pole", radius))
+            (runnable, asymptotic_factor(radius), number(Quantity::LargestPole, radius))
         }
     };
     let mut numbers = vec![speed, upper_bound("gamma", design.gamma), number(&format!("{name} norm"), design.norm)];
@@ -181,7 +196,7 @@ fn designed(
 
 /// The filter of the sampled plant, its input and w held over the period h. For H2, w has the covariance `I/h`, which
 /// approaches white noise of unit intensity. A given gain keeps its poles, `exp(h s)`.
-fn held(
+fn held_filter(
     plant: &StateSpace,
     spec: &NormFilterSpec,
     h: f64,

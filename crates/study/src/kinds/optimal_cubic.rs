@@ -1,7 +1,7 @@
 //! The cubic observer of least cost, beside the linear optimum.
 
 use luenberger_design::{
-    CubicDesign, DesignError, DiscreteDesign, EstimationProblem, LinearDesign, OptimalCubicDesign, SampledCubicDesign,
+    CubicDesign, DiscreteDesign, EstimationProblem, LinearDesign, OptimalCubicDesign, SampledCubicDesign,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::{counted, significant};
@@ -10,16 +10,15 @@ use nalgebra::DMatrix;
 use super::cubic;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::ERROR_BOUNDS;
-use super::{Kind, of};
+use super::{Kind, as_kind};
 use crate::designed::SampledDesign;
 use crate::keys::{Range, Type, optional, required};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
-use crate::results::{FailureReport, Statement};
+use crate::results::{NoObserver, Statement};
 use crate::study::{ObserverKind, PlantClass, Specification, Study, Time, unknowns};
-use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::linear_report;
-use crate::synthesis::{Designed, NoDesign, Plan, Sampling, matrix, number};
+use crate::synthesis::{Designed, Plan, Sampling, matrix, number};
 use crate::tuning::{
     Context, Keys, Value, continuous as in_continuous_time, linear as is_linear, noisy, process_noise, short,
 };
@@ -30,7 +29,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Cubic observer whose gains L, N and theta have the least cost for given noise and first errors, found by a search from the linear optimum, for linear plants.",
     source: "open problem of Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md",
     plant: PlantClass::Linear(Time::CONTINUOUS),
-    keys: &[
+    keys: &[&[
         required(
             "first_errors",
             Type::Numbers(Range::Positive),
@@ -58,8 +57,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             "T of e'Te in the cost, n x n (default: each error in units of its first error).",
         ),
         ERROR_BOUNDS,
-    ],
-    kind: of::<OptimalCubic>,
+    ]],
+    kind: as_kind::<OptimalCubic>,
     read,
     takes_long: true,
     tuning: Tuning::Rules(&[Rule {
@@ -175,32 +174,31 @@ impl Specification for OptimalCubic {
 }
 
 impl Kind for OptimalCubic {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        plan.explained(designed(plan, &plant, &self.0))
+        designed(plan, plant, &self.0)
     }
 
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        let plant = of.plan.study.plant.model.linear()?;
-        let sampled = |linear: &LinearDesign, cubic: Option<&CubicDesign>| match cubic {
-            Some(cubic) => {
-                let design = SampledCubicDesign::from_cubic_with_weight(linear, cubic, of.period)?;
-                Ok(SampledDesign::Cubic(Box::new(design)))
-            }
-            None => Ok(SampledDesign::Linear(Box::new(DiscreteDesign::sampled(linear, of.period)?))),
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
+        let Some(plant) = of.plant() else { return Ok(None) };
+        let sampled = |linear: &LinearDesign, cubic: Option<&CubicDesign>| {
+            Ok(Some(match cubic {
+                Some(cubic) => {
+                    let design = SampledCubicDesign::from_cubic_with_weight(linear, cubic, of.period)?;
+                    SampledDesign::Cubic(Box::new(design))
+                }
+                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(linear, of.period)?)),
+            }))
         };
-        let design = || {
-            if let Some((linear, designed)) = of.designed.and_then(|designed| Some((designed.linear()?, designed))) {
-                return sampled(linear, designed.cubic());
-            }
-            let found = OptimalCubicDesign::new(&plant, &self.0, of.plan.end)?;
-            sampled(&found.linear, found.cubic.as_ref())
-        };
-        Some(of.named(|| design().map_err(|error: DesignError| error.to_string())))
+        if let Some((linear, designed)) = of.designed.and_then(|designed| Some((designed.linear()?, designed))) {
+            return sampled(linear, designed.cubic());
+        }
+        let found = OptimalCubicDesign::new(plant, &self.0, of.plan.end)?;
+        sampled(&found.linear, found.cubic.as_ref())
     }
 }
 
-fn designed(plan: &Plan<'_>, plant: &StateSpace, problem: &EstimationProblem) -> Result<Designed, Misfit> {
+fn designed(plan: &Plan<'_>, plant: &StateSpace, problem: &EstimationProblem) -> Result<Designed, NoObserver> {
     let (study, bounds) = (plan.study, plan.requested.bounds.as_ref());
     let found = OptimalCubicDesign::new(plant, problem, plan.end)?;
     let mut designed = match &found.cubic {

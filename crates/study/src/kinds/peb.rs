@@ -5,21 +5,19 @@
 //! checked as (4) is: (s, phi) is the phi of a plant whose inputs are (u, theta), and (g + m theta, B) its B, evaluated
 //! at `xi = phi(x) - missing(theta)`.
 
-use std::sync::Arc;
-
-use super::{KklPeb, Pebo};
-use crate::designed::{Refusal, Running, StepOf, continuous};
+use super::{Kind, kkl_peb, pebo};
+use crate::designed::{Running, StepOf};
 use crate::maps::{Estimator, PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
-use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
+use crate::reader::{Given, Reader, maps};
+use crate::results::{Advice, Cause, DesignReport, DesignVerdict, FactReport, NoObserver, Statement};
 use crate::signal::Input;
-use crate::steps::recorded::{recorded, refused};
-use crate::study::{ObserverKind, ObserverSpec, Study};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
-use crate::synthesis::{Designed, matrix, number, upper_bound};
+use crate::steps::recorded::recorded;
+use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study};
+use crate::synthesis::kkl_maps::{self, candidate, is_left_inverse, other_maps, undecided_injectivity};
+use crate::synthesis::{Designed, Plan, matrix, number, upper_bound};
 use crate::trajectory::{self, Member};
-use luenberger_design::kkl::{KklSettings, Residual};
+use luenberger_design::kkl::{KklSettings, Residual, ResidualWitness};
 use luenberger_design::kkl_peb::{Excitation, Excite, excitation};
 use luenberger_design::{KklCandidate, KklError, Region};
 use luenberger_export::extension::RecordedObserver;
@@ -30,29 +28,62 @@ use luenberger_observers::{FilterMemory, KklPebObserver, ObserverDimensions, Obs
 use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::Verdict;
 use luenberger_proof::wording::{at_most, counted, significant};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
 
 /// A PEBO or [KKL+PEB] observer, ready to run.
 pub type PebObserver = KklPebObserver<RegressionMaps, Estimator, f64>;
 
+/// The observer with these maps, regression and estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterEstimation {
+    /// Its maps, regression and estimator.
+    pub spec: PebSpec,
+    /// Whether Lambda is given, which is 0 otherwise: the kind `kkl-peb`.
+    pub is_kkl: bool,
+}
+
+pub(super) fn read(given: &Given<'_>, is_kkl: bool, reader: &mut Reader) -> Option<ObserverKind> {
+    Some(ParameterEstimation { spec: maps::peb(given.node, given.plant, reader)?, is_kkl }.into())
+}
+
+impl Specification for ParameterEstimation {
+    fn name(&self) -> &'static str {
+        if self.is_kkl { kkl_peb::DECLARATION.name } else { pebo::DECLARATION.name }
+    }
+
+    fn plant(&self) -> PlantClass {
+        pebo::DECLARATION.plant
+    }
+
+    fn region_of_design(&self) -> Option<Region> {
+        Some(self.spec.region.clone())
+    }
+}
+
+impl Kind for ParameterEstimation {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        designed(plan.study, plan.requested, &self.spec)
+    }
+
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        other_maps(plan.study, cause)
+    }
+}
+
 /// The specification of an observer of one of the two kinds.
 fn spec(kind: &ObserverKind) -> Option<&PebSpec> {
-    kind.of::<Pebo>().map(|spec| &spec.0).or_else(|| kind.of::<KklPeb>().map(|spec| &spec.0))
+    Some(&kind.of::<ParameterEstimation>()?.spec)
 }
 
 impl Running for PebObserver {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
-    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
-        let plain = |why: String| (why, Vec::new());
-        let spec = spec(&of.observer.kind).ok_or_else(|| plain("the observer has another kind".to_owned()))?;
-        let observer = observer::<Recorded>(spec).map_err(refused)?;
+    fn record(&self, of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
+        let spec = spec(&of.observer.kind).ok_or_else(|| NoObserver::new("the observer has another kind"))?;
+        let observer = observer::<Recorded>(spec)?;
         match spec.reset {
             Some(ResetSpec { period: reset, .. }) => {
-                let samples = samples_between(reset, of.period).map_err(plain)?;
+                let samples = samples_between(reset, of.period)?;
                 recorded(recording, &SampledJumps::<_, Dyn>::new(observer, samples))
             }
             None => recorded(recording, &observer),
@@ -71,18 +102,20 @@ impl Running for PebObserver {
 }
 
 /// The samples from one reset to the next.
-fn samples_between(reset: f64, period: f64) -> Result<usize, String> {
+fn samples_between(reset: f64, period: f64) -> Result<usize, NoObserver> {
     let count = (reset / period).round();
     if count >= 1.0 && (count * period - reset).abs() <= 1e-9 * reset {
         Ok(count as usize)
     } else {
-        Err(format!("the period of its resets, {reset}, is not a multiple of the sampling period {period}"))
+        let hypothesis =
+            format!("the period of its resets, {reset}, is not a multiple of the sampling period {period}");
+        Err(NoObserver::new(hypothesis))
     }
 }
 
 /// The observer, if (4) is proved over the region, the regression is not refuted there, the rest of Lambda is Hurwitz,
 /// phi^L takes phi(x) back, and the run of the study, if there is one, excites the regression.
-pub(super) fn designed(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Result<Designed, Misfit> {
+fn designed(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Result<Designed, NoObserver> {
     let (model, maps) = (&study.plant.model, &spec.maps);
     let settings = KklSettings::default();
     let report = candidate(model, &maps.kkl)?.check(&spec.region, &settings)?;
@@ -99,7 +132,7 @@ pub(super) fn designed(study: &Study, requested: &ObserverSpec, spec: &PebSpec) 
         (Verdict::Undecided { .. }, Some(pair)) => return Err(KklError::Indistinct(pair.clone()).into()),
         _ => {}
     }
-    is_left_inverse(model, &maps.kkl, &spec.region, &report, settings.tolerance)?;
+    is_left_inverse(study, &maps.kkl, &spec.region, &report, settings.tolerance)?;
     let regression = regression(model, spec, &settings)?;
     let observer = observer(spec)?;
     let mut facts = kkl_maps::all_facts(&report, &report.stability.certificate);
@@ -136,6 +169,7 @@ pub(super) fn designed(study: &Study, requested: &ObserverSpec, spec: &PebSpec) 
             verdict: DesignVerdict::MEASURED,
             evidence: None,
             noise_deviation: Vec::new(),
+            stationary_deviation: None,
         },
         certificate,
     );
@@ -214,8 +248,8 @@ fn reset(spec: &PebSpec) -> &'static str {
 fn required(
     residual: &Residual,
     tolerance: f64,
-    error: impl Fn(&Residual, usize, f64, f64) -> Misfit,
-) -> Result<(), Misfit> {
+    error: impl Fn(&Residual, usize, f64, f64) -> NoObserver,
+) -> Result<(), NoObserver> {
     if residual.verdict.is_proved() {
         return Ok(());
     }
@@ -228,7 +262,7 @@ fn required(
 /// The residual of the regression; an error with the worst point where it is refuted.
 ///
 /// An equation that is neither proved nor refuted is accepted: the sampled points have it to the tolerance.
-fn regression(model: &Model, spec: &PebSpec, settings: &KklSettings) -> Result<Residual, Misfit> {
+fn regression(model: &Model, spec: &PebSpec, settings: &KklSettings) -> Result<Residual, NoObserver> {
     let maps = &spec.maps;
     let plant = WithParameters { model, parameters: maps.parameters };
     let map = Joined { maps };
@@ -240,7 +274,18 @@ fn regression(model: &Model, spec: &PebSpec, settings: &KklSettings) -> Result<R
     let residual = KklCandidate::new(&plant, &map, &all)?.residual(&region, settings)?;
     match &residual.verdict {
         Verdict::Refuted { witness } => {
-            Err(Misfit::NotRegression { worst: witness.clone(), inputs: maps.kkl.plant.inputs })
+            let ResidualWitness { row, at_least, place, .. } = witness;
+            let (u, theta) = place.input.split_at(maps.kkl.plant.inputs);
+            let input = if u.is_empty() { String::new() } else { format!(", u = {u:?}") };
+            let hypothesis = format!(
+                "row {} of `s`, `g` and `m` is no regression: d s(y)/dt and g + m theta differ by at least {} at x = {:?}{input}, theta = {theta:?}, with xi = phi(x) - missing(theta)",
+                row + 1,
+                significant(*at_least, 4),
+                place.state
+            );
+            Err(NoObserver::new(hypothesis)
+                .because(Cause::NotRegression(witness.clone()))
+                .hint("other `s`, `g`, `m` or `missing`: the two sides differ at the point named"))
         }
         _ => Ok(residual),
     }
@@ -252,7 +297,7 @@ fn excited(
     requested: &ObserverSpec,
     spec: &PebSpec,
     designed: &Designed,
-) -> Result<Option<Excitation>, Misfit> {
+) -> Result<Option<Excitation>, NoObserver> {
     let Some(simulation) = &study.simulation else { return Ok(None) };
     if matches!(&study.input, Input::Feedback { observer, .. } if *observer != requested.name) {
         return Ok(None);
@@ -274,7 +319,18 @@ fn excited(
     match excitation(&run.t[..regressors.len()], &regressors, &Excite::within(window * (1.0 - f64::EPSILON))) {
         Ok(found) => Ok(Some(found)),
         Err(KklError::NotExciting { delta, window, from, direction, .. }) => {
-            Err(Misfit::Silent { delta, window, from, direction })
+            let unseen: Vec<String> = direction.iter().map(|x| significant(*x, 3)).collect();
+            let hypothesis = format!(
+                "the regression is not exciting along the run of [simulation]: over the {} after t = {} the least eigenvalue of int M'M is {}, and the direction ({}) of theta is not seen",
+                significant(window, 4),
+                significant(from, 4),
+                significant(delta, 3),
+                unseen.join(", ")
+            );
+            Err(NoObserver::new(hypothesis)
+                .because(Cause::NotExciting { delta, window, from, direction })
+                .hint("an input or an initial state that excites the regressor m, or a longer `window`")
+                .hint("the kind kkl: a Lambda that is stable, where there is one, needs no excitation"))
         }
         Err(error) => Err(error.into()),
     }

@@ -1,9 +1,9 @@
 //! The proportional-integral observer: the state and a constant or slowly varying disturbance.
 
+use super::as_kind;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{self, DisturbanceSpec};
-use super::keys::{DECAY, ERROR_BOUNDS, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
-use super::of;
+use super::keys::{ERROR_BOUNDS, GAINS, GAMMA, OF_GAIN, THETA, UNKNOWN};
 use crate::keys::{Range, Type, optional};
 use crate::reader::{Given, Reader};
 use crate::study::{ObserverKind, PlantClass, Time};
@@ -16,26 +16,19 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "open problem of Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978",
     plant: PlantClass::Linear(Time::CONTINUOUS),
     keys: &[
-        UNKNOWN,
-        optional(
-            "rate",
-            Type::Numbers(Range::NotNegative),
-            "Bounds of |d'|, q numbers, for the bound of the error (default 0: constant).",
-        ),
-        POLES,
-        DECAY,
-        LMI,
-        KALMAN,
-        GAIN,
-        RHO,
-        Q,
-        MAX_GAIN,
-        NOISE,
-        THETA,
-        GAMMA,
-        ERROR_BOUNDS,
+        &[
+            UNKNOWN,
+            optional(
+                "rate",
+                Type::Numbers(Range::NotNegative),
+                "Bounds of |d'|, q numbers, for the bound of the error (default 0: constant).",
+            ),
+        ],
+        GAINS,
+        OF_GAIN,
+        &[THETA, GAMMA, ERROR_BOUNDS],
     ],
-    kind: of::<DisturbanceSpec>,
+    kind: as_kind::<DisturbanceSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {

@@ -1,8 +1,6 @@
 //! The reduced-order observer: the outputs enter the estimate directly. It runs as a KKL observer with linear maps:
 //! `phi = T x`, `Lambda = F`, `B = G y + H u`, `phi^L = M xi + N y`.
 
-use std::sync::Arc;
-
 use luenberger_design::ReducedOrderDesign;
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Recorded, Recording};
@@ -10,19 +8,17 @@ use luenberger_linalg::{PolePattern, poles_from};
 use luenberger_observers::{KklObserver, LinearInverse, LinearKkl};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::counted;
-use luenberger_sim::AnyObserver;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::{Kind, of};
-use crate::designed::{Refusal, Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{Running, StepOf};
 use crate::keys::{Type, required};
 use crate::reader::{Given, Reader, check, gain};
-use crate::results::DesignReport;
-use crate::steps::recorded::{cast, recorded, refused};
+use crate::results::{DesignReport, NoObserver, Quantity};
+use crate::steps::recorded::{cast, recorded};
 use crate::study::{GainSpec, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::synthesis::{Designed, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
 use crate::tuning::{Context, Keys, linear as is_linear, listed, sampled as in_time};
 
 /// An observer of what the outputs leave open.
@@ -34,12 +30,12 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Reduced-order observer (Luenberger, Gopinath): n - p states, the outputs enter the estimate directly; for linear plants whose outputs do not depend on the input.",
     source: "Luenberger 1964, Gopinath 1971",
     plant: PlantClass::Linear(Time::OF_STATE),
-    keys: &[required(
+    keys: &[&[required(
         "poles",
         Type::Poles,
         "Eigenvalues of F: n - p numbers, complex ones as [re, im] with their conjugates.",
-    )],
-    kind: of::<ReducedOrder>,
+    )]],
+    kind: as_kind::<ReducedOrder>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -85,27 +81,25 @@ impl Specification for ReducedOrder {
 }
 
 impl Kind for ReducedOrder {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        plan.explained(reduced_order(plan.study, &plant, &self.0))
+        reduced_order(plan.study, plant, &self.0)
     }
 }
 
 impl Running for ReducedOrderObserver {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let (maps, inverse) = (self.map(), self.map().inverse());
-        let inverse = LinearInverse::new(cast(inverse.m()), cast(inverse.n()), cast(inverse.t())).map_err(refused)?;
+        let inverse = LinearInverse::new(cast(inverse.m()), cast(inverse.n()), cast(inverse.t()))?;
         let (d, b, e) = (cast(maps.d()), cast(maps.b()), cast(maps.e()));
         let maps = LinearKkl::<Recorded, Dyn, Dyn, Dyn, Dyn, _>::new(d, b, e, inverse);
-        recorded(recording, &KklObserver::new(maps.map_err(refused)?))
+        recorded(recording, &KklObserver::new(maps?))
     }
 }
 
-fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Complex<f64>]) -> Result<Designed, Misfit> {
+fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Complex<f64>]) -> Result<Designed, NoObserver> {
     let design = ReducedOrderDesign::with_poles(plant, requested)?;
     let o = &design.observer;
     let inverse = LinearInverse::new(o.m.clone(), o.n.clone(), o.t.clone())?;
@@ -119,7 +113,10 @@ fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Complex<f64>]) 
             .remark(asymptotic_rate(slowest)),
         matrices,
         poles: poles(&design.poles),
-        numbers: vec![number("decay rate", slowest), number("noise passed to the estimate, norm of N", norm(&o.n))],
+        numbers: vec![
+            number(Quantity::DecayRate, slowest),
+            number("noise passed to the estimate, norm of N", norm(&o.n)),
+        ],
         ..certified(&design.certificate, &[])
     };
     let runnable = KklObserver::new(maps).into();

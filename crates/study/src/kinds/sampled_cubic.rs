@@ -7,30 +7,26 @@ use luenberger_live as live;
 use luenberger_observers::{DeviationObserver, SampledCubicObserver, VaryingPeriodObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{MOST_MISSES, Reading, Theorem};
-use luenberger_proof::wording::significant;
+use luenberger_proof::wording::{at_least, at_most, significant};
 use luenberger_sim::{AnyObserver, Replay, SampleTimes, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::cubic::at_point_refusal;
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{DECAY, GAIN, KALMAN, LMI, MAX_GAIN, NOISE, PERIOD, POLES, Q, RHO, THETA};
-use super::{Kind, of};
-use crate::designed::{
-    At, NonlinearStep, Origin, Refusal, Runnable, Running, SampledDesign, StepOf, continuous, sampled,
-};
+use super::keys::{GAINS, OF_GAIN, PERIOD, THETA};
+use super::{Kind, as_kind};
+use crate::designed::{At, NonlinearStep, Origin, Runnable, Running, SampledDesign, StepOf, continuous};
 use crate::keys::{Range, Type, optional};
 use crate::reader::gain::{alternatives, general, theta};
 use crate::reader::region::bound;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
-use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
+use crate::results::{Advice, Cause, DesignReport, DesignVerdict, NoObserver, Proposal, Quantity, Statement};
 use crate::study::{LinearSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Study, Time};
-use crate::synthesis::explain::{self, Misfit};
 use crate::synthesis::linear::{self, measurement};
-use crate::synthesis::operating_point::{at, page_point};
+use crate::synthesis::operating_point::{in_deviations, page_point};
 use crate::synthesis::{
-    Advice, Designed, NoDesign, Plan, Sampling, certified, discrete, facts, matrix, number, poles, proved_of,
-    upper_bound,
+    Designed, Plan, Sampling, certified, discrete, facts, matrix, number, poles, proved_of, upper_bound,
 };
 use crate::tuning::{CUBIC_SHARE, Context, Keys, Value, listed, placed, short, unit_strength};
 
@@ -41,40 +37,39 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md",
     plant: PlantClass::AtPoint(Time::ANY),
     keys: &[
-        POLES,
-        DECAY,
-        LMI,
-        KALMAN,
-        GAIN,
-        RHO,
-        Q,
-        MAX_GAIN,
-        NOISE,
-        THETA,
-        optional(
-            "gamma",
-            Type::Number(Range::Positive),
-            "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted and s.",
-        ),
-        optional(
-            "weighted",
-            Type::Number(Range::Positive),
-            "gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.",
-        ),
-        optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step."),
-        PERIOD,
-        optional(
-            "jitter",
-            Type::Bound,
-            "Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws the periods between them (default: the period only).",
-        ),
-        optional(
-            "misses",
-            Type::Count(0),
-            "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
-        ),
+        GAINS,
+        OF_GAIN,
+        &[
+            THETA,
+            optional(
+                "gamma",
+                Type::Number(Range::Positive),
+                "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted and s.",
+            ),
+            optional(
+                "weighted",
+                Type::Number(Range::Positive),
+                "gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.",
+            ),
+            optional(
+                "s",
+                Type::Rows,
+                "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step.",
+            ),
+            PERIOD,
+            optional(
+                "jitter",
+                Type::Bound,
+                "Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws the periods between them (default: the period only).",
+            ),
+            optional(
+                "misses",
+                Type::Count(0),
+                "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
+            ),
+        ],
     ],
-    kind: of::<SampledCubic>,
+    kind: as_kind::<SampledCubic>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -179,58 +174,69 @@ impl Specification for SampledCubic {
 }
 
 impl Kind for SampledCubic {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let (plant, reading) = (plan.linear()?, plan.reading());
         let Self { linear, theta, correction, period, varying } = self;
-        let designed = linear::of(&plant, linear, &plan.options()).map_err(Misfit::from).and_then(|linear| {
-            if let Some(periods) = varying {
-                let design = VaryingPeriodDesign::new(&linear, theta, correction, *period, periods)?;
-                return of_varying(&design, (&plant, &reading), *period);
-            }
+        let linear = linear::linear_design(plant, linear, &plan.options())?;
+        plan.at_point(if let Some(periods) = varying {
+            let design = VaryingPeriodDesign::new(&linear, theta, correction, *period, periods)?;
+            of_varying(&design, (plant, &reading), *period)?
+        } else {
             let design = SampledCubicDesign::with_cubic_gain(&linear, theta, correction, *period)?;
-            Ok(report(&design, (&plant, &reading), *period))
-        });
-        plan.at_point(designed)
+            report(&design, (plant, &reading), *period)
+        })
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         if self.varying.is_some() {
-            let hypothesis = "`jitter` and `misses` are for plants in continuous time".to_owned();
-            let hint = Advice::hint("the plant in continuous time, whose motion over every period is known");
             let constant = Proposal::keys([], &["jitter", "misses"], "at constant periods");
-            return Err(explain::failure(plan.requested, hypothesis, Advice::of([constant]).and(hint)).into());
+            return Err(NoObserver::new("`jitter` and `misses` are for plants in continuous time")
+                .advise(Advice::of([constant]))
+                .hint("the plant in continuous time, whose motion over every period is known"));
         }
         plan.has_period_of_plant(self.period, dt)?;
-        let gain = discrete::gain_of(plan, &plan.linear()?, (&self.linear, dt))?;
-        plan.explained(gain.and_then(|gain| {
-            let design = SampledCubicDesign::of_discrete_with_cubic_gain(&gain, &self.theta, &self.correction)?;
-            Ok(report(&design, (gain.observer.plant(), &plan.reading()), dt))
-        }))
+        let gain = discrete::gain_of(plan, plan.linear()?, (&self.linear, dt))?;
+        let design = SampledCubicDesign::of_discrete_with_cubic_gain(&gain, &self.theta, &self.correction)?;
+        Ok(report(&design, (gain.observer.plant(), &plan.reading()), dt))
     }
 
-    fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
-        let (plan, plant) = (&of.plan, of.plan.study.plant.model.linear()?);
+    fn advice(&self, _plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        let Cause::Design(DesignError::VaryingPeriods { largest, .. }) = cause else { return None };
+        Some(match largest {
+            Some(periods) => {
+                let keys = [
+                    format!("jitter = [{}, {}]", at_most(periods.shortest, 4), at_least(periods.longest, 4)),
+                    format!("misses = {}", periods.misses),
+                ];
+                let proved = Proposal::keys(keys, &["jitter", "misses"], "for which convergence is proved");
+                Advice::of([proved]).and(Advice::hint("slower `poles`"))
+            }
+            None => Advice::hint("a shorter `period`; other `poles`"),
+        })
+    }
+
+    fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
+        let Some(plant) = of.plant() else { return Ok(None) };
+        if let Some(design) = of.designed.and_then(Designed::sampled) {
+            return Ok(Some(design.clone()));
+        }
         let Self { linear: gain, theta, correction, varying, .. } = self;
-        let cubic = |design| SampledDesign::Cubic(Box::new(design));
-        Some(of.named(|| {
-            if let Some(design) = of.designed.and_then(Designed::sampled) {
-                return Ok(design.clone());
+        let design = match (of.plan.study.plant.dt, varying) {
+            (Some(dt), _) => {
+                let linear = discrete::gain_of_step(&of.plan, plant, gain, dt)?;
+                SampledCubicDesign::of_discrete_with_cubic_gain(&linear, theta, correction)?
             }
-            if let Some(dt) = plan.study.plant.dt {
-                let linear = discrete::gain_in_words(plan, &plant, gain, dt)?;
-                let design = SampledCubicDesign::of_discrete_with_cubic_gain(&linear, theta, correction);
-                return design.map(cubic).map_err(|error| error.to_string());
+            (None, Some(periods)) => {
+                let linear = of.linear(plant, gain)?;
+                let design = VaryingPeriodDesign::new(&linear, theta, correction, of.period, periods)?;
+                return Ok(Some(SampledDesign::Varying(Box::new(design))));
             }
-            let linear = of.linear(&plant, gain);
-            let design = linear.and_then(|linear| match varying {
-                Some(periods) => {
-                    let varying = VaryingPeriodDesign::new(&linear, theta, correction, of.period, periods)?;
-                    Ok(SampledDesign::Varying(Box::new(varying)))
-                }
-                None => SampledCubicDesign::with_cubic_gain(&linear, theta, correction, of.period).map(cubic),
-            });
-            design.map_err(|error| error.to_string())
-        }))
+            (None, None) => {
+                let linear = of.linear(plant, gain)?;
+                SampledCubicDesign::with_cubic_gain(&linear, theta, correction, of.period)?
+            }
+        };
+        Ok(Some(SampledDesign::Cubic(Box::new(design))))
     }
 }
 
@@ -252,30 +258,26 @@ pub(super) fn with_strength(correction: &CubicGain, gamma: f64) -> Option<CubicG
 }
 
 impl Running for SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn at(&self, point: &OperatingPoint) -> Option<Result<Runnable, DesignError>> {
-        Some(at(self.clone(), point).map(Runnable::from))
+        Some(in_deviations(self.clone(), point).map(Runnable::from))
     }
 
     // In discrete time the matrices of the plant are not used: its period does not change.
     fn live(&self, study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
-        Some((of_page(self, &study.plant.model.linear()?), None))
+        Some((of_page(self, study.plant.model.linear()?), None))
     }
 }
 
 impl Running for At<SampledCubicObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn live(&self, study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((of_page(self.inner(), &study.operating_point.as_ref()?.linear), Some(page_point(self))))
     }
 
-    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         Err(at_point_refusal())
     }
 }
@@ -336,7 +338,7 @@ impl Running for VaryingPeriods {
         Some(at.map(Runnable::from))
     }
 
-    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         Err(at_point_refusal())
     }
 }
@@ -350,7 +352,7 @@ fn report(design: &SampledCubicDesign, (plant, reading): (&StateSpace, &Reading<
             .remark(format!("Computed: asymptotic factor of V {} per sample.", significant(slowest * slowest, 4))),
         matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
         poles: poles(&design.poles),
-        numbers: vec![number("period", period), number("largest modulus of a pole", slowest)],
+        numbers: vec![number(Quantity::Period, period), number(Quantity::LargestPole, slowest)],
         ..certified(&design.certificate, &[])
     };
     let origin = Origin::Sampled(SampledDesign::Cubic(Box::new(design.clone())));
@@ -362,7 +364,7 @@ fn of_varying(
     design: &VaryingPeriodDesign,
     (plant, reading): (&StateSpace, &Reading<'_>),
     period: f64,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let Designed { mut report, .. } = self::report(&design.nominal, (plant, reading), period);
     let computed: Vec<String> = report.statement.remarks().map(str::to_owned).collect();
     report.statement = computed.into_iter().fold(proved_of(&design.certificate, reading), Statement::remark);

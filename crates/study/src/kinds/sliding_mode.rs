@@ -1,7 +1,5 @@
 //! The sliding-mode observer of a chain of integrators.
 
-use std::sync::Arc;
-
 use luenberger_design::{SuperTwistingDesign, sliding_mode_gains};
 use luenberger_export::ExportableObserver;
 use luenberger_export::step::RecordedStep;
@@ -12,25 +10,23 @@ use luenberger_observers::sliding_mode::{Discretisation, SlidingModeObserver};
 use luenberger_plants::Plant;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::{at_most, significant};
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::PERIOD;
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal, Running, StepOf, sampled};
-use crate::steps::recorded::no_program;
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf};
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Advice, Designed, NoDesign, Plan, facts, matrix, number, other_kinds, proved_of, upper_bound};
+use crate::synthesis::{Designed, Plan, facts, matrix, number, other_kinds, proved_of, upper_bound};
 use crate::tuning::{Context, INSTANTS, Keys, MANY, Value, continuous as in_continuous_time, short};
 
 use crate::keys::{Range, Type, optional, required};
 use crate::model::Model;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, DesignVerdict, FailureReport, Proposal, Statement};
+use crate::results::{Advice, DesignReport, DesignVerdict, NoObserver, Proposal, Quantity, Statement};
 use crate::structure::Structure;
-use crate::synthesis::explain::{self, Misfit};
+use crate::synthesis::explain;
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -38,7 +34,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Super-twisting observer and robust exact differentiator, for chains of integrators x1' = x2, .., x_n' = f(x, u) + d with the output x1: exact after a finite time in continuous time, stepped at samples without chattering.",
     source: "Levant 2003; Davila, Fridman and Levant 2005; implicit step: Acary and Brogliato 2010, Mojallizadeh, Brogliato and Acary 2021",
     plant: PlantClass::Nonlinear(Time::CONTINUOUS),
-    keys: &[
+    keys: &[&[
         required(
             "bound",
             Type::Number(Range::Positive),
@@ -58,8 +54,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             ]),
             "How the sign is discretised (default implicit).",
         ),
-    ],
-    kind: of::<SlidingModeSpec>,
+    ]],
+    kind: as_kind::<SlidingModeSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -120,16 +116,14 @@ impl Specification for SlidingModeSpec {
 }
 
 impl Kind for SlidingModeSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         chain(plan.study, plan.requested)?;
-        plan.explained(designed(&plan.study.plant.model, &plan.reading(), self))
+        designed(&plan.study.plant.model, &plan.reading(), self)
     }
 }
 
 impl Running for SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         let (gains, period) = (self.gains().as_slice().to_vec(), self.period());
@@ -137,7 +131,7 @@ impl Running for SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn> {
         Some((live::ObserverKind::SlidingMode { gains, period, explicit }, None))
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         Ok(Some(NonlinearStep::of(of.designed, ExportableObserver::Step(program(self, of.plant)?))))
     }
 }
@@ -149,13 +143,12 @@ impl Running for SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn> {
 fn program(
     observer: &SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn>,
     plant: &ExpressionPlant,
-) -> Result<RecordedStep<f64>, Refusal> {
+) -> Result<RecordedStep<f64>, NoObserver> {
     let (rule, period) = (observer.discretisation(), observer.period());
     plant.record(|recording| {
         let gains = observer.gains().map(convert);
         let same: SlidingModeObserver<Model, Recorded, Dyn, Dyn, Dyn> =
-            SlidingModeObserver::new(observer.plant().clone(), gains, convert(period), rule)
-                .map_err(|error| (error.to_string(), Vec::new()))?;
+            SlidingModeObserver::new(observer.plant().clone(), gains, convert(period), rule)?;
         let size = same.dimensions();
         let step = |t, xhat: &[Recorded], u: &[Recorded], y: &[Recorded]| {
             let mut xhat = DVector::from_column_slice(xhat);
@@ -165,7 +158,7 @@ fn program(
         let output = |t, xhat: &[Recorded]| {
             plant.output(t, &DVector::from_column_slice(xhat), &DVector::zeros(size.inputs)).as_slice().to_vec()
         };
-        RecordedStep::new(recording, size, period, step, output).map_err(|error| no_program(&error))
+        Ok(RecordedStep::new(recording, size, period, step, output)?)
     })
 }
 
@@ -182,7 +175,7 @@ fn not_a_chain(study: &Study, structure: &Structure) -> Option<String> {
     Some(explain::other_than(study, structure, Row::Derivative(i), i + 1))
 }
 
-fn chain(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
+fn chain(study: &Study, requested: &ObserverSpec) -> Result<(), NoObserver> {
     let (structure, kind) = (study.plant.model.structure(), requested.kind.name());
     let Some(why) = not_a_chain(study, &structure) else { return Ok(()) };
     let hypothesis = format!(
@@ -195,7 +188,7 @@ fn chain(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
     let advice = Advice::of(is_triangular.then_some(high_gain))
         .and(other_kinds(study, requested))
         .and(Advice::hint("states that are the output and its derivatives, where the plant has them"));
-    Err(explain::failure(requested, hypothesis, advice))
+    Err(NoObserver::new(hypothesis).advise(advice))
 }
 
 /// The gains of a specification.
@@ -206,7 +199,7 @@ fn gains(spec: &SlidingModeSpec, order: usize) -> Result<Vec<f64>, luenberger_de
     }
 }
 
-fn designed(model: &Model, reading: &Reading<'_>, spec: &SlidingModeSpec) -> Result<Designed, Misfit> {
+fn designed(model: &Model, reading: &Reading<'_>, spec: &SlidingModeSpec) -> Result<Designed, NoObserver> {
     let states = reading.states;
     let n = model.size().states;
     let gains = gains(spec, n)?;
@@ -240,7 +233,8 @@ fn designed(model: &Model, reading: &Reading<'_>, spec: &SlidingModeSpec) -> Res
             at_most(h * bound / 2.0, 4)
         ));
     }
-    let mut numbers = vec![number("period", h), number("innovation that is corrected to 0", observer.boundary_layer())];
+    let mut numbers =
+        vec![number(Quantity::Period, h), number("innovation that is corrected to 0", observer.boundary_layer())];
     let mut matrices = vec![matrix("k", &DMatrix::from_column_slice(n, 1, &gains))];
     let (found, word, evidence) = match &certified {
         Some(design) => {
@@ -264,6 +258,7 @@ fn designed(model: &Model, reading: &Reading<'_>, spec: &SlidingModeSpec) -> Res
         verdict: word,
         evidence,
         noise_deviation: Vec::new(),
+        stationary_deviation: None,
     };
     let certificate = certified.map(|design| design.certificate.clone());
     Ok(Designed::new(observer.into(), report, certificate))

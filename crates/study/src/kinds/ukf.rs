@@ -1,28 +1,25 @@
 //! The unscented Kalman filter in square-root form.
 
-use std::sync::Arc;
-
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{NoiseModel, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter};
 use luenberger_proof::wording::counted;
-use luenberger_sim::{AnyObserver, Replay};
+use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
-use super::keys::{GATE, P0, PERIOD, SMOOTH, SUBSTEPS, V, W};
-use super::{Kind, of};
-use crate::designed::{Filter, NonlinearStep, Refusal, Running, StepOf, sampled};
+use super::keys::{FILTER, OF_FILTER};
+use super::{Kind, as_kind};
+use crate::designed::{Filter, NonlinearStep, Running, StepOf};
 use crate::keys::{Range, Type, optional};
 use crate::model::Model;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, Statement};
+use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Designed, NoDesign, Plan, matrix, number, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning;
 
 /// The kind.
@@ -32,26 +29,23 @@ pub(super) static DECLARATION: Declaration = Declaration {
     source: "Julier and Uhlmann 2004; Van der Merwe and Wan, ICASSP 2001",
     plant: PlantClass::Nonlinear(Time::ANY),
     keys: &[
-        W,
-        V,
-        P0,
-        PERIOD,
-        SUBSTEPS,
-        GATE,
-        SMOOTH,
-        optional(
-            "alpha",
-            Type::Number(Range::Positive),
-            "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
-        ),
-        optional(
-            "beta",
-            Type::Number(Range::Any),
-            "Weight of the central point in covariances (default 2, for Gaussian errors).",
-        ),
-        optional("kappa", Type::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
+        FILTER,
+        OF_FILTER,
+        &[
+            optional(
+                "alpha",
+                Type::Number(Range::Positive),
+                "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
+            ),
+            optional(
+                "beta",
+                Type::Number(Range::Any),
+                "Weight of the central point in covariances (default 2, for Gaussian errors).",
+            ),
+            optional("kappa", Type::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
+        ],
     ],
-    kind: of::<UnscentedSpec>,
+    kind: as_kind::<UnscentedSpec>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -149,18 +143,18 @@ impl Specification for UnscentedSpec {
 }
 
 impl Kind for UnscentedSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::ErrorControlled))
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        designed(&plan.study.plant.model, self, Prediction::ErrorControlled)
     }
 
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         plan.has_period_of_plant(self.period, dt)?;
-        plan.explained(designed(&plan.study.plant.model, self, Prediction::Discrete))
+        designed(&plan.study.plant.model, self, Prediction::Discrete)
     }
 }
 
 /// The filter of a plant in continuous or in discrete time.
-fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Result<Designed, Misfit> {
+fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Result<Designed, NoObserver> {
     let UnscentedSpec { w, v, p0, sigma, period, gate, .. } = spec;
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
     let mut filter =
@@ -177,7 +171,7 @@ fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Resu
         )),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         numbers: vec![
-            number("period", *period),
+            number(Quantity::Period, *period),
             number("alpha", sigma.alpha),
             number("beta", sigma.beta),
             number("kappa", sigma.kappa),
@@ -188,9 +182,7 @@ fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Resu
 }
 
 impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        sampled(self)
-    }
+    runs!(sampled);
 
     // As a filter it also records its covariance.
     fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
@@ -205,7 +197,7 @@ impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some(self)
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let (factors, sigma, period) = (self.factors(), self.sigma_points(), SampledObserver::<f64>::period(self));
         let covariance = |factor: &DMatrix<f64>| factor * factor.transpose();
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {

@@ -1,30 +1,27 @@
 //! The unknown-input observer, whose error does not depend on a disturbance of any form.
 
-use std::sync::Arc;
-
-use luenberger_design::{DecoupledPlant, GainOptions, Pair, UnknownInputDesign};
+use luenberger_design::{DecoupledPlant, DesignError, GainOptions, Pair, UnknownInputDesign};
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Recorded, Recording};
 use luenberger_live as live;
 use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverError, UnknownInputObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
-use luenberger_sim::AnyObserver;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{cubic, cubic_of, matrices, unknown};
-use super::keys::{DECAY, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
-use super::{Kind, of as kind};
-use crate::designed::{Refusal, Runnable, Running, StepOf, continuous, rows};
+use super::keys::{GAINS, GAMMA, OF_GAIN, THETA, UNKNOWN};
+use super::{Kind, as_kind};
+use crate::designed::{Runnable, Running, StepOf, rows};
 use crate::reader::{Given, Reader, gain};
-use crate::results::DesignReport;
-use crate::results::report::eigenvalue;
-use crate::steps::recorded::{cast, recorded, refused};
+use crate::results::eigenvalue;
+use crate::results::{Advice, Cause, DesignReport, NoObserver, Proposal, Quantity};
+use crate::steps::recorded::{cast, recorded};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::linear::{measurement, of};
-use crate::synthesis::{Designed, NoDesign, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::synthesis::alternative::{self, another_gain};
+use crate::synthesis::linear::{linear_design, measurement};
+use crate::synthesis::{Designed, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
 use crate::tuning::{Context, Keys, Value, disturbance as of_study, linear as is_linear, rates};
 
 /// An observer whose error does not depend on a disturbance.
@@ -36,8 +33,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, for linear plants with rank(C E) = q and stable invariant zeros of (A, E, C).",
     source: "open problem of Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994",
     plant: PlantClass::Linear(Time::CONTINUOUS),
-    keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
-    kind: kind::<UnknownInput>,
+    keys: &[&[UNKNOWN], GAINS, OF_GAIN, &[THETA, GAMMA]],
+    kind: as_kind::<UnknownInput>,
     read,
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
@@ -92,9 +89,35 @@ impl Specification for UnknownInput {
 }
 
 impl Kind for UnknownInput {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        plan.explained(designed((&plant, &plan.reading()), self, &plan.options()))
+        designed((plant, &plan.reading()), self, &plan.options())
+    }
+
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        let another = || another_gain(plan.study, plan.requested);
+        match cause {
+            Cause::Design(DesignError::FixedPoles { .. }) => {
+                Some(another().and(Advice::hint("`poles` with these zeros among them")))
+            }
+            Cause::Design(DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. }) => {
+                Some(self.with_slow_disturbance())
+            }
+            Cause::Design(DesignError::OfPair { pair: Pair::Decoupled, .. }) => {
+                Some(self.with_slow_disturbance().and(another()))
+            }
+            _ => None,
+        }
+    }
+}
+
+impl UnknownInput {
+    /// The disturbance as a state, or seen by another output.
+    fn with_slow_disturbance(&self) -> Advice {
+        let keys = [format!("e = {}", alternative::rows(&self.e)), "lmi = true".to_owned()];
+        let why = "for a disturbance that is constant or varies slowly";
+        Advice::of([Proposal::kind("proportional-integral", keys, why)])
+            .and(Advice::hint("a further output, whose derivative depends on the disturbance"))
     }
 }
 
@@ -102,12 +125,12 @@ fn designed(
     (plant, reading): (&StateSpace, &Reading<'_>),
     UnknownInput { e, linear: gain, cubic }: &UnknownInput,
     options: &GainOptions,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let decoupled = DecoupledPlant::new(plant, e)?;
     let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
     let linear = match &gain.gain {
         GainSpec::Poles(poles) => decoupled.with_poles_and_weight(poles, gain.weight.clone().unwrap_or_default())?,
-        _ => of(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
+        _ => linear_design(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
     };
     let cubic = cubic_of(&linear, cubic.as_ref())?;
     let (runnable, certificate) = match &cubic {
@@ -134,7 +157,7 @@ fn designed(
             .remark(asymptotic_rate(speed)),
         matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
         poles: poles(&linear.poles),
-        numbers: vec![number("decay rate", speed)],
+        numbers: vec![number(Quantity::DecayRate, speed)],
         ..certified(&certificate, &[])
     };
     Ok(Designed::new(runnable, report, Some(certificate)))
@@ -144,19 +167,17 @@ fn designed(
 const REMARK: &str = "Between two samples the disturbance is not seen: it adds an error of the order of the period times the disturbance.";
 
 impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         let (h, d) = (rows(self.h()), self.d().map(rows));
         Some((live::ObserverKind::UnknownInput { observer: Box::new(self.inner().clone()), h, d }, None))
     }
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let LinearObserver { a, b, c, d, l } = self.inner();
         let inner = LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) };
-        recorded(recording, &without_disturbance(self, inner).map_err(refused)?)
+        recorded(recording, &without_disturbance(self, inner)?)
     }
 
     fn remark_of_step(&self) -> &'static str {
@@ -165,20 +186,18 @@ impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
 }
 
 impl Running for WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {
-    fn any(&self) -> Arc<dyn AnyObserver + '_> {
-        continuous(self)
-    }
+    runs!(continuous);
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         let (h, d) = (rows(self.h()), self.d().map(rows));
         Some((live::ObserverKind::UnknownInputCubic { observer: Box::new(self.inner().clone()), h, d }, None))
     }
 
-    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
+    fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
         let CubicObserver { a, b, c, d, l, n, theta } = self.inner();
         let (a, b, c, d) = (cast(a), cast(b), cast(c), d.as_ref().map(cast));
         let inner = CubicObserver { a, b, c, d, l: cast(l), n: cast(n), theta: cast(theta) };
-        recorded(recording, &without_disturbance(self, inner).map_err(refused)?)
+        recorded(recording, &without_disturbance(self, inner)?)
     }
 
     fn remark_of_step(&self) -> &'static str {

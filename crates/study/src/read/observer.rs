@@ -99,7 +99,9 @@ pub(super) fn observer(
     reader.fits_time = reader.dt.is_none() || kind.plant.time().discrete;
     let kind = (kind.read)(&Given { node, plant, name: &name, root }, reader);
     let limits = limits(node, size, reader);
-    let bounds = disturbance::bounds(node, size, root, reader);
+    // A kind with mistakes has them already.
+    let is_uncertain = kind.as_ref().is_none_or(|kind| kind.takes_uncertainty());
+    let bounds = disturbance::bounds(node, size, root, is_uncertain, reader);
     smooth(node, root, reader)?;
     let place = source.place(check::head(node).start);
     Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds.ok()?, place })

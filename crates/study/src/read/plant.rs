@@ -189,7 +189,7 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<NamedPlant> {
     let (rows, measured) = (list(f, &scope, reader), list(h, &scope, reader));
     rows.and(measured)?;
     match ExpressionPlant::within(&f.texts()?, &h.texts()?, &scope) {
-        Ok(plant) => Some((Model::Expressions(plant), names, parameters, tables)),
+        Ok(plant) => Some((Model::from(plant), names, parameters, tables)),
         Err(error) => {
             reader.absent(check::head(node), error.to_string(), "expected a plant");
             None

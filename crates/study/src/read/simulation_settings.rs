@@ -167,7 +167,7 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
     let x0 = reader.numbers(at, "x0", plant.states.len(), "state")?;
     // An invalid duration is reported elsewhere; checks that depend on it are skipped.
     let duration = node.get("duration")?.number().filter(|duration| *duration > 0.0 && duration.is_finite())?;
-    if let Model::Expressions(expressions) = &plant.model
+    if let Model::Expressions(expressions, _) = &plant.model
         && let Err(error) = expressions.check_at(0.0, &x0, &vec![0.0; plant.inputs.len()])
     {
         let message = format!("the plant is not defined at x0: {error}");

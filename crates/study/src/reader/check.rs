@@ -29,7 +29,7 @@ pub(crate) fn table(node: &Node, table: &Table, mistakes: &mut Vec<Diagnostic>) 
         match node.get(variants.tag).map(|value| (value, value.text())) {
             Some((_, Some(name))) if table.variant(name).is_some() => {
                 if let Some(variant) = table.variant(name) {
-                    keys.extend(variant.keys);
+                    keys.extend(variant.keys());
                     of = format!("{} of the kind {name}", table.name);
                 }
             }
@@ -87,7 +87,7 @@ fn unknown(name: &str, span: std::ops::Range<usize>, table: &Table, of: &str, ke
         return diagnostic.help(format!("the nearest key is `{near}`"));
     }
     let others = table.variants.iter().flat_map(|variants| (variants.of)());
-    let having = others.filter(|variant| variant.keys.iter().any(|key| key.name == name)).map(|variant| variant.name);
+    let having = others.filter(|variant| variant.keys().any(|key| key.name == name)).map(|variant| variant.name);
     let having: Vec<&str> = having.collect();
     if having.is_empty() {
         return diagnostic;

@@ -9,24 +9,31 @@ use super::Reader;
 use super::tree::{Entry, Node};
 use crate::study::ActingBounds;
 
-/// A mistake has been noted.
-pub(crate) struct Noted;
+/// A mistake that the reader has already.
+pub(crate) struct Reported;
 
 /// The table `bounds`, if there is one; the noise of `root`'s simulation is its default.
+/// `is_uncertain` says whether the kind takes an uncertain plant.
 pub(crate) fn bounds(
     node: &Node,
     size: Dimensions,
     root: &Node,
+    is_uncertain: bool,
     reader: &mut Reader,
-) -> Result<Option<ActingBounds>, Noted> {
+) -> Result<Option<ActingBounds>, Reported> {
     match node.entry("bounds") {
-        Some(entry) => acting((node, entry), size, root, reader).map(Some).ok_or(Noted),
+        Some(entry) => acting((node, entry), size, (root, is_uncertain), reader).map(Some).ok_or(Reported),
         None => Ok(None),
     }
 }
 
 /// Of the observer `node`.
-fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader: &mut Reader) -> Option<ActingBounds> {
+fn acting(
+    (node, entry): (&Node, &Entry),
+    size: Dimensions,
+    (root, is_uncertain): (&Node, bool),
+    reader: &mut Reader,
+) -> Option<ActingBounds> {
     let (table, n, p) = (&entry.node, size.states, size.outputs);
     let is_interval = node.get("kind").and_then(Node::text) == Some("interval");
     if reader.dt.is_some() && !is_interval {
@@ -58,9 +65,7 @@ fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader:
         }
     };
     let uncertain = match ["states", "deviations", "m", "h"].iter().find_map(|key| table.entry(key)) {
-        Some(first) if matches!(node.get("kind").and_then(Node::text), Some("luenberger" | "cubic")) => {
-            Some(uncertain(table, first, n, reader)?)
-        }
+        Some(first) if is_uncertain => Some(uncertain(table, first, n, reader)?),
         Some(first) => {
             let message = format!("`{}` is for the kinds luenberger and cubic", first.key);
             return reader.refuse(first.span.clone(), message, "expected bounds of noise and disturbances only");

@@ -1,6 +1,6 @@
 //! Gains of observers of linear plants: poles, noise, cubic terms.
 
-use luenberger_design::{CubicGain, LyapunovWeight, bandwidth_poles};
+use luenberger_design::{CubicGain, KalmanNoise, LyapunovWeight, bandwidth_poles};
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
@@ -35,9 +35,19 @@ pub(crate) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
     let (n, p) = (size.states, size.outputs);
     let of_outputs = format!("the plant has {}", counted(p, "output"));
     let intensities = |node: &Node, reader: &mut Reader| {
-        let w = reader.weight(node.get("w")?, "w", n, of_states);
+        let g = match node.get("g") {
+            Some(g) => Some(reader.matrix(g, "g", (Some(n), None), of_states)?),
+            None => None,
+        };
+        let q = g.as_ref().map_or(n, DMatrix::ncols);
+        let of_noise = g.as_ref().map_or_else(|| of_states.to_owned(), |_| format!("`g` has {}", counted(q, "column")));
+        let w = reader.weight(node.get("w")?, "w", q, &of_noise);
         let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
-        Some(GainSpec::Kalman { w: w?, v: v? })
+        let s = match node.get("s") {
+            Some(s) => Some(reader.matrix(s, "s", (Some(q), Some(p)), &format!("{of_noise} and {of_outputs}"))?),
+            None => None,
+        };
+        Some(GainSpec::Kalman(KalmanNoise { w: w?, v: v?, g, s }))
     };
     let gain = if node.get("w").is_some() || node.get("v").is_some() {
         intensities(node, reader)

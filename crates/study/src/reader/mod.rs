@@ -20,7 +20,7 @@ use nalgebra::DMatrix;
 use crate::diagnostic::Diagnostic;
 use crate::digest::{self, FileDigest};
 use crate::model::PlantModel;
-pub(crate) use disturbance::Noted;
+pub(crate) use disturbance::Reported;
 use tree::Node;
 
 /// An `[[observer]]` that is read.
@@ -78,7 +78,7 @@ impl Reader {
     /// The content of a file that the study names.
     pub(crate) fn file(&mut self, name: &str) -> std::io::Result<Vec<u8>> {
         let bytes = std::fs::read(self.copies.get(name).map_or_else(|| self.folder.join(name), PathBuf::clone))?;
-        let read = FileDigest { name: name.to_owned(), sha256: digest::of(&bytes) };
+        let read = FileDigest { name: name.to_owned(), sha256: digest::sha256(&bytes) };
         if !self.files.contains(&read) {
             self.files.push(read);
         }

@@ -60,3 +60,27 @@ impl Proposal {
         Self { at_point: true, ..self }
     }
 }
+
+/// What a refusal proposes and says.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Advice {
+    pub(crate) proposals: Vec<Proposal>,
+    pub(crate) hints: Vec<String>,
+}
+
+impl Advice {
+    pub(crate) fn hint(hint: impl Into<String>) -> Self {
+        Self { proposals: Vec::new(), hints: vec![hint.into()] }
+    }
+
+    pub(crate) fn of(proposals: impl IntoIterator<Item = Proposal>) -> Self {
+        Self { proposals: proposals.into_iter().collect(), hints: Vec::new() }
+    }
+
+    /// Both, this one first.
+    pub(crate) fn and(mut self, other: Self) -> Self {
+        self.proposals.extend(other.proposals);
+        self.hints.extend(other.hints);
+        self
+    }
+}

@@ -7,21 +7,28 @@
 mod about_zero;
 mod alternative;
 mod coverage;
+mod document;
 mod log;
+mod no_observer;
+mod quantity;
 pub(crate) mod report;
 mod score_tables;
 mod scores;
 mod statement;
 
 pub use about_zero::{ABOUT_ZERO, ABOUT_ZERO_MEANS, is_about_zero};
-pub use alternative::Alternative;
 pub(crate) use alternative::Proposal;
+pub use alternative::{Advice, Alternative};
 pub use coverage::{CoverageReport, StateCoverage};
+pub(crate) use document::{eigenvalue, with_unit};
+pub use document::{leading, log_data};
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,
     SmoothedDeviation, SmoothedReport, StateScore,
 };
-pub use report::{leading, log_data};
+pub use no_observer::{Cause, NoObserver};
+pub(crate) use quantity::Label;
+pub use quantity::Quantity;
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
     MeritsReport, NormReport, PercentileReport, RunReport, SamplingReport, ScoreStatistics, ScoringReport,
@@ -29,7 +36,6 @@ pub use scores::{
 };
 pub use statement::{DesignVerdict, Statement};
 
-use luenberger_design::DesignError;
 pub use luenberger_design::UnseenModes;
 use luenberger_proof::wording::{at_least, at_most, rounded, shortest, significant};
 use nalgebra::DMatrix;
@@ -154,7 +160,7 @@ impl PlantSummary {
 
     /// A name with its unit, `speed (rad/s)`.
     pub fn labelled(&self, name: &str) -> String {
-        report::with_unit(name, self.unit(name))
+        document::with_unit(name, self.unit(name))
     }
 
     /// Values by names, `speed = 2 rad/s, current = 0.1 A`.
@@ -329,7 +335,7 @@ pub struct ObserverReport {
     pub design: Option<DesignReport>,
     /// Why there is no design: violated hypothesis, alternatives and hints.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub failure: Option<FailureReport>,
+    pub failure: Option<NoObserver>,
 }
 
 /// A design.
@@ -354,23 +360,15 @@ pub struct DesignReport {
     /// the simulation causes, by the linearised error equation; the largest over the vertices. Empty without noise.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub noise_deviation: Vec<f64>,
+    /// Of a stationary Kalman filter: the standard deviations of the error of its estimate.
+    #[serde(skip)]
+    pub stationary_deviation: Option<Vec<f64>>,
 }
 
-/// The names of the matrices that are stationary covariances of a Kalman filter: that of the error of its estimate is
-/// the first of them that it has.
-pub(crate) const STATIONARY_COVARIANCES: [&str; 3] = [
-    "(I - K C) P (stationary covariance of the estimation error)",
-    "P (stationary covariance of the prediction error)",
-    "P (stationary error covariance)",
-];
-
 impl DesignReport {
-    /// The standard deviations of the error of a stationary Kalman filter; none for other designs.
-    pub fn stationary_deviation(&self) -> Option<Vec<f64>> {
-        let named = |name: &&str| self.matrices.iter().find(|matrix| matrix.name == **name);
-        let covariance = STATIONARY_COVARIANCES.iter().find_map(named)?;
-        let variance = |(i, row): (usize, &Vec<f64>)| row.get(i).copied().unwrap_or(f64::NAN);
-        Some(covariance.rows.iter().enumerate().map(variance).map(|variance| variance.max(0.0).sqrt()).collect())
+    /// The value of a quantity, if the design has it and it is finite.
+    pub fn quantity(&self, quantity: Quantity) -> Option<f64> {
+        self.numbers.iter().find(|number| number.quantity == Some(quantity)).and_then(|number| number.value)
     }
 
     /// The number of that name, if it is finite.
@@ -393,6 +391,9 @@ pub struct NamedMatrix {
 pub struct NamedNumber {
     /// The name.
     pub name: String,
+    /// What it is, if it is one of the quantities of several designs.
+    #[serde(skip)]
+    pub quantity: Option<Quantity>,
     /// The number; none if it is infinite.
     pub value: Option<f64>,
     /// How a text rounds it.
@@ -436,6 +437,12 @@ pub struct FactReport {
     pub margin: Option<f64>,
     /// The verdict as text.
     pub words: String,
+    /// Whether it is stated at a vertex of a polytope.
+    #[serde(skip)]
+    pub is_at_vertex: bool,
+    /// Its number in its paper, in brackets.
+    #[serde(skip)]
+    pub equation: Option<String>,
 }
 
 impl FactReport {
@@ -443,47 +450,8 @@ impl FactReport {
     /// and is not a part of its certificate.
     pub(crate) fn of_region(statement: &str, words: String, margin: Option<f64>) -> Self {
         let margin = margin.filter(|margin| margin.is_finite());
-        Self { statement: statement.to_owned(), verdict: DesignVerdict::of_region(), margin, words }
-    }
-}
-
-/// Why an observer is not applicable.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FailureReport {
-    /// The violated hypothesis, with its numbers.
-    pub hypothesis: String,
-    /// Observers that have a design on this plant, tried; empty if none is known.
-    pub alternatives: Vec<Alternative>,
-    /// What may help besides, and was not tried.
-    pub hints: Vec<String>,
-    /// Position of the observer in the file.
-    pub line: usize,
-    /// The error of the design with its numbers, where one is the reason.
-    #[serde(skip)]
-    pub cause: Option<Box<DesignError>>,
-    /// Alternatives to be tried.
-    #[serde(skip)]
-    pub(crate) proposals: Vec<Proposal>,
-}
-
-impl FailureReport {
-    /// Why the observer at this line of its file is not applicable.
-    pub fn new(hypothesis: impl Into<String>, line: usize) -> Self {
-        let (alternatives, hints, proposals) = (Vec::new(), Vec::new(), Vec::new());
-        Self { hypothesis: hypothesis.into(), alternatives, hints, line, cause: None, proposals }
-    }
-
-    /// With a hint.
-    #[must_use]
-    pub fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hints.push(hint.into());
-        self
-    }
-
-    /// The alternatives and the hints, one line each: `alternative: ..`, `hint: ..`.
-    pub fn advice(&self) -> Vec<String> {
-        let alternatives = self.alternatives.iter().map(|alternative| format!("alternative: {}", alternative.words()));
-        alternatives.chain(self.hints.iter().map(|hint| format!("hint: {hint}"))).collect()
+        let (statement, verdict) = (statement.to_owned(), DesignVerdict::of_region());
+        Self { statement, verdict, margin, words, is_at_vertex: false, equation: None }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use luenberger_proof::wording::significant;
 
-use super::report::with_unit;
+use super::document::with_unit;
 use super::{
     NormReport, PercentileReport, PlantSummary, Results, RunReport, SimulationReport, StateReport, SweepReport,
     SweepRow,
@@ -44,7 +44,7 @@ impl ScoreCell {
     }
 
     /// What is left of an error at the end; digits beyond these are noise or rounding.
-    fn left(x: f64) -> Self {
+    fn residual(x: f64) -> Self {
         Self::text(&significant(x, 2))
     }
 }
@@ -56,8 +56,8 @@ fn plain(x: f64) -> Score {
     (ScoreCell::number(x), Some(x))
 }
 
-fn left(x: f64) -> Score {
-    (ScoreCell::left(x), Some(x))
+fn residual(x: f64) -> Score {
+    (ScoreCell::residual(x), Some(x))
 }
 
 /// A time of settling; an error that starts at 0 has none.
@@ -98,7 +98,7 @@ fn of_norm(norm: &NormReport) -> Vec<Score> {
         settling(norm.settling_last, norm.initial),
         plain(norm.peak),
         plain(norm.rms),
-        left(norm.last),
+        residual(norm.last),
     ]
 }
 
@@ -109,7 +109,7 @@ fn of_state(state: &StateReport) -> Vec<Score> {
         plain(state.overshoot),
         settling(state.settling_5, state.initial),
         settling(state.settling_2, state.initial),
-        left(state.last),
+        residual(state.last),
     ]
 }
 

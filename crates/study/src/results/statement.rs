@@ -146,18 +146,20 @@ impl DesignVerdict {
         Self(Word::Proved)
     }
 
-    /// All verdicts, with what they mean.
-    pub(crate) const MEANINGS: [(Self, &'static str); 4] = [
+    /// The verdicts on designs: the heading of a list of observers, and what it means.
+    pub(crate) const MEANINGS: [(Self, &'static str, &'static str); 4] = [
         (
             Self(Word::Proved),
+            "Proved",
             "The statement holds for the gains as stored: every condition was verified with all rounding errors enclosed.",
         ),
         (
             Self(Word::Undecided),
+            "Undecided",
             "A condition is not verified with these numbers, which does not mean that the observer fails.",
         ),
-        (Self::MEASURED, "Errors were measured in simulations; nothing is proved."),
-        (Self::NONE, "No theorem certifies this observer for this plant."),
+        (Self::MEASURED, "Errors are measured, not proved", "Errors were measured in simulations; nothing is proved."),
+        (Self::NONE, "No certificate", "No theorem certifies this observer for this plant."),
     ];
 
     /// The word in reports.

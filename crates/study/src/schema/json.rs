@@ -23,7 +23,7 @@ fn table(table: &Table) -> Map<String, Value> {
         None => object(table.about, table.keys.iter().copied(), None),
         Some(variants) => {
             let one = |variant: &Variant| {
-                let keys = table.keys.iter().chain(variant.keys).copied();
+                let keys = table.keys.iter().chain(variant.keys()).copied();
                 Value::Object(object(variant.about, keys, Some((variants.tag, variant.name))))
             };
             let mut all = Map::new();

@@ -14,7 +14,7 @@ impl Model {
     /// [`ExpressionPlantError`] for a plant with more rows than an expression plant may have.
     pub fn expressions(&self) -> Result<ExpressionPlant, ExpressionPlantError> {
         match self {
-            Self::Expressions(plant) => Ok(plant.clone()),
+            Self::Expressions(plant, _) => Ok(plant.clone()),
             Self::Linear(plant) => linear(plant),
             Self::Builtin(builtin) => of_library(builtin),
         }

@@ -15,7 +15,7 @@ use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::{at_most, counted, significant};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use crate::designed::Refusal;
+use crate::results::NoObserver;
 use crate::study::{ObserverSpec, Study};
 
 /// Samples of the run.
@@ -91,13 +91,13 @@ pub(super) fn of_filter<F>(
     filter: &F,
     with: impl Fn(&F, Prediction) -> Result<F, ObserverError>,
     given: Option<usize>,
-) -> Result<FixedSteps<F>, Refusal>
+) -> Result<FixedSteps<F>, NoObserver>
 where
     F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,
     F::State: Clone,
 {
     let (period, n) = (filter.period(), plant_order(plant));
-    let made = |prediction| with(filter, prediction).map_err(|error| (error.to_string(), Vec::new()));
+    let made = |prediction| with(filter, prediction);
     let controlled = made(Prediction::ErrorControlled)?;
     let samples = run(study, observer, plant, period);
     let found = |state: &F::State| {
@@ -121,12 +121,11 @@ where
     }
     if passages.is_empty() {
         let hypothesis = "the error of a fixed number of Runge-Kutta steps cannot be measured: from the first estimate and the start of the plant the prediction of the first period has no result";
-        return Err((
-            hypothesis.to_owned(),
-            vec!["a first estimate and an x0 where f, h and their Jacobians are finite".to_owned()],
-        ));
+        return Err(
+            NoObserver::new(hypothesis).hint("a first estimate and an x0 where f, h and their Jacobians are finite")
+        );
     }
-    let error = |substeps: usize| -> Result<f64, Refusal> {
+    let error = |substeps: usize| -> Result<f64, NoObserver> {
         let fixed = made(Prediction::RungeKutta(substeps))?;
         Ok(passages.iter().fold(0.0, |most: f64, passage| {
             let mut state = passage.state.clone();
@@ -149,8 +148,9 @@ where
     let refused = |what: String| {
         let h = significant(fastest() * period, 3);
         let hypothesis = format!("{what}; |lambda| h = {h} of the fastest mode of the plant over the period {period}");
-        let shorter = format!("a period of {} or shorter", significant(2.0 / fastest(), 2));
-        (hypothesis, vec![shorter, "a plant without its fastest mode: what follows at once is no state".to_owned()])
+        NoObserver::new(hypothesis)
+            .hint(format!("a period of {} or shorter", significant(2.0 / fastest(), 2)))
+            .hint("a plant without its fastest mode: what follows at once is no state")
     };
     let counts = [1, 2, 4, 8, 16, 32, 64, MOST_SUBSTEPS];
     let substeps = if let Some(substeps) = given {

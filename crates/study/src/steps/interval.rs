@@ -15,6 +15,7 @@ use super::recorded::cast;
 use super::{Evidence, proved_line};
 use crate::designed::IntervalDeployment;
 use crate::operation;
+use crate::results::NoObserver;
 use crate::study::{ActingBounds, ObserverSpec, Study};
 
 impl IntervalDeployment {
@@ -30,7 +31,7 @@ impl IntervalDeployment {
         let operation = operation::largest(study, observer);
         let sampling = SampledPlant { plant, gain, period, held: false, operation, format: Format::Binary32 };
         let found = sampled_design(&sampling, coordinates, observer.bounds.as_ref());
-        Self { binary32: found.map_err(|error| error.to_string()), binary64: Ok(designed.clone()) }
+        Self { binary32: found.map_err(NoObserver::from), binary64: designed.clone() }
     }
 
     /// The designs of a specification with the gain for samples; none for that of the least width.
@@ -43,9 +44,9 @@ impl IntervalDeployment {
         (coordinates, first): (ErrorCoordinates, &[f64]),
         (plant, gain): (&StateSpace, Option<DMatrix<f64>>),
         period: f64,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, NoObserver> {
         if plant.d.is_some() {
-            return Err(WITH_FEEDTHROUGH.to_owned());
+            return Err(NoObserver::new(WITH_FEEDTHROUGH));
         }
         let operation = operation::largest(study, observer);
         let of = |format| {
@@ -57,21 +58,20 @@ impl IntervalDeployment {
                 operation: operation.clone(),
                 format,
             };
-            sampled_design(&sampling, (coordinates, first), observer.bounds.as_ref()).map_err(|error| error.to_string())
+            sampled_design(&sampling, (coordinates, first), observer.bounds.as_ref()).map_err(NoObserver::from)
         };
-        let binary64 = Ok(of(Format::Binary64)?);
+        let binary64 = of(Format::Binary64)?;
         Ok(Self { binary32: of(Format::Binary32), binary64 })
     }
 
-    fn of(&self, format: Format) -> Result<&SampledIntervalDesign, &str> {
-        let found = if format == Format::Binary32 { &self.binary32 } else { &self.binary64 };
-        found.as_ref().map_err(String::as_str)
+    fn of(&self, format: Format) -> Result<&SampledIntervalDesign, &NoObserver> {
+        if format == Format::Binary32 { self.binary32.as_ref() } else { Ok(&self.binary64) }
     }
 
     /// The step of a format.
     pub(crate) fn program(&self, scalar: Scalar) -> Result<RecordedStep<f64>, ExportError> {
         let refused = |why: String| ExportError::NoStep { why, format: scalar.name() };
-        let design = self.of(format(scalar)).map_err(|why| refused(why.to_owned()))?;
+        let design = self.of(format(scalar)).map_err(|why| refused(why.to_string()))?;
         program(&design.observer).map_err(refused)
     }
 
@@ -86,7 +86,7 @@ impl IntervalDeployment {
 
     /// The names of the states of the step beside the plant's.
     pub(crate) fn names(&self, states: &[String]) -> Vec<String> {
-        let blocks = self.binary64.as_ref().map_or(0, |design| design.blocks.len());
+        let blocks = self.binary64.blocks.len();
         let widths = states.iter().map(|state| format!("{state}_half_width"));
         widths.chain((1..=blocks).map(|k| format!("rho{k}"))).collect()
     }

@@ -28,7 +28,7 @@ use luenberger_proof::wording::at_least;
 use nalgebra::{DMatrix, DVector};
 
 use crate::designed::{Designed, NonlinearStep, SampledDesign};
-use crate::results::{FailureReport, Statement};
+use crate::results::{NoObserver, Statement};
 use crate::study::{GainSpec, LinearSpec, ObserverSpec};
 use crate::synthesis::{Sampling, discrete};
 
@@ -77,9 +77,9 @@ impl SampledDesign {
     /// Checks that the gain, as stored in `format`, still makes the observer stable.
     ///
     /// # Errors
-    /// [`FailureReport`] with the spectral radius of `A - L C`; none for a number that the format cannot store, which
+    /// [`NoObserver`] with the spectral radius of `A - L C`; none for a number that the format cannot store, which
     /// is an error of the export.
-    pub fn stored_in(&self, observer: &ObserverSpec, format: Format) -> Result<(), FailureReport> {
+    pub fn stored_in(&self, observer: &ObserverSpec, format: Format) -> Result<(), NoObserver> {
         let Some(m) = self.matrices() else { return Ok(()) };
         let (Some(a), Some(c), Some(l)) = (stored(m.a, format), stored(m.c, format), stored(m.l, format)) else {
             return Ok(());
@@ -90,7 +90,8 @@ impl SampledDesign {
                     "rounded to {format}, A - L C has the spectral radius {}, which is not below 1",
                     at_least(radius, 6)
                 );
-                Err(FailureReport::new(hypothesis, observer.place.line)
+                Err(NoObserver::new(hypothesis)
+                    .at(observer.place.line)
                     .hint("--format f64, or a shorter settling time in relation to the period"))
             }
             _ => Ok(()),
@@ -125,20 +126,18 @@ pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f6
 }
 
 /// The sampled design of an observer of a linear plant that its gain alone determines.
-pub(crate) fn of_gain(of: &Sampling<'_>, gain: &LinearSpec) -> Option<Result<SampledDesign, FailureReport>> {
-    let (plan, plant) = (&of.plan, of.plan.study.plant.model.linear()?);
-    Some(of.named(|| {
-        if let Some(design) = of.designed.and_then(Designed::sampled) {
-            return Ok(design.clone());
-        }
-        let design = if let Some(dt) = plan.study.plant.dt {
-            discrete::gain_in_words(plan, &plant, gain, dt)?
-        } else {
-            let sampled = of.linear(&plant, gain).and_then(|linear| sampled_linear(&linear, gain, of.period));
-            sampled.map_err(|error| error.to_string())?
-        };
-        Ok(SampledDesign::Linear(Box::new(design)))
-    }))
+pub(crate) fn of_gain(of: &Sampling<'_>, gain: &LinearSpec) -> Result<Option<SampledDesign>, NoObserver> {
+    let Some(plant) = of.plant() else { return Ok(None) };
+    if let Some(design) = of.designed.and_then(Designed::sampled) {
+        return Ok(Some(design.clone()));
+    }
+    let design = if let Some(dt) = of.plan.study.plant.dt {
+        discrete::gain_of_step(&of.plan, plant, gain, dt)?
+    } else {
+        let linear = of.linear(plant, gain)?;
+        sampled_linear(&linear, gain, of.period)?
+    };
+    Ok(Some(SampledDesign::Linear(Box::new(design))))
 }
 
 /// The same of an observer of the linearisation at an operating point.
@@ -146,34 +145,28 @@ pub(crate) fn of_gain_at_point(
     of: &Sampling<'_>,
     gain: &LinearSpec,
     point: &OperatingPoint,
-) -> Result<SampledDesign, FailureReport> {
+) -> Result<SampledDesign, NoObserver> {
     if gain.is_filter {
         let name = &of.plan.requested.name;
         let hypothesis = format!("{name} is in filter form, which has no export at an operating point");
-        return Err(of.plan.refused(hypothesis).hint("form = \"predictor\""));
+        return Err(NoObserver::new(hypothesis).hint("form = \"predictor\""));
     }
-    of.named(|| {
-        let linear = of.linear(&point.linear, gain);
-        let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, of.period));
-        around(sampled, point, (of.period, &of.plan.reading()))
-    })
+    let linear = of.linear(&point.linear, gain)?;
+    around(&sampled_linear(&linear, gain, of.period)?, point, (of.period, &of.plan.reading()))
 }
 
 /// A sampled linear design in deviations from an operating point.
 pub(crate) fn around(
-    sampled: Result<DiscreteDesign, DesignError>,
+    sampled: &DiscreteDesign,
     point: &OperatingPoint,
     (period, reading): (f64, &Reading<'_>),
-) -> Result<SampledDesign, String> {
-    let words = |error: &dyn std::fmt::Display| error.to_string();
-    let sampled = sampled.map_err(|error| words(&error))?;
-    let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
+) -> Result<SampledDesign, NoObserver> {
+    let plant = expressions::around(sampled.observer.plant(), point)?;
     let statement = Statement::of("The linearisation at the operating point is sampled with the input held.")
         .proved(sampled.certificate.sentences(reading))
         .remark("Nothing is proved of the nonlinear plant.");
-    let with_gain = DiscreteNonlinearObserver::new(plant, sampled.l().clone(), period);
     Ok(SampledDesign::Nonlinear(Box::new(NonlinearStep {
-        observer: ExportableObserver::Discrete(with_gain.map_err(|error| words(&error))?),
+        observer: ExportableObserver::Discrete(DiscreteNonlinearObserver::new(plant, sampled.l().clone(), period)?),
         initial: None,
         certificate: Some(sampled.certificate.clone()),
         statement,
@@ -189,7 +182,7 @@ pub(crate) fn sampled_linear(
     period: f64,
 ) -> Result<DiscreteDesign, DesignError> {
     match &gain.gain {
-        GainSpec::Kalman { w, v } => DiscreteDesign::sampled_kalman(&linear.observer.plant(), period, w, v),
+        GainSpec::Kalman(noise) => DiscreteDesign::sampled_kalman_of(&linear.observer.plant(), period, noise),
         _ => DiscreteDesign::sampled(linear, period),
     }
 }

@@ -13,8 +13,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::fixed_steps::{self, MOST_SUBSTEPS};
 use super::{Evidence, of_statement};
-use crate::designed::{Designed, NonlinearStep, Refusal, Running, StepOf};
-use crate::results::{DesignVerdict, Statement};
+use crate::designed::{Designed, NonlinearStep, Running, StepOf};
+use crate::results::{DesignVerdict, NoObserver, Statement};
 
 /// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its
 /// own error is then below 1e-5 of the change.
@@ -103,12 +103,11 @@ pub(crate) fn filter_step<F>(
         impl Fn(&F, Prediction) -> Result<F, ObserverError>,
         impl Fn(F) -> NonlinearStep,
     ),
-) -> Result<NonlinearStep, Refusal>
+) -> Result<NonlinearStep, NoObserver>
 where
     F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,
     F::State: Clone,
 {
-    let made = |plant, w| made(plant, w).map_err(|error| (error.to_string(), Vec::new()));
     let filter = made(of.plant.clone(), None)?;
     if prediction == Prediction::Discrete {
         return Ok(step(filter));
@@ -125,16 +124,13 @@ where
 const EXACT: &str = "Between samples the plant is linear: the prediction is its exact discretisation, with the input held over the period.";
 
 /// The step of a recorded observer in continuous time.
-pub(crate) fn extension<O: Running + ?Sized>(observer: &O, of: &StepOf<'_>) -> Result<NonlinearStep, Refusal> {
+pub(crate) fn extension<O: Running + ?Sized>(observer: &O, of: &StepOf<'_>) -> Result<NonlinearStep, NoObserver> {
     let written = of.plant.record(|recording| observer.record(of, recording))?;
     let substeps = match of.substeps {
         Some(substeps) => substeps,
         None => substeps_of(observer, of, &written)?,
     };
-    let sampled = |substeps| {
-        let made = InterSampleObserver::new(of.plant.clone(), written.clone(), of.period, substeps);
-        made.map_err(|error| (error.to_string(), Vec::new()))
-    };
+    let sampled = |substeps| InterSampleObserver::new(of.plant.clone(), written.clone(), of.period, substeps);
     let (coarse, fine) = (sampled(substeps)?, sampled(2 * substeps)?);
     let of_run = (substeps, of.observer.initial.as_slice());
     let step_error = fixed_steps::sentence((of.study, of.observer), of.plant, (&coarse, &fine), of_run);
@@ -147,7 +143,7 @@ fn substeps_of<O: Running + ?Sized>(
     observer: &O,
     of: &StepOf<'_>,
     written: &RecordedObserver,
-) -> Result<usize, Refusal> {
+) -> Result<usize, NoObserver> {
     let u = of.first_input();
     let x = DVector::from_column_slice(&of.observer.initial);
     let y: DVector<f64> = of.plant.output(0.0, &x, &u);
@@ -159,11 +155,9 @@ fn substeps_of<O: Running + ?Sized>(
     steps_for(of.period, fastest(&jacobian))
 }
 
-fn not_finite(whose: &str) -> Refusal {
-    (
-        format!("the Jacobian of the {whose} is not finite at the first estimate"),
-        vec!["--substeps sets the number of Runge-Kutta steps per period".to_owned()],
-    )
+fn not_finite(whose: &str) -> NoObserver {
+    NoObserver::new(format!("the Jacobian of the {whose} is not finite at the first estimate"))
+        .hint("--substeps sets the number of Runge-Kutta steps per period")
 }
 
 fn fastest(jacobian: &DMatrix<f64>) -> f64 {
@@ -186,15 +180,12 @@ impl StepOf<'_> {
         l: &DMatrix<f64>,
         initial: Vec<f64>,
         remark: &'static str,
-    ) -> Result<NonlinearStep, Refusal> {
+    ) -> Result<NonlinearStep, NoObserver> {
         let substeps = match self.substeps {
             Some(substeps) => substeps,
             None => self.substeps_for(l, &initial)?,
         };
-        let copy = |substeps| {
-            SampledNonlinearObserver::new(self.plant.clone(), l.clone(), self.period, substeps)
-                .map_err(|error| (error.to_string(), Vec::new()))
-        };
+        let copy = |substeps| SampledNonlinearObserver::new(self.plant.clone(), l.clone(), self.period, substeps);
         let (coarse, fine) = (copy(substeps)?, copy(2 * substeps)?);
         let of_run = (substeps, initial.as_slice());
         let step_error = fixed_steps::sentence((self.study, self.observer), self.plant, (&coarse, &fine), of_run);
@@ -203,7 +194,7 @@ impl StepOf<'_> {
     }
 
     /// Runge-Kutta steps per period that resolve the fastest mode of the error at the first estimate.
-    fn substeps_for(&self, l: &DMatrix<f64>, initial: &[f64]) -> Result<usize, Refusal> {
+    fn substeps_for(&self, l: &DMatrix<f64>, initial: &[f64]) -> Result<usize, NoObserver> {
         let (u, x) = (self.first_input(), DVector::from_column_slice(initial));
         let a: DMatrix<f64> = self.plant.state_jacobian(0.0, &x, &u) - l * self.plant.output_jacobian(0.0, &x, &u);
         if a.iter().any(|entry| !entry.is_finite()) {
@@ -214,21 +205,18 @@ impl StepOf<'_> {
 }
 
 /// Runge-Kutta steps per period for a mode of this magnitude.
-pub(crate) fn steps_for(period: f64, fastest: f64) -> Result<usize, Refusal> {
+pub(crate) fn steps_for(period: f64, fastest: f64) -> Result<usize, NoObserver> {
     let wanted = (period * fastest / SHARE).ceil().max(1.0);
     if wanted <= MOST_SUBSTEPS as f64 {
         return Ok(wanted as usize);
     }
-    Err((
-        format!(
-            "the period {period} is long for the fastest mode of the error, with the time constant {}: {} Runge-Kutta steps per period would be needed",
-            significant(1.0 / fastest, 3),
-            significant(wanted, 3)
-        ),
-        vec![
-            format!("--period {} or shorter", significant(SHARE * MOST_SUBSTEPS as f64 / fastest, 2)),
-            "--substeps to take fewer steps, or more than 100".to_owned(),
-            "a slower observer".to_owned(),
-        ],
-    ))
+    let hypothesis = format!(
+        "the period {period} is long for the fastest mode of the error, with the time constant {}: {} Runge-Kutta steps per period would be needed",
+        significant(1.0 / fastest, 3),
+        significant(wanted, 3)
+    );
+    Err(NoObserver::new(hypothesis)
+        .hint(format!("--period {} or shorter", significant(SHARE * MOST_SUBSTEPS as f64 / fastest, 2)))
+        .hint("--substeps to take fewer steps, or more than 100")
+        .hint("a slower observer"))
 }

@@ -2,11 +2,11 @@
 //! numbers, and its body writes the program.
 
 use luenberger_export::extension::RecordedObserver;
-use luenberger_expression::{Recorded, Recording, RecordingError};
-use luenberger_observers::{Observer, ObserverError};
+use luenberger_expression::{Recorded, Recording};
+use luenberger_observers::Observer;
 use nalgebra::{DMatrix, DVector, convert};
 
-use crate::designed::Refusal;
+use crate::results::NoObserver;
 
 /// A matrix of constants.
 pub(crate) fn cast(m: &DMatrix<f64>) -> DMatrix<Recorded> {
@@ -14,19 +14,9 @@ pub(crate) fn cast(m: &DMatrix<f64>) -> DMatrix<Recorded> {
 }
 
 /// The program of an observer.
-pub(crate) fn recorded<O>(recording: &mut Recording, observer: &O) -> Result<RecordedObserver, Refusal>
+pub(crate) fn recorded<O>(recording: &mut Recording, observer: &O) -> Result<RecordedObserver, NoObserver>
 where
     O: Observer<Recorded, Input = DVector<Recorded>, Output = DVector<Recorded>, Estimate = DVector<Recorded>>,
 {
-    RecordedObserver::new(recording, observer).map_err(|error| no_program(&error))
-}
-
-/// Why a body has no program.
-pub(crate) fn no_program(error: &RecordingError) -> Refusal {
-    (format!("the observer has no program: {error}"), Vec::new())
-}
-
-/// Why an observer cannot be made again.
-pub(crate) fn refused(error: ObserverError) -> Refusal {
-    (error.to_string(), Vec::new())
+    Ok(RecordedObserver::new(recording, observer)?)
 }

@@ -172,6 +172,11 @@ pub trait Specification: Setting {
         "Guarantee not valid outside the design region"
     }
 
+    /// Whether bounds of its error are for an uncertain plant too.
+    fn takes_uncertainty(&self) -> bool {
+        false
+    }
+
     /// Bounds of |x(0) - xhat(0)|, of an observer that states bounds of its error.
     fn first_bounds(&self) -> Option<&[f64]> {
         None

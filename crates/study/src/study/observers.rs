@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use luenberger_design::GainOptions;
+use luenberger_design::{GainOptions, KalmanNoise};
 use luenberger_lmi::Solver;
 use nalgebra::{Complex, DMatrix};
 
@@ -103,13 +103,8 @@ impl From<GainSpec> for LinearSpec {
 pub enum GainSpec {
     /// Pole placement: the eigenvalues of `A - L C`.
     Poles(Vec<Complex<f64>>),
-    /// The stationary Kalman gain.
-    Kalman {
-        /// Intensity of the process noise, n x n.
-        w: DMatrix<f64>,
-        /// Intensity of the measurement noise, p x p.
-        v: DMatrix<f64>,
-    },
+    /// The stationary Kalman gain for this noise.
+    Kalman(KalmanNoise),
     /// A decay rate, by an LMI.
     DecayRate(f64),
     /// The gain with the largest margin of the LMI.

@@ -14,32 +14,8 @@ use luenberger_plants::Dimensions;
 use luenberger_proof::wording::shortest;
 use nalgebra::DMatrix;
 
-use crate::results::Proposal;
+use crate::results::{Advice, Proposal};
 use crate::study::{GainSpec, LinearSpec, ObserverSpec, PlantClass, Study};
-
-/// What a refusal proposes and says.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Advice {
-    pub(crate) proposals: Vec<Proposal>,
-    pub(crate) hints: Vec<String>,
-}
-
-impl Advice {
-    pub(crate) fn hint(hint: impl Into<String>) -> Self {
-        Self { proposals: Vec::new(), hints: vec![hint.into()] }
-    }
-
-    pub(crate) fn of(proposals: impl IntoIterator<Item = Proposal>) -> Self {
-        Self { proposals: proposals.into_iter().collect(), hints: Vec::new() }
-    }
-
-    /// Both, this one first.
-    pub(crate) fn and(mut self, other: Self) -> Self {
-        self.proposals.extend(other.proposals);
-        self.hints.extend(other.hints);
-        self
-    }
-}
 
 /// A matrix as the value of a key.
 pub(crate) fn rows(matrix: &DMatrix<f64>) -> String {
@@ -151,7 +127,7 @@ pub(crate) fn other_gains(study: &Study, linear: &LinearSpec) -> Advice {
     if study.plant.dt.is_none() && !matches!(linear.gain, GainSpec::Lmi) {
         ways.push(Proposal::keys(["lmi = true".to_owned()], ALL, LARGEST_MARGIN));
     }
-    if !matches!(linear.gain, GainSpec::Kalman { .. }) {
+    if !matches!(linear.gain, GainSpec::Kalman(_)) {
         let unit = "kalman = { w = 1, v = 1 }".to_owned();
         let why = "the gain of a filter for noise of these intensities, which are to be chosen";
         ways.push(Proposal::keys([unit], UNLIMITED, why));

@@ -4,58 +4,64 @@ use luenberger_design::DiscreteDesign;
 use luenberger_plants::StateSpace;
 
 use super::Plan;
-use super::alternative::{Advice, another_gain};
-use super::explain::{self, Misfit};
+use super::alternative::another_gain;
+use super::explain;
 use super::linear::measurement;
-use super::{Designed, NoDesign, asymptotic_factor, certified, matrix, number, poles, proved_of};
+use super::{Designed, asymptotic_factor, certified, deviations, matrix, number, poles, proved_of};
 use crate::designed::{Origin, Runnable, SampledDesign};
-use crate::results::{DesignReport, STATIONARY_COVARIANCES};
+use crate::results::{Advice, DesignReport, NoObserver, Quantity};
 use crate::study::{GainSpec, LinearSpec};
 
 /// The design of a linear observer.
-pub(crate) fn design(plan: &Plan<'_>, spec: &LinearSpec, dt: f64) -> Result<Designed, NoDesign> {
+pub(crate) fn design(plan: &Plan<'_>, spec: &LinearSpec, dt: f64) -> Result<Designed, NoObserver> {
     let plant = plan.linear()?;
-    let found = gain_of(plan, &plant, (spec, dt))?;
-    plan.explained(found.map(|design| plan.in_loop(&plant, linear(plan, &plant, &design, (spec, dt)))))
+    let design = gain_of(plan, plant, (spec, dt))?;
+    Ok(plan.in_loop(plant, linear(plan, plant, &design, (spec, dt))))
 }
 
-/// The gain, for error messages as a sentence.
-pub(crate) fn gain_in_words(
+/// The gain of a step, whose refusal has no advice.
+pub(crate) fn gain_of_step(
     plan: &Plan<'_>,
     plant: &StateSpace,
     spec: &LinearSpec,
     dt: f64,
-) -> Result<DiscreteDesign, String> {
-    let found = gain_of(plan, plant, (spec, dt)).and_then(|found| plan.explained(found));
-    found.map_err(|none| match none {
-        NoDesign::Misfit(failure) => failure.hypothesis,
-        NoDesign::Interrupted => "interrupted".to_owned(),
+) -> Result<DiscreteDesign, NoObserver> {
+    gain_of(plan, plant, (spec, dt)).map_err(|none| {
+        let explained = explain::explained(plan, none, None);
+        NoObserver { hypothesis: explained.hypothesis, cause: explained.cause, ..NoObserver::new("") }
     })
 }
 
-/// The gain; a failure for a specification that is of continuous time.
+/// The gain; a refusal for a specification that is of continuous time.
 pub(crate) fn gain_of(
     plan: &Plan<'_>,
     plant: &StateSpace,
     (spec, dt): (&LinearSpec, f64),
-) -> Result<Result<DiscreteDesign, Misfit>, NoDesign> {
+) -> Result<DiscreteDesign, NoObserver> {
     let refused = |hypothesis: &str| {
         let hint = "`poles` inside the unit circle, `w` and `v` per sample, or `gain`";
-        let instead = another_gain(plan.study, plan.requested).and(Advice::hint(hint));
-        explain::failure(plan.requested, hypothesis.to_owned(), instead)
+        NoObserver::new(hypothesis).advise(another_gain(plan.study, plan.requested).and(Advice::hint(hint)))
     };
     if spec.weight.is_some() {
-        return Err(refused("`rho` and `q` are for plants in continuous time").into());
+        return Err(refused("`rho` and `q` are for plants in continuous time"));
     }
     let design = match &spec.gain {
         GainSpec::Poles(poles) => DiscreteDesign::with_poles(plant, dt, poles),
-        GainSpec::Kalman { w, v } => DiscreteDesign::kalman(plant, dt, w, v),
+        GainSpec::Kalman(noise) => DiscreteDesign::kalman_of(plant, dt, noise),
         GainSpec::Given(l) => DiscreteDesign::with_gain(plant, dt, l),
         GainSpec::DecayRate(_) | GainSpec::Lmi => {
-            return Err(refused("`decay_rate` and `lmi` are for plants in continuous time").into());
+            return Err(refused("`decay_rate` and `lmi` are for plants in continuous time"));
         }
     };
-    Ok(design.map_err(Misfit::from))
+    Ok(design?)
+}
+
+/// The name of the gain of the measurement update.
+fn update_of(spec: &LinearSpec) -> &'static str {
+    match &spec.gain {
+        GainSpec::Kalman(noise) if noise.s.is_some() => "K (gain of the measurement update)",
+        _ => "K (gain of the measurement update, L = A K)",
+    }
 }
 
 /// A linear observer in numbers and words.
@@ -63,16 +69,19 @@ fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, (spec, d
     let filter = design.filter().filter(|_| spec.is_filter);
     let radius = design.spectral_radius();
     let mut matrices = vec![matrix("L", design.l())];
+    let mut stationary_deviation = design.covariance().map(deviations);
     match design.covariance() {
         Some(covariance) => {
-            matrices.push(matrix(STATIONARY_COVARIANCES[1], covariance));
+            matrices.push(matrix("P (stationary covariance of the prediction error)", covariance));
             matrices.push(matrix("Lyapunov matrix", &design.p));
         }
         None => matrices.push(matrix("P", &design.p)),
     }
     if let (Some(filter), Some(covariance)) = (&filter, design.filter_covariance()) {
-        matrices.insert(1, matrix("K (gain of the measurement update, L = A K)", filter.k()));
-        matrices.insert(2, matrix(STATIONARY_COVARIANCES[0], &covariance));
+        matrices.insert(1, matrix(update_of(spec), filter.k()));
+        let name = "(I - K C) P (stationary covariance of the estimation error)";
+        matrices.insert(2, matrix(name, &covariance));
+        stationary_deviation = Some(deviations(&covariance));
     }
     let form = match &filter {
         Some(_) => {
@@ -87,7 +96,8 @@ fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, (spec, d
             .remark(asymptotic_factor(radius)),
         matrices,
         poles: poles(&design.poles),
-        numbers: vec![number("period", dt), number("largest modulus of a pole", radius)],
+        numbers: vec![number(Quantity::Period, dt), number(Quantity::LargestPole, radius)],
+        stationary_deviation,
         ..certified(&design.certificate, &[])
     };
     let runnable = filter.map_or_else(|| Runnable::from(design.observer.clone()), Runnable::from);

@@ -15,7 +15,7 @@ use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use super::{Designed, matrix, number};
-use crate::results::report::eigenvalue;
+use crate::results::eigenvalue;
 use crate::results::{DesignReport, Statement};
 use crate::signal::Input;
 use crate::study::{ObserverSpec, Study};

@@ -9,11 +9,11 @@ use luenberger_proof::certificate::{KklErrorBound, Theorem};
 use luenberger_proof::wording::{at_most, counted, significant};
 use nalgebra::DVector;
 
-use super::explain::Misfit;
 use super::{facts, lower_bound, number, upper_bound};
 use crate::maps::KklMaps;
 use crate::model::Model;
-use crate::results::{FactReport, NamedNumber};
+use crate::results::{Advice, Cause, FactReport, NamedNumber, NoObserver};
+use crate::study::Study;
 
 /// The plant with the given maps, as the checks of `luenberger-design` take them. All states are estimated.
 ///
@@ -51,17 +51,18 @@ pub(crate) fn bound_numbers(bound: &KklErrorBound, names: &[String]) -> Vec<Name
 
 /// An error with the worst point unless phi^L takes phi(x) back, to the tolerance of the other checks.
 pub(crate) fn is_left_inverse(
-    model: &Model,
+    study: &Study,
     maps: &KklMaps,
     region: &Region,
     report: &KklReport,
     tolerance: f64,
-) -> Result<(), Misfit> {
+) -> Result<(), NoObserver> {
+    let plant = &study.plant;
     match &report.left_inverse {
         Ok((missed, _)) if *missed <= tolerance => Ok(()),
         Ok((missed, place)) => {
             let (x, t) = (DVector::from_column_slice(&place.state), place.time);
-            let y = model.output(t, &x, &DVector::zeros(maps.plant.inputs));
+            let y = plant.model.output(t, &x, &DVector::zeros(maps.plant.inputs));
             let back = maps.left_inverse(t, &maps.image(t, &x, &y), &y);
             let half = |k: usize| {
                 let (low, high) = region.states()[k];
@@ -69,16 +70,58 @@ pub(crate) fn is_left_inverse(
             };
             let share = |k: usize| (back[k] - x[k]).abs() / half(k);
             let state = (0..x.len()).max_by(|i, j| share(*i).total_cmp(&share(*j))).unwrap_or(0);
-            Err(Misfit::NotLeftInverse {
-                state,
-                found: back[state],
-                point: place.state.clone(),
-                time: t,
-                missed: *missed,
-            })
+            let instant = match plant.model.structure().explicit_time() {
+                Some(_) => format!(", t = {}", significant(t, 4)),
+                None => String::new(),
+            };
+            let hypothesis = format!(
+                "`left_inverse` is not a left inverse of phi: at {}{instant} it gives {} = {}, an error of {} half-widths of the region, the largest over all sampled states",
+                plant.at_state(&place.state),
+                plant.states[state],
+                significant(back[state], 6),
+                significant(*missed, 3)
+            );
+            let (found, point, missed) = (back[state], place.state.clone(), *missed);
+            Err(NoObserver::new(hypothesis)
+                .because(Cause::NotLeftInverse { state, found, point, time: t, missed })
+                .hint("a `left_inverse` with phi^L(phi(x), h(x)) = x on the whole region"))
         }
-        Err(place) => Err(Misfit::UndefinedLeftInverse { point: place.state.clone() }),
+        Err(place) => {
+            let state = plant.at_state(&place.state);
+            Err(NoObserver::new(format!("`left_inverse` has no finite value at {state}, in the region"))
+                .because(Cause::UndefinedLeftInverse { point: place.state.clone() })
+                .hint("a smaller `region`, in which phi^L(phi(x), h(x)) is defined"))
+        }
     }
+}
+
+/// What to change of the maps.
+pub(crate) fn other_maps(study: &Study, cause: &Cause) -> Option<Advice> {
+    let Cause::Kkl(error) = cause else { return None };
+    if let (KklError::ResidualUndecided { .. }, Some(row)) = (error, study.plant.model.structure().explicit_time()) {
+        let row = study.plant.row(row);
+        let maps = format!("other `phi`, `lambda` or `b`, in which t may occur: {row} depends on the time t");
+        return Some(Advice::hint(maps).and(Advice::hint("a smaller `region`, its `time` included")));
+    }
+    let remedy = match error {
+        KklError::NotASolution(_) => "other `phi`, `lambda` or `b`: the two sides differ at the point named",
+        KklError::ResidualUndecided { .. } => "a smaller `region`, or maps without kinks, jumps and lookup tables",
+        KklError::NotHurwitz { eigenvalue, .. } if eigenvalue.re == 0.0 && eigenvalue.im == 0.0 => {
+            "the kind kkl-peb: rows of `lambda` that are zero leave a constant, which it estimates"
+        }
+        KklError::NotHurwitz { .. } | KklError::HurwitzUndecided { .. } => {
+            "another `lambda`, or a smaller `region` of the inputs"
+        }
+        KklError::ReadsItself(_) | KklError::CouplingUndecided(_) => {
+            "rows of `b` that use earlier entries of xi only; the linear part belongs into `lambda`"
+        }
+        KklError::NotInjective(_) | KklError::Indistinct(_) => {
+            "a `phi` with more rows, or a smaller `region` on which (phi, h) distinguishes all states"
+        }
+        KklError::Undefined { .. } => "a smaller `region`, in which plant and maps are defined",
+        _ => return None,
+    };
+    Some(Advice::hint(remedy))
 }
 
 /// What was found of phi^L without a proof.

@@ -5,23 +5,21 @@ use luenberger_plants::StateSpace;
 
 use super::Plan;
 use super::error_bound::{acting, bounded};
-use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::{Designed, NoDesign, asymptotic_rate, certified, matrix, number, poles, proved_of};
-use crate::results::{DesignReport, STATIONARY_COVARIANCES};
+use super::{Designed, asymptotic_rate, certified, deviations, matrix, number, poles, proved_of};
+use crate::results::{DesignReport, NoObserver, Quantity};
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
 /// The design of an observer that is linear, of this gain.
-pub(crate) fn design(plan: &Plan<'_>, requested: &LinearSpec) -> Result<Designed, NoDesign> {
+pub(crate) fn design(plan: &Plan<'_>, requested: &LinearSpec) -> Result<Designed, NoObserver> {
     let plant = plan.linear()?;
-    let designed = of(&plant, requested, &plan.options())
-        .map_err(Misfit::from)
-        .and_then(|linear| linear_report(plan.study, &plant, &linear, plan.requested.bounds.as_ref()));
-    plan.at_point(designed.map(|designed| plan.in_loop(&plant, designed)))
+    let linear = linear_design(plant, requested, &plan.options())?;
+    let designed = linear_report(plan.study, plant, &linear, plan.requested.bounds.as_ref())?;
+    plan.at_point(plan.in_loop(plant, designed))
 }
 
 /// The linear design of a specification.
-pub(crate) fn of(
+pub(crate) fn linear_design(
     plant: &StateSpace,
     requested: &LinearSpec,
     options: &GainOptions,
@@ -29,7 +27,7 @@ pub(crate) fn of(
     let weight = || requested.weight.clone().unwrap_or_default();
     match &requested.gain {
         GainSpec::Poles(poles) => LinearDesign::with_poles_and_weight(plant, poles, weight()),
-        GainSpec::Kalman { w, v } => LinearDesign::kalman_with_weight(plant, w, v, weight()),
+        GainSpec::Kalman(noise) => LinearDesign::kalman_of(plant, noise, weight()),
         GainSpec::Given(l) => LinearDesign::with_gain_and_weight(plant, l, weight()),
         _ if requested.weight.is_some() => Err(DesignError::LyapunovMatrixGiven),
         GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, options),
@@ -48,17 +46,17 @@ pub(crate) fn linear_report(
     plant: &StateSpace,
     design: &LinearDesign,
     bounds: Option<&ActingBounds>,
-) -> Result<Designed, Misfit> {
+) -> Result<Designed, NoObserver> {
     let rate = -design.spectral_abscissa();
     let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], design.l(), Some(&design.poles));
-    let mut numbers = vec![number("decay rate", rate)];
+    let mut numbers = vec![number(Quantity::DecayRate, rate)];
     numbers.extend(noise.numbers());
     let l = matrix("L", design.l());
     // P of a Kalman filter is the covariance of its error.
     let matrices = match design.covariance() {
         Some(covariance) => vec![
             l,
-            matrix(STATIONARY_COVARIANCES[2], covariance),
+            matrix("P (stationary error covariance)", covariance),
             matrix("Lyapunov matrix", &design.p),
             matrix("Lyapunov right-hand side", &design.q),
         ],
@@ -72,6 +70,7 @@ pub(crate) fn linear_report(
         poles: poles(&design.poles),
         numbers,
         noise_deviation: noise.deviation,
+        stationary_deviation: design.covariance().map(deviations),
         ..certified(&design.certificate, &[])
     };
     let designed = Designed::new(design.observer.clone().into(), report, Some(design.certificate.clone()))

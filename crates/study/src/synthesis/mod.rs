@@ -11,7 +11,6 @@ pub(crate) mod noise_gain;
 pub(crate) mod operating_point;
 pub(crate) mod plan;
 
-pub use alternative::Advice;
 pub(crate) use alternative::other_kinds;
 pub use plan::{Plan, Sampling};
 
@@ -22,24 +21,7 @@ use luenberger_proof::wording::{at_least, significant};
 use nalgebra::{Complex, DMatrix};
 
 pub(crate) use crate::designed::Designed;
-use crate::results::{
-    DesignReport, DesignVerdict, FactReport, FailureReport, NamedMatrix, NamedNumber, Rounding, Statement,
-};
-
-/// Why an observer has no design.
-#[derive(Debug, Clone, PartialEq)]
-pub enum NoDesign {
-    /// The observer is not applicable to the plant: violated hypothesis, alternatives and hints.
-    Misfit(FailureReport),
-    /// Interrupted by the user.
-    Interrupted,
-}
-
-impl From<FailureReport> for NoDesign {
-    fn from(failure: FailureReport) -> Self {
-        Self::Misfit(failure)
-    }
-}
+use crate::results::{DesignReport, DesignVerdict, FactReport, Label, NamedMatrix, NamedNumber, Rounding, Statement};
 
 pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
     let rows = m.row_iter().map(|row| row.iter().copied().collect()).collect();
@@ -47,17 +29,18 @@ pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
 }
 
 /// A computed number.
-pub(crate) fn number(name: &str, value: f64) -> NamedNumber {
-    NamedNumber { name: name.to_owned(), value: value.is_finite().then_some(value), rounding: Rounding::Nearest }
+pub(crate) fn number(name: impl Into<Label>, value: f64) -> NamedNumber {
+    let Label { name, quantity } = name.into();
+    NamedNumber { name, quantity, value: value.is_finite().then_some(value), rounding: Rounding::Nearest }
 }
 
 /// A number that is proved to be at least this.
-pub(crate) fn lower_bound(name: &str, value: f64) -> NamedNumber {
+pub(crate) fn lower_bound(name: impl Into<Label>, value: f64) -> NamedNumber {
     NamedNumber { rounding: Rounding::Down, ..number(name, value) }
 }
 
 /// A number that is proved to be at most this.
-pub(crate) fn upper_bound(name: &str, value: f64) -> NamedNumber {
+pub(crate) fn upper_bound(name: impl Into<Label>, value: f64) -> NamedNumber {
     NamedNumber { rounding: Rounding::Up, ..number(name, value) }
 }
 
@@ -97,7 +80,22 @@ fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
         verdict: DesignVerdict::of_fact(&fact.verdict),
         margin: fact.verdict.margin(),
         words,
+        is_at_vertex: fact.vertex.is_some(),
+        equation: equation(&fact.inequality).map(str::to_owned),
     }
+}
+
+/// The number of an inequality in its paper, `(13')`, in its label.
+fn equation(label: &str) -> Option<&str> {
+    let is_number = |word: &&str| {
+        word.strip_prefix('(').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()) && rest.ends_with(')'))
+    };
+    label.split_whitespace().find(is_number)
+}
+
+/// The standard deviations of an error of this covariance.
+pub(crate) fn deviations(covariance: &DMatrix<f64>) -> Vec<f64> {
+    covariance.diagonal().iter().map(|variance| variance.max(0.0).sqrt()).collect()
 }
 
 /// What a certificate proves of the plant that it is read as; that nothing is proved, where that is so.

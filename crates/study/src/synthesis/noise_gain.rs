@@ -10,7 +10,7 @@ use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::number;
-use crate::results::NamedNumber;
+use crate::results::{NamedNumber, Quantity};
 use crate::study::{OutputNoise, Simulation, Study};
 
 /// The noise gain of a design, and what it means for the noise of the study.
@@ -39,7 +39,7 @@ impl NoiseGain {
             let f = a - l * c;
             let white = lyapunov(&f.transpose(), &symmetric_part(&(l * l.transpose())));
             worst.gain = worst.gain.max(white.map_or(f64::NAN, |x| x.p.trace().max(0.0).sqrt()));
-            if let Some(x) = simulation.and_then(|simulation| held(&f, l, simulation)) {
+            if let Some(x) = simulation.and_then(|simulation| noise_covariance(&f, l, simulation)) {
                 let deviation = x.diagonal().map(|variance| variance.max(0.0).sqrt());
                 if worst.deviation.is_empty() {
                     worst.deviation = deviation.as_slice().to_vec();
@@ -58,13 +58,13 @@ impl NoiseGain {
 
     /// The numbers of the report.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = NamedNumber> {
-        let ratio = self.ratio.map(|ratio| number(SPEED_RATIO, ratio));
-        [number("norm of L", self.norm), number("noise gain", self.gain)].into_iter().chain(ratio)
+        let ratio = self.ratio.map(|ratio| number(Quantity::SpeedRatio, ratio));
+        [number(Quantity::GainNorm, self.norm), number(Quantity::NoiseGain, self.gain)].into_iter().chain(ratio)
     }
 }
 
 /// The stationary covariance of the error with the noise of the study; none if it does not exist in floating point.
-fn held(f: &DMatrix<f64>, l: &DMatrix<f64>, simulation: &Simulation) -> Option<DMatrix<f64>> {
+fn noise_covariance(f: &DMatrix<f64>, l: &DMatrix<f64>, simulation: &Simulation) -> Option<DMatrix<f64>> {
     let noises: Vec<Option<OutputNoise>> = (0..l.ncols()).map(|output| simulation.noise_of(output)).collect();
     let mut periods: Vec<f64> = noises.iter().flatten().map(|noise| noise.period).collect();
     periods.sort_by(f64::total_cmp);
@@ -79,6 +79,3 @@ fn held(f: &DMatrix<f64>, l: &DMatrix<f64>, simulation: &Simulation) -> Option<D
     }
     Some(sum)
 }
-
-/// The name of the ratio of the largest modulus of an observer pole to that of a plant pole.
-pub(crate) const SPEED_RATIO: &str = "fastest pole relative to the plant";

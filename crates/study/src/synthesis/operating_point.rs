@@ -6,14 +6,13 @@ use luenberger_observers::DeviationObserver;
 use luenberger_proof::wording::significant;
 
 use super::Designed;
-use super::explain::Misfit;
 use crate::designed::At;
 use crate::model::Model;
-use crate::results::Statement;
+use crate::results::{NoObserver, Statement};
 use crate::study::Study;
 
 /// The observer of the linearisation, run in deviations from the operating point, with what its certificate speaks of.
-pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, Misfit> {
+pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, NoObserver> {
     let Designed { runnable, mut report, certificate, origin } = design;
     let runnable = match runnable.at(point) {
         Some(shifted) => shifted?,
@@ -38,13 +37,13 @@ pub(crate) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
 }
 
 /// The observer in deviations from the point.
-pub(crate) fn at<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, DesignError> {
+pub(crate) fn in_deviations<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, DesignError> {
     let made = DeviationObserver::new(observer, point.x.clone(), point.u.clone(), point.y.clone());
     Ok(made?)
 }
 
 fn is_affine(model: &Model) -> bool {
-    matches!(model, Model::Expressions(plant) if plant.affine().is_ok())
+    matches!(model, Model::Expressions(plant, _) if plant.affine().is_ok())
 }
 
 /// The operating point of an observer as the page of a report has it.

@@ -4,16 +4,16 @@ use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use luenberger_design::{CubicDesign, CubicGain, DesignError, GainOptions, LinearDesign, NumericalKklError};
+use luenberger_design::{CubicDesign, CubicGain, DesignError, GainOptions, LinearDesign};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::shortest;
 use nalgebra::DMatrix;
 
-use super::explain::{self, Misfit};
+use super::explain;
 use super::linear;
-use super::{Advice, Designed, NoDesign, feedback, operating_point, other_kinds};
-use crate::results::{FailureReport, Proposal};
+use super::{Designed, feedback, operating_point, other_kinds};
+use crate::results::{Advice, Cause, NoObserver, Proposal};
 use crate::study::{LinearSpec, ObserverSpec, PlantClass, Study};
 
 /// The study and its observer that is designed.
@@ -29,23 +29,25 @@ pub struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     /// The refusal of a plant in discrete time.
-    pub fn only_in_continuous_time(&self, dt: f64) -> NoDesign {
+    pub fn only_in_continuous_time(&self, dt: f64) -> NoObserver {
         let kind = self.requested.kind.name();
-        let hypothesis = format!("the kind {kind} is for plants in continuous time, and this one has dt = {dt}");
-        explain::failure(self.requested, hypothesis, other_kinds(self.study, self.requested)).into()
+        NoObserver::new(format!("the kind {kind} is for plants in continuous time, and this one has dt = {dt}"))
+            .because(Cause::DiscreteTime { dt })
+            .advise(other_kinds(self.study, self.requested))
     }
 
     /// That the period of the observer is that of the plant.
     ///
     /// # Errors
-    /// [`NoDesign::Misfit`] if it is another.
-    pub fn has_period_of_plant(&self, period: f64, dt: f64) -> Result<(), NoDesign> {
+    /// [`Cause::OtherPeriod`].
+    pub fn has_period_of_plant(&self, period: f64, dt: f64) -> Result<(), NoObserver> {
         if (period - dt).abs() <= 1e-9 * dt {
             return Ok(());
         }
-        let hypothesis = format!("period = {period}, and the plant is in discrete time with dt = {dt}");
         let same = Proposal::keys([format!("period = {}", shortest(dt))], &["period"], "that of the plant");
-        Err(explain::failure(self.requested, hypothesis, Advice::of([same])).into())
+        Err(NoObserver::new(format!("period = {period}, and the plant is in discrete time with dt = {dt}"))
+            .because(Cause::OtherPeriod { period, dt })
+            .advise(Advice::of([same])))
     }
 
     /// The options of a gain by a matrix inequality.
@@ -61,25 +63,24 @@ impl<'a> Plan<'a> {
     /// The linear plant; of a kind that takes an operating point, the linearisation there.
     ///
     /// # Errors
-    /// [`NoDesign::Misfit`] for another plant.
-    pub fn linear(&self) -> Result<StateSpace, NoDesign> {
+    /// [`Cause::NotLinear`] for another plant.
+    pub fn linear(&self) -> Result<&'a StateSpace, NoObserver> {
         let of_point = match self.requested.kind.plant() {
             PlantClass::AtPoint(_) if self.study.plant.dt.is_none() => self.study.operating_point.as_ref(),
             _ => None,
         };
-        let plant = self.study.plant.model.linear().or_else(|| of_point.map(|point| point.linear.clone()));
-        plant.ok_or_else(|| explain::not_linear(self.study, self.requested).into())
+        let plant = self.study.plant.model.linear().or(of_point.map(|point| &point.linear));
+        plant.ok_or_else(|| explain::not_linear(self.study, self.requested))
     }
 
     /// The design, run in deviations from the operating point if the plant is the linearisation there.
-    pub(crate) fn at_point(&self, designed: Result<Designed, Misfit>) -> Result<Designed, NoDesign> {
-        let shifted = designed.and_then(|designed| match &self.study.operating_point {
+    pub(crate) fn at_point(&self, designed: Designed) -> Result<Designed, NoObserver> {
+        match &self.study.operating_point {
             Some(point) if self.study.plant.model.linear().is_none() => {
                 operating_point::shifted(self.study, designed, point)
             }
             _ => Ok(designed),
-        });
-        self.explained(shifted)
+        }
     }
 
     /// With what is proved of the loop in which the study feeds the estimate back, of an observer with the gain L.
@@ -88,19 +89,6 @@ impl<'a> Plan<'a> {
             Some(l) => feedback::linear(self.study, self.requested, plant, &l, designed),
             None => designed,
         }
-    }
-
-    /// The design, or the diagnosis.
-    pub(crate) fn explained<T>(&self, designed: Result<T, Misfit>) -> Result<T, NoDesign> {
-        designed.map_err(|misfit| match misfit {
-            Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
-            misfit => explain::misfit(self.study, self.requested, &misfit).into(),
-        })
-    }
-
-    /// A refusal with this hypothesis.
-    pub(crate) fn refused(&self, hypothesis: String) -> FailureReport {
-        FailureReport::new(hypothesis, self.requested.place.line)
     }
 }
 
@@ -120,7 +108,7 @@ impl<'a> Sampling<'a> {
     pub(crate) fn linear(&self, plant: &StateSpace, gain: &LinearSpec) -> Result<Cow<'a, LinearDesign>, DesignError> {
         match self.designed.and_then(Designed::linear) {
             Some(linear) => Ok(Cow::Borrowed(linear)),
-            None => linear::of(plant, gain, &self.plan.options()).map(Cow::Owned),
+            None => linear::linear_design(plant, gain, &self.plan.options()).map(Cow::Owned),
         }
     }
 
@@ -136,8 +124,8 @@ impl<'a> Sampling<'a> {
         }
     }
 
-    /// A refusal in these words, from a closure with the names of the study.
-    pub(crate) fn named<T>(&self, make: impl FnOnce() -> Result<T, String>) -> Result<T, FailureReport> {
-        self.plan.study.plant.names().with(make).map_err(|why| self.plan.refused(why))
+    /// The linear plant of the study.
+    pub(crate) fn plant(&self) -> Option<&'a StateSpace> {
+        self.plan.study.plant.model.linear()
     }
 }

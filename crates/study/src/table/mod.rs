@@ -311,6 +311,6 @@ impl Table {
         let recording = self.recording(time, inputs, outputs)?;
         let inputs: Vec<&str> = inputs.iter().map(AsRef::as_ref).collect();
         let outputs: Vec<&str> = outputs.iter().map(AsRef::as_ref).collect();
-        Ok(suspicion::of(&recording, &inputs, &outputs))
+        Ok(suspicion::suspicions(&recording, &inputs, &outputs))
     }
 }

@@ -105,7 +105,7 @@ const IN_BETWEEN: usize = 10;
 const DIFFERENT: usize = 100;
 
 /// The suspicious data of a log, whose inputs and outputs have these names.
-pub(super) fn of(recording: &Recording, inputs: &[&str], outputs: &[&str]) -> Vec<Suspicion> {
+pub(super) fn suspicions(recording: &Recording, inputs: &[&str], outputs: &[&str]) -> Vec<Suspicion> {
     let usual = recording.median_period();
     let mut found: Vec<Suspicion> =
         recording.gaps().into_iter().map(|(from, to)| Suspicion::Gap { column: None, from, to, usual }).collect();

@@ -285,7 +285,7 @@ fn region(study: &Study, spec: &AdviseSpec, run: &Trajectory, initial: &[f64]) -
 fn linearised(study: &Study, initial: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     let model = &study.plant.model;
     if let Some(linear) = model.linear() {
-        return (linear.a, linear.c);
+        return (linear.a.clone(), linear.c.clone());
     }
     if let Some(point) = &study.operating_point {
         return (point.linear.a.clone(), point.linear.c.clone());

@@ -205,11 +205,11 @@ pub(crate) fn unit_strength(
 ) -> Result<(Vec<f64>, f64), String> {
     noisy(context)?;
     let (study, information) = (context.study, context.information);
-    let of_point = || study.operating_point.as_ref().map(|point| point.linear.clone());
+    let of_point = || study.operating_point.as_ref().map(|point| &point.linear);
     let plant = study.plant.model.linear().or_else(of_point).ok_or("no linear plant")?;
     let (l, p) = match study.plant.dt {
-        None => LinearDesign::with_poles(&plant, poles).map(|design| (design.l().clone(), design.p.clone())),
-        Some(dt) => DiscreteDesign::with_poles(&plant, dt, poles).map(|design| (design.l().clone(), design.p.clone())),
+        None => LinearDesign::with_poles(plant, poles).map(|design| (design.l().clone(), design.p.clone())),
+        Some(dt) => DiscreteDesign::with_poles(plant, dt, poles).map(|design| (design.l().clone(), design.p.clone())),
     }
     .map_err(|error| error.to_string())?;
     let c = &information.linearised.1;

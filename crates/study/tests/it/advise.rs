@@ -155,6 +155,12 @@ fn a_linear_plant_gets_the_gains_of_the_textbook() {
         assert!(names(&advice).contains(&name), "{name} in {:?}", names(&advice));
     }
     let kalman = advice.ranking.iter().find(|one| one.name == "kalman").unwrap();
+    // Without a bound of its gain the H2 filter is the Kalman filter: one filter in two rows, which say so.
+    let same = |name: &str| advice.ranking.iter().find(|one| one.name == name).unwrap().same_as.as_deref();
+    assert_eq!((same("kalman"), same("h2"), same("luenberger")), (None, Some("kalman"), None));
+    let said = advice.explanation.iter().filter(|text| text.contains("is the same observer as")).count();
+    let explained = advice.ranking.iter().take(6).filter(|one| ["kalman", "h2"].contains(&one.name.as_str())).count();
+    assert_eq!(said, usize::from(explained == 2), "{:?}", advice.explanation);
     let gain = kalman.noise_gain.unwrap();
     assert!((gain - 8.296_758_5).abs() < 1e-6, "{gain}");
     assert_eq!(advice.observability, None);

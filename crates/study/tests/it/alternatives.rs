@@ -1,7 +1,6 @@
 //! Alternatives to an observer that is refused: each, applied as it is printed, has a design.
 
-use luenberger_study::design::NoDesign;
-use luenberger_study::results::FailureReport;
+use luenberger_study::results::NoObserver;
 
 use crate::studies::{designed, read};
 
@@ -119,12 +118,8 @@ fn applied(plant: &str, observer: &str, alternative: &str) -> String {
     format!("{point}observer = [{{ {} }}]\n[plant]\n{plant}\n", lines.join(", "))
 }
 
-fn refusal(text: &str) -> Option<FailureReport> {
-    match designed(&read(text).unwrap_or_else(|error| panic!("{text}\n{error}"))) {
-        Err(NoDesign::Misfit(failure)) => Some(failure),
-        Err(NoDesign::Interrupted) => panic!("interrupted"),
-        Ok(_) => None,
-    }
+fn refusal(text: &str) -> Option<NoObserver> {
+    designed(&read(text).unwrap_or_else(|error| panic!("{text}\n{error}"))).err()
 }
 
 #[test]
@@ -134,7 +129,7 @@ fn every_alternative_that_is_printed_has_a_design() {
         for observer in observers(*size, plant.contains("dt = ")) {
             // Some are mistakes of the file: a kind for another class of plants, or a list of another length.
             let Ok(study) = read(&format!("[plant]\n{plant}\n[[observer]]\n{observer}\n")) else { continue };
-            let Err(NoDesign::Misfit(failure)) = designed(&study) else { continue };
+            let Err(failure) = designed(&study) else { continue };
             refused += 1;
             for alternative in &failure.alternatives {
                 applied_ones += 1;
@@ -215,7 +210,7 @@ fn what_was_not_tried_is_a_hint() {
         read("[plant]\na = [[-1, 0], [3, -2]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-4, -2]\n")
             .unwrap();
     study.observers[0].name = "made in a program".to_owned();
-    let Err(NoDesign::Misfit(failure)) = designed(&study) else { panic!("refused") };
+    let Err(failure) = designed(&study) else { panic!("refused") };
     assert!(failure.alternatives.iter().all(|other| other.words().starts_with("kind = ")), "{failure:?}");
     assert_eq!(failure.alternatives.len(), 2);
 }

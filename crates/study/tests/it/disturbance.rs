@@ -6,14 +6,14 @@ use std::sync::atomic::AtomicBool;
 use luenberger_proof::certificate::{DeployedObserver, Theorem};
 use luenberger_proof::statement::Format::Binary32 as Format32;
 use luenberger_study::deployment::{evidence, sampled};
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::design::{Designed, NoObserver, design};
 use luenberger_study::execute::Step;
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{RunOptions, Study, StudyError, execute};
 
 use crate::studies::{read, scratch};
 
-fn designed(study: &Study, name: &str) -> Result<Designed, NoDesign> {
+fn designed(study: &Study, name: &str) -> Result<Designed, NoObserver> {
     let observer = study.observer(name).expect("an observer of that name");
     design(study, observer, &AtomicBool::new(false))
 }
@@ -114,7 +114,7 @@ fn conditions_that_fail_are_named() {
     let why = |kind: &str, e: &str, rest: &str| {
         let text = format!("{CARTS}[[observer]]\nname = \"o\"\nkind = \"{kind}\"\ne = {e}\n{rest}\n");
         match designed(&read(&text).unwrap(), "o") {
-            Err(NoDesign::Misfit(failure)) => (failure.hypothesis.clone(), failure.advice().join("; ")),
+            Err(failure) => (failure.hypothesis.clone(), failure.advice().join("; ")),
             other => panic!("{other:?}"),
         }
     };
@@ -126,7 +126,7 @@ fn conditions_that_fail_are_named() {
     assert!(!why_not.contains("invariant zero"), "{why_not}");
     // A state at rest that no output sees, whatever the disturbance.
     let hidden = "[plant]\na = [[-1, 0], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nname = \"o\"\nkind = \"proportional-integral\"\ne = [[1], [0]]\nlmi = true\n";
-    let Err(NoDesign::Misfit(failure)) = designed(&read(hidden).unwrap(), "o") else { panic!("a hidden state") };
+    let Err(failure) = designed(&read(hidden).unwrap(), "o") else { panic!("a hidden state") };
     let why_not = failure.hypothesis;
     assert!(why_not.contains("no output sees the state x = (0, "), "{why_not}");
     assert!(why_not.contains("at rest: A x = 0 and C x = 0"), "{why_not}");
@@ -322,7 +322,7 @@ fn an_extended_state_that_no_output_sees_is_named() {
     // The zero at 0 from d to y: y = x2 is the derivative of x1, on which a constant force leaves no trace.
     let text = "[plant]\na = [[0, 1], [-4, -1]]\nc = [[0, 1]]\n[[observer]]\nname = \"o\"\nkind = \"extended-state\"\ne = [[0], [1]]\nbandwidth = 5\n";
     match designed(&read(text).unwrap(), "o") {
-        Err(NoDesign::Misfit(failure)) => {
+        Err(failure) => {
             let said = &failure.hypothesis;
             assert!(said.contains("d = (1)") && said.contains("x = (0.25, 0)"), "{said}");
             assert!(said.contains("an invariant zero of (A, E, C) at 0"), "{said}");

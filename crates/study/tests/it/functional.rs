@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use luenberger_study::deployment::sampled;
-use luenberger_study::design::{NoDesign, design};
+use luenberger_study::design::design;
 use luenberger_study::execute::Step;
 use luenberger_study::{RunOptions, execute};
 
@@ -80,7 +80,7 @@ fn it_runs_and_its_errors_are_those_of_the_functions() {
 #[test]
 fn the_condition_that_fails_is_named() {
     let why = |text: &str| match designed(&read(text).unwrap()) {
-        Err(NoDesign::Misfit(failure)) => (failure.hypothesis.clone(), failure.advice()),
+        Err(failure) => (failure.hypothesis.clone(), failure.advice()),
         other => panic!("{other:?}"),
     };
     // K A = [1 -2 1] = C + C A - 3 K, and no other combination gives it.

@@ -7,7 +7,7 @@ mod scaling;
 use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
 
-use luenberger_study::design::{NoDesign, design};
+use luenberger_study::design::design;
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 use scaling::Axis::{Disturbance, Input, One, Output, State};
@@ -260,13 +260,13 @@ fn answer(plant: &Plant, case: &Case, units: &Units) -> Answer {
                 _ => answer,
             }
         }
+        Err(none) if none.is_interrupted() => Answer::verdict("interrupted"),
         // The numbers of a refusal have units.
-        Err(NoDesign::Misfit(failure)) => {
+        Err(failure) => {
             let words =
                 failure.hypothesis.split_whitespace().filter(|word| !word.contains(|c: char| c.is_ascii_digit()));
             Answer::verdict(words.collect::<Vec<_>>().join(" "))
         }
-        Err(NoDesign::Interrupted) => Answer::verdict("interrupted"),
     }
 }
 

@@ -135,7 +135,7 @@ fn a_plant_in_discrete_time_has_the_sampled_observer() {
 }
 
 #[test]
-fn mistakes_and_misfits_are_named() {
+fn mistakes_and_refusals_are_named() {
     let mistake = |rest: &str, expected: &str| {
         let found = read(&format!("{MOTOR}{}", observer(rest))).unwrap_err().to_string();
         assert!(found.contains(expected), "{found}");

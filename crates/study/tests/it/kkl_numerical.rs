@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use luenberger_export::{Scalar, golden};
 use luenberger_study::deployment;
-use luenberger_study::design::{NoDesign, design};
+use luenberger_study::design::design;
 use luenberger_study::results::{DesignReport, Results};
 use luenberger_study::{RunOptions, Step, execute};
 
@@ -217,7 +217,7 @@ fn what_has_no_table_is_refused_with_its_memory() {
     let refused = |text: &str| {
         let study = study(text);
         match design(&study, &study.observers[0], &AtomicBool::new(false)) {
-            Err(NoDesign::Misfit(failure)) => (failure.hypothesis.clone(), failure.advice().join("; ")),
+            Err(failure) => (failure.hypothesis.clone(), failure.advice().join("; ")),
             other => panic!("{other:?}"),
         }
     };

@@ -8,7 +8,7 @@ use luenberger_export::golden::Stepper;
 use luenberger_proof::certificate::verify;
 use luenberger_study::Study;
 use luenberger_study::deployment;
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::design::{Designed, design};
 
 use crate::messages;
 use crate::studies::{designed, mistakes, read};
@@ -102,8 +102,8 @@ fn study(observer: &str) -> Study {
 fn refused(text: &str) -> (String, String) {
     let study = read(text).unwrap_or_else(|error| panic!("{error}"));
     match design(&study, &study.observers[0], &AtomicBool::new(false)) {
-        Err(NoDesign::Misfit(failure)) => {
-            messages::misfit(&failure);
+        Err(failure) => {
+            messages::refusal(&failure);
             (failure.hypothesis.clone(), failure.advice().join("; "))
         }
         other => panic!("{other:?}"),

@@ -1,7 +1,7 @@
 //! Every message of a study in one reviewed file, `tests/golden/messages.txt`: mistakes, observers that do not apply,
 //! warnings, runs that end early, designs and errors.
 //!
-//! The mistakes and misfits are those of the tests in `mistakes`, which are called here. Numbers may differ in their
+//! The mistakes and refusals are those of the tests in `mistakes`, which are called here. Numbers may differ in their
 //! digits on another machine and are not compared. Run with `UPDATE=1` in the environment after an intended change, and
 //! read the difference.
 
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_study::diagnostic::Located;
-use luenberger_study::results::FailureReport;
+use luenberger_study::results::NoObserver;
 use luenberger_study::table::Table;
 use luenberger_study::{Excess, Format, RunOptions, Step, Study, StudyError, execute};
 
@@ -31,7 +31,7 @@ pub(crate) fn mistake(located: &Located) {
 }
 
 /// Notes an observer that does not apply.
-pub(crate) fn misfit(failure: &FailureReport) {
+pub(crate) fn refusal(failure: &NoObserver) {
     let advice = failure.advice().iter().fold(String::new(), |lines, line| lines + "    " + line + "\n");
     MISFITS.with_borrow_mut(|seen| seen.insert(format!("{}\n{advice}", failure.hypothesis)));
 }

@@ -610,12 +610,12 @@ pub(crate) fn a_step_says_what_it_needs() {
 }
 
 /// The failure of the observer of a study: hypothesis, then alternatives.
-fn misfit(text: &str) -> (String, String) {
+fn refusal(text: &str) -> (String, String) {
     let study = read(text, Format::Toml).unwrap_or_else(|error| panic!("{error}"));
     let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
     assert_eq!(results.failures().len(), 1);
     let failure = results.observers[0].failure.clone().unwrap_or_else(|| panic!("{:?} fits", results.observers[0]));
-    messages::misfit(&failure);
+    messages::refusal(&failure);
     (failure.hypothesis.clone(), failure.advice().join("; "))
 }
 
@@ -711,7 +711,7 @@ pub(crate) fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what
             "extended-kalman",
         ),
     ] {
-        let (said, fits) = misfit(&text);
+        let (said, fits) = refusal(&text);
         assert!(said.contains(hypothesis), "{text}\n{said}");
         assert!(fits.contains(alternative), "{text}\n{fits}");
     }

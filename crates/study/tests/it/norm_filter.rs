@@ -2,7 +2,6 @@
 
 use luenberger_proof::certificate::Theorem;
 use luenberger_study::deployment::{SampledDesign, sampled};
-use luenberger_study::design::NoDesign;
 
 use crate::studies::{designed, read};
 
@@ -34,6 +33,52 @@ fn the_norms_of_a_scalar_plant_are_those_by_hand() {
     // L = 2: sqrt(1 + 4)/3.
     let found = designed(&read(&scalar("h-infinity", "d = [[0, 1]]\ngain = [[2]]")).unwrap()).unwrap();
     assert!((found.report.number("H-infinity norm").unwrap() - 5f64.sqrt() / 3.0).abs() < 1e-9);
+}
+
+/// The Kalman filter with G and a cross-covariance: the numbers of `design`'s `kalman_noise` tests, by scipy; without
+/// `gamma` the H2 filter of the same noises has the same gain.
+#[test]
+fn noises_that_are_correlated_are_those_of_the_h2_filter() {
+    let of = |plant: &str, observer: &str| {
+        format!("[plant]\n{plant}\nc = [[1, 0]]\n[[observer]]\nname = \"o\"\n{observer}\n")
+    };
+    let kalman = "kind = \"kalman\"\nw = 2\nv = 0.1\ng = [[0], [1]]\ns = [[0.3]]";
+    let continuous = "a = [[0, 1], [-2, -3]]";
+    let gain = |text: &str| {
+        let found = designed(&read(text).unwrap()).unwrap();
+        assert_eq!(found.report.verdict.word(), "proved");
+        found.report.matrices[0].rows.concat()
+    };
+    let near = |found: Vec<f64>, expected: [f64; 2], digits: f64| {
+        assert!(found.iter().zip(expected).all(|(x, y)| (x - y).abs() < digits), "{found:?}");
+    };
+    let expected = [0.316_624_790_355_399_25, 3.050_125_628_933_802];
+    near(gain(&of(continuous, kalman)), expected, 1e-12);
+    let table = "kind = \"luenberger\"\nkalman = { w = 2, v = 0.1, g = [[0], [1]], s = [[0.3]] }";
+    near(gain(&of(continuous, table)), expected, 1e-12);
+    // [e; d] with e e' = 2, e d' = .3, d d' = .1: a square root of the joint intensity.
+    let root = 2f64.sqrt();
+    let (d1, d2) = (0.3 / root, (0.1f64 - 0.045).sqrt());
+    let h2 = format!("kind = \"h2\"\ne = [[0, 0], [{root}, 0]]\nd = [[{d1}, {d2}]]");
+    near(gain(&of(continuous, &h2)), expected, 1e-9);
+    let discrete = "dt = 1\na = [[0.9, 0.1], [0, 0.8]]";
+    near(gain(&of(discrete, kalman)), [0.471_164_250_717_785_9, 2.317_363_298_553_732], 1e-12);
+    let study = read(&of(continuous, kalman)).unwrap();
+    let step = sampled(&study, &study.observers[0], Some(0.1), None).unwrap();
+    let SampledDesign::Linear(step) = step.design else { panic!() };
+    near(step.l().as_slice().to_vec(), [0.045_991_425_873_162_84, 0.247_944_045_487_201_17], 1e-12);
+    let filter = designed(&read(&of(discrete, &format!("{kalman}\nform = \"filter\""))).unwrap()).unwrap();
+    let update = &filter.report.matrices[1];
+    assert_eq!(update.name, "K (gain of the measurement update)");
+    near(update.rows.concat(), [0.436_465_755_606_720_96, 0.783_450_706_717_369], 1e-12);
+    for (wrong, message) in [
+        ("kind = \"kalman\"\nw = [1, 1]\nv = 1\ng = [[0], [1]]", "the diagonal `w` has length 2"),
+        ("kind = \"kalman\"\nw = 1\nv = 1\ng = [[1]]", "`g`"),
+        ("kind = \"kalman\"\nw = 1\nv = 1\ns = [[1]]", "`s`"),
+    ] {
+        let error = read(&of(continuous, wrong)).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
 }
 
 #[test]
@@ -72,7 +117,7 @@ fn the_exported_filter_is_that_of_the_sampled_plant() {
 #[test]
 fn what_fails_is_named() {
     let why = |kind: &str, rest: &str| match designed(&read(&scalar(kind, rest)).unwrap()) {
-        Err(NoDesign::Misfit(failure)) => (failure.hypothesis.clone(), failure.advice().join("; ")),
+        Err(failure) => (failure.hypothesis.clone(), failure.advice().join("; ")),
         other => panic!("{other:?}"),
     };
     let (why_not, instead) = why("h-infinity", "d = [[0, 1]]\ngamma = 0.5");

@@ -2,7 +2,6 @@
 
 use luenberger_proof::certificate::Theorem;
 use luenberger_study::deployment::sampled;
-use luenberger_study::design::NoDesign;
 use luenberger_study::execute::Step;
 use luenberger_study::{RunOptions, execute};
 
@@ -75,7 +74,7 @@ fn what_fails_is_named() {
             || wrong(pair, "[[1, 0], [0, 1]]", "[]").contains("poles")
     );
     match designed(&read(&text(pair, "[[0, 1]]", "[-1]")).unwrap()) {
-        Err(NoDesign::Misfit(failure)) => {
+        Err(failure) => {
             assert!(failure.hypothesis.contains("not observable"), "{}", failure.hypothesis);
         }
         other => panic!("{other:?}"),

@@ -101,7 +101,7 @@ fn one_state_and_three_states() {
 }
 
 #[test]
-fn mistakes_and_misfits_are_named() {
+fn mistakes_and_refusals_are_named() {
     let mistake = |rest: &str, expected: &str| {
         let found = read(&format!("{PENDULUM}{}", observer(rest))).unwrap_err().to_string();
         assert!(found.contains(expected), "{found}");

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use luenberger_export::ExportableObserver;
 use luenberger_export::extension::SampledExtension;
 use luenberger_study::deployment::{Sampled, SampledDesign};
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::design::{Designed, NoObserver, design};
 use luenberger_study::diagnostic::Located;
 use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
 
@@ -28,7 +28,7 @@ pub(crate) fn study_in(folder: &Path, text: &str) -> Study {
 }
 
 /// The first observer of a study.
-pub(crate) fn designed(study: &Study) -> Result<Designed, NoDesign> {
+pub(crate) fn designed(study: &Study) -> Result<Designed, NoObserver> {
     design(study, &study.observers[0], &AtomicBool::new(false))
 }
 

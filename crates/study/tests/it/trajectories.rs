@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use luenberger_design::DesignError;
 use luenberger_linalg::LinalgError;
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::design::{Cause, Designed, design};
 use luenberger_study::{RunOptions, Step, Study, StudyError, execute, replay_designed, simulate_designed};
 
 use crate::studies::study_in;
@@ -67,8 +67,9 @@ fn a_failed_design_has_its_error() {
     let text = "[plant]\na = [[1, 0], [0, -1]]\nc = [[0, 1]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n";
     let study = study(&[text], ".".as_ref());
     let failed = design(&study, &study.observers[0], &AtomicBool::new(false));
-    let Err(NoDesign::Misfit(failure)) = failed else { panic!("the plant is not observable") };
-    let Some(DesignError::Linalg(LinalgError::Unobservable { eigenvalue, margin, .. })) = failure.cause.as_deref()
+    let Err(failure) = failed else { panic!("the plant is not observable") };
+    let Some(Cause::Design(DesignError::Linalg(LinalgError::Unobservable { eigenvalue, margin, .. }))) =
+        failure.cause.as_deref()
     else {
         panic!("{failure:?}")
     };

@@ -206,8 +206,8 @@ impl Subject<'_> {
             return Some(Matrices { a: a.clone(), b: b.clone(), c: c.clone() });
         }
         let linear = self.study.plant.model.linear();
-        let linear = linear.or_else(|| self.study.operating_point.as_ref().map(|point| point.linear.clone()))?;
-        Some(Matrices { a: linear.a, b: linear.b, c: linear.c })
+        let linear = linear.or(self.study.operating_point.as_ref().map(|point| &point.linear))?;
+        Some(Matrices { a: linear.a.clone(), b: linear.b.clone(), c: linear.c.clone() })
     }
 
     fn gain(&self) -> Option<DMatrix<f64>> {

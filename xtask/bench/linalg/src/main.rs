@@ -8,6 +8,11 @@
 //! {"do": "peak", "n": 1000}                                                 {"gigaflops": of a product of that order}
 //! ```
 //! Only the call is timed; its arguments are prepared before, and its result is dropped after.
+//!
+//! With the path of the same program of an earlier version as its argument it compares the two instead: see
+//! `against.rs`.
+
+mod against;
 
 use faer::{Mat, MatRef};
 use luenberger_linalg as ours;
@@ -22,6 +27,10 @@ type Data = HashMap<String, DMatrix<f64>>;
 type Answer = Result<Vec<DMatrix<f64>>, String>;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    if let Some(earlier) = std::env::args().nth(1) {
+        let largest = std::env::args().nth(2).map_or(Ok(100), |text| text.parse())?;
+        return against::compare(&earlier, largest);
+    }
     let mut data = Data::new();
     for line in std::io::stdin().lock().lines() {
         let request: Value = serde_json::from_str(&line?)?;
@@ -96,8 +105,35 @@ fn call_ours(data: &Data, routine: &str) -> Result<Vec<DMatrix<f64>>, ours::Lina
         "sylvester" => vec![ours::sylvester(a, get("b"), get("c"))?.x],
         "care" => vec![ours::care(a, get("b"), get("q"), get("r"))?.x],
         "place" => vec![ours::place(a, get("b"), &poles(data))?.gain],
+        "eigenvalues" => vec![DMatrix::from_element(1, 1, ours::eigenvalues(a)?.len() as f64)],
+        "lyapunov-factor" => vec![ours::lyapunov_factor(a, get("c"))?.u],
+        "generalized-lyapunov" => vec![ours::generalized_lyapunov(a, get("e"), get("q"))?.p],
+        "dare" => vec![ours::dare(a, get("b"), get("q"), get("r"))?.x],
+        "generalized-care" => vec![ours::generalized_care(a, get("b"), get("q"), get("r"), get("s"), get("e"))?.x],
+        "kalman" => vec![ours::kalman_gain(a, get("c"), get("q"), get("r"))?.l],
+        "exponential" => vec![ours::expm(a)?],
+        "hold" => vec![ours::zero_order_hold(a, get("b"), 0.1)?.bd],
+        "tustin" => vec![converted(data, ours::Discretization::Tustin)?],
+        "first-order-hold" => vec![converted(data, ours::Discretization::FirstOrderHold)?],
+        "logarithm" => vec![ours::logm(&(DMatrix::identity(a.nrows(), a.nrows()) + a * 0.05))?],
+        "noise" => vec![ours::discrete_process_noise(a, get("q"), 0.1)?],
+        "h2-norm" => vec![DMatrix::from_element(1, 1, ours::h2_norm(a, get("b"), get("c"))?)],
+        "h-infinity-norm" => {
+            vec![DMatrix::from_element(1, 1, ours::h_infinity_norm(a, get("b"), get("c"), get("d"))?.norm)]
+        }
+        "observability" => vec![DMatrix::from_element(1, 1, ours::observability(a, get("c"))?.rank as f64)],
+        "zeros" => {
+            let found = ours::invariant_zeros(a, get("b"), get("c"), &(get("d") * 0.0))?;
+            vec![DMatrix::from_element(1, 1, found.zeros.len() as f64)]
+        }
+        "decomposition" => vec![ours::kalman_decomposition(a, get("b"), get("c"))?.a],
         _ => Vec::new(),
     })
+}
+
+fn converted(data: &Data, method: ours::Discretization) -> Result<DMatrix<f64>, ours::LinalgError> {
+    let system = ours::Realization::new(&data["a"], &data["b"], &data["c"], &data["d"])?;
+    Ok(ours::c2d(&system, 0.1, method)?.b)
 }
 
 fn seen(m: &DMatrix<f64>) -> MatRef<'_, f64> {

@@ -93,7 +93,7 @@ impl Mutant {
     }
 }
 
-const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["--test", "it"], only: &[] };
+const OBSERVERS: Suite = Suite { package: "luenberger-observers-tests", binaries: &["--test", "it"], only: &[] };
 const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"], only: &[] };
 const POSITIVE_REAL: Suite = Suite { package: MODULES, binaries: &["--test", "positive_real"], only: &[] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };

@@ -1,5 +1,5 @@
-/* The step of the copy of a nonlinear plant with a constant gain. */
-#include "constant_gain.c"
+/* The step of the copy of a nonlinear plant with a constant gain, which predicts the output between samples. The export
+ * defines the slope of (xhat, w), in which w is the predicted output. */
 #include "runge_kutta.c"
 
 void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat)

@@ -1,4 +1,4 @@
-/* The step of an observer whose step is straight-line code as a whole: motion, whose inputs are (u, y). */
+/* The step of an observer whose step is recorded as a whole: advance, which an export defines. */
 #include "typical.h"
 
 void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat)
@@ -8,25 +8,22 @@ void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMB
 #else
     const NUMBER t = REAL(0.0);
 #endif
-    NUMBER known[INPUTS + OUTPUTS];
     NUMBER next[STATES];
     int i;
 
-#if HAS_INPUTS
-    for (i = 0; i < INPUTS; ++i) {
-        known[i] = u[i];
-    }
+#if FILTER_FORM
+    advance(t, state->prediction, u, y, state->xhat, next);
 #else
-    (void)u;
+    advance(t, state->xhat, u, y, next);
 #endif
-    for (i = 0; i < OUTPUTS; ++i) {
-        known[INPUTS + i] = y[i];
-    }
-    motion(t, state->xhat, known, next);
     for (i = 0; i < STATES; ++i) {
+#if FILTER_FORM
+        state->prediction[i] = next[i];
+#else
         state->xhat[i] = next[i];
+#endif
         if (xhat != NULL) {
-            xhat[i] = next[i];
+            xhat[i] = state->xhat[i];
         }
     }
 #if TIMED

@@ -31,12 +31,9 @@
 #define INPUTS 2
 #define OUTPUTS 2
 
-/* Whether the plant has inputs and a feedthrough, and whether it depends on the time; the period. */
+/* Whether the plant has inputs, and whether it depends on the time; the period. */
 #ifndef HAS_INPUTS
 #define HAS_INPUTS 0
-#endif
-#ifndef HAS_FEEDTHROUGH
-#define HAS_FEEDTHROUGH 0
 #endif
 #ifndef TIMED
 #define TIMED 0
@@ -64,29 +61,13 @@
 #define T_MIDDLE (t + HALF_TAU)
 #define T_END (t + TAU)
 
-/* The matrices of a linear plant, and of a feedback. */
-extern const NUMBER A[STATES][STATES];
-extern const NUMBER B[3][3];
-extern const NUMBER C[OUTPUTS][STATES];
-extern const NUMBER D[OUTPUTS][3];
-extern const NUMBER L[STATES][OUTPUTS];
+/* The matrix of a feedback. */
 extern const NUMBER K[INPUTS][STATES];
 
-/* In filter form the update; the cubic part with its bounds; the prediction over a varying time. */
+/* The filter form; the prediction over a varying time. */
 #ifndef FILTER_FORM
 #define FILTER_FORM 0
 #endif
-extern const NUMBER UPDATE[STATES][OUTPUTS];
-#ifndef CUBIC
-#define CUBIC 0
-#endif
-extern const NUMBER N[STATES][OUTPUTS];
-extern const NUMBER THETA[OUTPUTS][OUTPUTS];
-extern const NUMBER G[OUTPUTS][OUTPUTS];
-extern const NUMBER GAIN[STATES][OUTPUTS];
-#define CUBIC_RATE REAL(1.5)
-#define LARGE_REACH REAL(1e6)
-#define MOST_PULL REAL(1e18)
 #define PARTS REAL(2.0)
 #define PART_COUNT 2
 #define SERIES_DEGREE 8
@@ -162,6 +143,7 @@ extern const NUMBER ROOT_V[OUTPUTS][OUTPUTS];
 /* The numerical KKL observer: its target states with their coordinates, the box of the estimate, the family of held
  * inputs, and the filter. */
 #define TARGETS 3
+extern const NUMBER B[TARGETS][OUTPUTS];
 extern const NUMBER MEAN[TARGETS][1];
 extern const NUMBER WHITEN[TARGETS][TARGETS];
 extern const NUMBER COLOUR[TARGETS][TARGETS];
@@ -271,12 +253,22 @@ void motion(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
 #define SLOPE motion
 #define LENGTH (TARGETS + STATES)
 
-/* h, and its Jacobian row by row after it; MEASURED numbers. */
-#ifndef NONLINEAR
-#define NONLINEAR 0
-#endif
-#define MEASURED (OUTPUTS + (OUTPUTS * STATES))
+/* h, and its Jacobian row by row after it. */
 void measurement(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
+
+/* A recorded step: the next state, in filter form the estimate at the sample before it. */
+#if FILTER_FORM
+void advance(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *xhat, NUMBER *next);
+#else
+void advance(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *next);
+#endif
+/* What is recorded of an observer at varying periods. */
+void first_term(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *tau, const NUMBER *degree, NUMBER *next);
+void next_term(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *tau, const NUMBER *degree, NUMBER *next);
+void corrected(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *next);
+
+/* The measured minus the expected output. */
+void output_error(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *innovation);
 
 /* A recorded observer of ORDER states: its right-hand side, estimate, jump and start, and the time of the estimate. */
 #define ORDER TARGETS

@@ -64,7 +64,7 @@ pub struct Deviation {
 pub enum Step {
     /// `xhat+ = F xhat + B u + L y`, with F the exact `A - L C` (A and C of the plant, L as stored) rounded once.
     Joined,
-    /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::LinearConvergence` does.
+    /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::DiscreteLinearObserver` does.
     Innovation,
     /// As [`Step::Innovation`], with `y - C xhat` and `A xhat + B u + L z` each accumulated without rounding and then
     /// rounded once, as `observers::FixedPointObserver` does.
@@ -217,7 +217,7 @@ pub fn deployed_linear(
 
 /// The sampled cubic observer with gains `l` and `cubic`, with matrices stored and steps computed in the given formats.
 ///
-/// As [`deployed_linear`], for the step of `observers::SampledCubicConvergence`. In fixed point only the stored
+/// As [`deployed_linear`], for the step of `observers::SampledCubicObserver`. In fixed point only the stored
 /// matrices are verified, not the running observer. The theory is in `docs/theory-deployed.md`, including the reason
 /// why two Stein inequalities suffice for a rounded N.
 /// # Errors

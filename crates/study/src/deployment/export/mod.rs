@@ -26,7 +26,7 @@ use self::numbers::Numbers;
 use super::closed_loop;
 use super::{Difference, Sampled, evidence, exported, record, sampled_of};
 use crate::error::StudyError;
-use crate::results::FailureReport;
+use crate::results::NoObserver;
 use crate::study::{ObserverSpec, Study};
 
 /// An exported observer: its files, what is proved of them, and what a step costs.
@@ -228,7 +228,7 @@ pub(crate) fn prepared(
     if sampled.design.update_gain(observer).is_some() && (options.feedback || is_fixed) {
         let predicted = if options.feedback { "the feedback" } else { "fixed point" };
         let hypothesis = format!("it is in filter form, and {predicted} takes the prediction");
-        return Err(refused(FailureReport::new(hypothesis, observer.place.line).hint("form = \"predictor\"")));
+        return Err(refused(NoObserver::new(hypothesis).hint("form = \"predictor\"")));
     }
     sampled.design.stored_in(observer, numbers.formats().stored).map_err(refused)?;
     let export = exported(study, observer, sampled.design.clone(), numbers.scalar(), initial);

@@ -4,7 +4,7 @@ use luenberger_export::ExportError;
 use thiserror::Error;
 
 use crate::error::StudyError;
-use crate::results::FailureReport;
+use crate::results::NoObserver;
 use crate::study::ObserverSpec;
 
 /// Why an observer of a study is not exported.
@@ -36,7 +36,7 @@ pub enum ExportRefusal {
         /// The observer.
         observer: String,
         /// The violated hypothesis, alternatives and hints.
-        why: Box<FailureReport>,
+        why: Box<NoObserver>,
     },
     /// An observer without a stability certificate.
     #[error("{observer} cannot be exported: {why}\n  hint: --unproved exports it all the same, and the header says so")]
@@ -62,8 +62,8 @@ fn lines(advice: &[String]) -> String {
 }
 
 impl ExportRefusal {
-    pub(super) fn design(observer: &ObserverSpec, why: FailureReport) -> Self {
-        Self::Design { observer: observer.name.clone(), why: Box::new(why) }
+    pub(super) fn design(observer: &ObserverSpec, why: NoObserver) -> Self {
+        Self::Design { observer: observer.name.clone(), why: Box::new(why.at(observer.place.line)) }
     }
 
     pub(super) fn numbers(observer: &ObserverSpec, error: ExportError) -> Self {

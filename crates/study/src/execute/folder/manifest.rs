@@ -38,7 +38,7 @@ pub(super) struct Entry {
 
 impl Entry {
     pub(super) fn of(name: &str, content: &[u8]) -> Self {
-        Self { name: name.to_owned(), bytes: content.len() as u64, sha256: digest::of(content) }
+        Self { name: name.to_owned(), bytes: content.len() as u64, sha256: digest::sha256(content) }
     }
 
     /// Whether the file at `path` has this content.

@@ -47,7 +47,7 @@ pub(super) struct Stream {
 impl Stream {
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), StudyError> {
         let Some((file, path)) = &mut self.to else { return Ok(()) };
-        file.write_all(bytes).map_err(at(path))?;
+        file.write_all(bytes).map_err(io_error(path))?;
         self.digest.add(bytes);
         self.bytes += bytes.len() as u64;
         Ok(())
@@ -94,10 +94,10 @@ impl Folder {
         let Some(Open { root, aside, .. }) = &self.open else { return Ok(()) };
         let path = aside.join(name);
         if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent).map_err(at(parent))?;
+            std::fs::create_dir_all(parent).map_err(io_error(parent))?;
         }
         // Messages name the file as the user knows it.
-        std::fs::write(&path, bytes).map_err(at(&root.join(name)))?;
+        std::fs::write(&path, bytes).map_err(io_error(&root.join(name)))?;
         let mut entries = self.entries();
         entries.retain(|entry| entry.name != name);
         entries.push(Entry::of(name, bytes));
@@ -108,7 +108,7 @@ impl Folder {
     pub(super) fn stream(&self, name: &str) -> Result<Stream, StudyError> {
         let open = |Open { root, aside, .. }: &Open| {
             let path = root.join(name);
-            let file = File::create(aside.join(name)).map_err(at(&path))?;
+            let file = File::create(aside.join(name)).map_err(io_error(&path))?;
             Ok::<_, StudyError>((BufWriter::new(file), path))
         };
         let to = self.open.as_ref().map(open).transpose()?;
@@ -118,7 +118,7 @@ impl Folder {
     /// Ends such a file.
     pub(super) fn finish_stream(&self, stream: Stream) -> Result<(), StudyError> {
         let Stream { to: Some((mut file, path)), name, digest, bytes } = stream else { return Ok(()) };
-        file.flush().map_err(at(&path))?;
+        file.flush().map_err(io_error(&path))?;
         let mut entries = self.entries();
         entries.retain(|entry| entry.name != name);
         entries.push(Entry { name, bytes, sha256: digest.finish() });
@@ -172,13 +172,13 @@ impl Open {
         admit(&root, force)?;
         let lock = lock(&root)?;
         // Read again under the lock: another run may have finished in between.
-        let before = Manifest::read(&root).map_err(at(&root.join(MANIFEST)))?;
+        let before = Manifest::read(&root).map_err(io_error(&root.join(MANIFEST)))?;
         let aside = root.join(ASIDE);
         match std::fs::remove_dir_all(&aside) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(StudyError::io(&aside, error)),
             _ => {}
         }
-        std::fs::create_dir(&aside).map_err(at(&aside))?;
+        std::fs::create_dir(&aside).map_err(io_error(&aside))?;
         Ok(Self { root, aside, before, _lock: lock })
     }
 }
@@ -197,8 +197,8 @@ pub(super) fn admit(root: &Path, force: bool) -> Result<(), StudyError> {
     if root.metadata().is_ok_and(|found| !found.is_dir()) {
         return Err(StudyError::NotAFolder { path: root.to_owned() });
     }
-    std::fs::create_dir_all(root).map_err(at(root))?;
-    if !force && Manifest::read(root).map_err(at(&root.join(MANIFEST)))?.is_none() && !is_empty(root)? {
+    std::fs::create_dir_all(root).map_err(io_error(root))?;
+    if !force && Manifest::read(root).map_err(io_error(&root.join(MANIFEST)))?.is_none() && !is_empty(root)? {
         return Err(StudyError::ForeignFolder { path: root.to_owned() });
     }
     Ok(())
@@ -206,8 +206,8 @@ pub(super) fn admit(root: &Path, force: bool) -> Result<(), StudyError> {
 
 /// Whether a folder has no file, except hidden ones and the blocks of a sweep.
 fn is_empty(root: &Path) -> Result<bool, StudyError> {
-    for entry in std::fs::read_dir(root).map_err(at(root))? {
-        let name = entry.map_err(at(root))?.file_name();
+    for entry in std::fs::read_dir(root).map_err(io_error(root))? {
+        let name = entry.map_err(io_error(root))?.file_name();
         if !name.as_encoded_bytes().starts_with(b".") && name != BLOCKS {
             return Ok(false);
         }
@@ -217,7 +217,7 @@ fn is_empty(root: &Path) -> Result<bool, StudyError> {
 
 fn lock(root: &Path) -> Result<Option<File>, StudyError> {
     let path = root.join(LOCK);
-    let file = File::options().create(true).truncate(false).write(true).open(&path).map_err(at(&path))?;
+    let file = File::options().create(true).truncate(false).write(true).open(&path).map_err(io_error(&path))?;
     match file.try_lock() {
         Ok(()) => Ok(Some(file)),
         Err(TryLockError::WouldBlock) => Err(StudyError::FolderInUse { path: root.to_owned() }),
@@ -228,11 +228,11 @@ fn lock(root: &Path) -> Result<Option<File>, StudyError> {
 }
 
 /// The error of an operation on `path`.
-pub(super) fn at(path: &Path) -> impl Fn(io::Error) -> StudyError {
+pub(super) fn io_error(path: &Path) -> impl Fn(io::Error) -> StudyError {
     let path = path.to_owned();
     move |error| StudyError::io(&path, error)
 }
 
 fn rename(from: &Path, to: &Path) -> Result<(), StudyError> {
-    std::fs::rename(from, to).map_err(at(to))
+    std::fs::rename(from, to).map_err(io_error(to))
 }

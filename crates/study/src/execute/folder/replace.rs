@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::manifest::{Entry, MANIFEST, Manifest, is_absent};
-use super::{at, rename};
+use super::{io_error, rename};
 use crate::error::StudyError;
 
 /// Renamed files: the name, and the new one.
@@ -41,14 +41,14 @@ pub(super) fn replace(
         put_aside(root, &entry.name, &own, &mut renamed)?;
         let path = root.join(&entry.name);
         if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent).map_err(at(parent))?;
+            std::fs::create_dir_all(parent).map_err(io_error(parent))?;
         }
         rename(&aside.join(&entry.name), &path)?;
     }
     for entry in before.iter().filter(|entry| new.files.iter().all(|new| new.name != entry.name)) {
         let path = root.join(&entry.name);
-        if entry.is_at(&path).map_err(at(&path))? {
-            std::fs::remove_file(&path).map_err(at(&path))?;
+        if entry.is_at(&path).map_err(io_error(&path))? {
+            std::fs::remove_file(&path).map_err(io_error(&path))?;
             // Folders that are empty now; one with other files stays.
             for folder in ancestors(&entry.name).into_iter().rev() {
                 if std::fs::remove_dir(root.join(folder)).is_err() {
@@ -64,7 +64,7 @@ pub(super) fn replace(
 /// Writes the manifest aside and moves it into place.
 fn publish(root: &Path, aside: &Path, text: &str) -> Result<(), StudyError> {
     let (from, to) = (aside.join(MANIFEST), root.join(MANIFEST));
-    std::fs::write(&from, text).map_err(at(&to))?;
+    std::fs::write(&from, text).map_err(io_error(&to))?;
     rename(&from, &to)
 }
 

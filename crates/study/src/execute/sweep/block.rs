@@ -13,7 +13,7 @@ use zip::ZipArchive;
 use super::plan::FORMAT;
 use crate::digest;
 use crate::error::sweep::Fault;
-use crate::execute::excursion::Left;
+use crate::execute::excursion::FirstExit;
 
 /// The name of the header in the archive.
 const HEADER: &str = "block.json";
@@ -49,7 +49,7 @@ pub(super) struct Header {
     pub(super) ended: Vec<Ended>,
     /// The first run that left the region of the design.
     #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub(super) left: Option<Left>,
+    pub(super) left: Option<FirstExit>,
 }
 
 /// A run that ended early.
@@ -101,7 +101,7 @@ impl Block {
         // The archive ends with the length of its comment.
         let end = bytes.len() - 2;
         bytes.splice(end.., (SUM as u16).to_le_bytes());
-        let sum = digest::of(&bytes);
+        let sum = digest::sha256(&bytes);
         bytes.extend(sum.as_bytes());
         Ok(bytes)
     }
@@ -112,7 +112,7 @@ impl Block {
         if !sum.iter().all(|byte| byte.is_ascii_digit() || (b'a'..=b'f').contains(byte)) {
             return Err(Fault::Truncated);
         }
-        if digest::of(content).as_bytes() != sum {
+        if digest::sha256(content).as_bytes() != sum {
             return Err(Fault::Damaged);
         }
         // With the right checksum it is what somebody has written: if it is not understood, it is of another kind.

@@ -9,7 +9,7 @@ use std::time::Duration;
 use luenberger_sim::SimError;
 use rayon::prelude::*;
 
-use super::super::excursion::{self, Left};
+use super::super::excursion::{self, FirstExit};
 use super::super::options::RunOptions;
 use super::super::scores::Scoring;
 use super::super::stopped::why;
@@ -224,7 +224,7 @@ impl<'a> Work<'a> {
             |trajectory| {
                 let merits = self.scoring.merits(study, &trajectory, &requested)?;
                 let left = excursion::of_simulation(study, &requested, &trajectory)?;
-                Ok(Ran { scores: runs::scores(&merits), left: left.map(|left| left.left()) })
+                Ok(Ran { scores: runs::scores(&merits), left: left.map(|left| left.first_exit()) })
             },
         );
         progress.report(&requested.name, 1);
@@ -240,7 +240,7 @@ impl<'a> Work<'a> {
 /// A run that finished.
 struct Ran {
     scores: Vec<f64>,
-    left: Option<Left>,
+    left: Option<FirstExit>,
 }
 
 /// Runs that are done, of all.

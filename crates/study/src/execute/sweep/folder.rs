@@ -21,7 +21,7 @@ use super::plan::Plan;
 use crate::digest;
 use crate::error::StudyError;
 use crate::error::sweep::{PLAN, SweepError};
-use crate::execute::folder::at;
+use crate::execute::folder::io_error;
 use crate::read::Format;
 use crate::study::Study;
 
@@ -46,7 +46,7 @@ pub(super) struct Claim {
 impl BlockFolder {
     /// A folder that is deleted with the process.
     pub(super) fn temporary(path: PathBuf) -> Result<Self, StudyError> {
-        std::fs::create_dir_all(&path).map_err(at(&path))?;
+        std::fs::create_dir_all(&path).map_err(io_error(&path))?;
         Ok(Self { path, is_durable: false })
     }
 
@@ -55,7 +55,7 @@ impl BlockFolder {
     pub(super) fn open(path: PathBuf, plan: &Plan, study: &Study, restart: bool) -> Result<Self, StudyError> {
         let folder = Self { path, is_durable: true };
         let path = &folder.path;
-        std::fs::create_dir_all(path).map_err(at(path))?;
+        std::fs::create_dir_all(path).map_err(io_error(path))?;
         if restart {
             folder.clear()?;
         }
@@ -70,7 +70,7 @@ impl BlockFolder {
                 Ok(()) => _ = std::fs::remove_file(&aside),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => _ = std::fs::remove_file(&aside),
                 // Some file systems have no links.
-                Err(_) => std::fs::rename(&aside, path.join(PLAN)).map_err(at(path))?,
+                Err(_) => std::fs::rename(&aside, path.join(PLAN)).map_err(io_error(path))?,
             }
             folder.flush();
         }
@@ -98,12 +98,12 @@ impl BlockFolder {
     /// Copies the study and the files that it reads.
     fn copy(&self, study: &Study) -> Result<(), StudyError> {
         let folder = self.path.join(STUDY);
-        std::fs::create_dir_all(&folder).map_err(at(&folder))?;
+        std::fs::create_dir_all(&folder).map_err(io_error(&folder))?;
         self.publish(&folder.join(copy_of_study(study.format)), study.source.text().as_bytes())?;
         for (number, file) in study.files.iter().enumerate() {
             let from = study.folder.join(&file.name);
-            let content = std::fs::read(&from).map_err(at(&from))?;
-            if digest::of(&content) != file.sha256 {
+            let content = std::fs::read(&from).map_err(io_error(&from))?;
+            if digest::sha256(&content) != file.sha256 {
                 return Err(StudyError::io(&from, io::Error::other("the file changes while it is read")));
             }
             self.publish(&folder.join(copy_of_file(number)), &content)?;
@@ -116,11 +116,11 @@ impl BlockFolder {
         let folder = path.join(STUDY);
         let format = if plan.json { Format::Json } else { Format::Toml };
         let copy = folder.join(copy_of_study(format));
-        let text = std::fs::read_to_string(&copy).map_err(at(&copy))?;
+        let text = std::fs::read_to_string(&copy).map_err(io_error(&copy))?;
         let files: BTreeMap<String, PathBuf> =
             plan.files.iter().enumerate().map(|(k, file)| (file.name.clone(), folder.join(copy_of_file(k)))).collect();
         let study = crate::read::study(&plan.study.name, &text, format, &folder, files)?;
-        if digest::of(text.as_bytes()) != plan.study.sha256 || study.files != plan.files {
+        if digest::sha256(text.as_bytes()) != plan.study.sha256 || study.files != plan.files {
             let what = format!("the copy of the study in {} was changed", folder.display());
             return Err(SweepError::Other { folder: path.to_owned(), what }.into());
         }
@@ -154,7 +154,7 @@ impl BlockFolder {
     /// The right to write a block; none while another process has it.
     pub(super) fn claim(&self, block: u64) -> Result<Option<Claim>, StudyError> {
         let path = self.lock_file(block);
-        let file = File::options().create(true).truncate(false).write(true).open(&path).map_err(at(&path))?;
+        let file = File::options().create(true).truncate(false).write(true).open(&path).map_err(io_error(&path))?;
         match file.try_lock() {
             Ok(()) => Ok(Some(Claim { block, lock: Some(file) })),
             Err(TryLockError::WouldBlock) => Ok(None),
@@ -203,7 +203,7 @@ impl BlockFolder {
 
     fn rename(&self, aside: &Path, path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
         // Messages name the file as the user knows it.
-        let written = self.write(aside, bytes).and_then(|()| std::fs::rename(aside, path).map_err(at(path)));
+        let written = self.write(aside, bytes).and_then(|()| std::fs::rename(aside, path).map_err(io_error(path)));
         if let Err(error) = written {
             _ = std::fs::remove_file(aside);
             return Err(match error {
@@ -216,9 +216,9 @@ impl BlockFolder {
     }
 
     fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
-        let mut file = File::create(path).map_err(at(path))?;
-        file.write_all(bytes).map_err(at(path))?;
-        if self.is_durable { file.sync_all().map_err(at(path)) } else { Ok(()) }
+        let mut file = File::create(path).map_err(io_error(path))?;
+        file.write_all(bytes).map_err(io_error(path))?;
+        if self.is_durable { file.sync_all().map_err(io_error(path)) } else { Ok(()) }
     }
 
     /// Flushes the names of the files, where directories can be opened.
@@ -231,8 +231,8 @@ impl BlockFolder {
     /// What is in a folder of blocks.
     pub(super) fn list(path: &Path) -> Result<Listed, StudyError> {
         let mut listed = Listed::default();
-        for entry in std::fs::read_dir(path).map_err(at(path))? {
-            let name = entry.map_err(at(path))?.file_name().to_string_lossy().into_owned();
+        for entry in std::fs::read_dir(path).map_err(io_error(path))? {
+            let name = entry.map_err(io_error(path))?.file_name().to_string_lossy().into_owned();
             let number = |digits: &str| digits.parse().ok().filter(|_| digits.len() >= 8);
             let block = |end: &str| number(name.strip_suffix(end)?);
             let hidden = |end: &str| number(name.strip_prefix('.')?.strip_suffix(end)?);
@@ -279,7 +279,7 @@ impl BlockFolder {
         let files = files.chain(listed.locks.iter().map(|block| self.lock_file(*block)));
         files.chain(listed.others.iter().map(|name| self.path.join(name))).try_for_each(remove)?;
         let copies = self.path.join(STUDY);
-        if copies.is_dir() { std::fs::remove_dir_all(&copies).map_err(at(&copies)) } else { Ok(()) }
+        if copies.is_dir() { std::fs::remove_dir_all(&copies).map_err(io_error(&copies)) } else { Ok(()) }
     }
 }
 

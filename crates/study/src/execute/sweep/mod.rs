@@ -116,7 +116,7 @@ pub(super) struct Outcome {
 }
 
 /// Computes what is missing of a sweep, and reduces it. After an interruption the rows that are complete are reduced.
-pub(super) fn all(
+pub(super) fn sweep_all(
     study: &Study,
     (simulation, sweep): (&Simulation, &Sweep),
     members: &[Member<'_>],
@@ -157,7 +157,7 @@ pub(super) fn all(
     if let Some(table) = table {
         folder.finish_stream(table)?;
     }
-    let mut warnings = left(&reduced, sweep.parameter.name());
+    let mut warnings = excursions(&reduced, sweep.parameter.name());
     if reduced.len() < work.rows.len() {
         let (open, all) = (work.rows.len() - reduced.len(), work.rows.len());
         warnings.push(format!("Not finished: {open} of {} of the sweep", counted(all, "row")));
@@ -173,7 +173,7 @@ pub(super) fn all(
 }
 
 /// One sentence for each observer whose runs leave the region of its design.
-fn left(reduced: &[Reduced], parameter: &str) -> Vec<String> {
+fn excursions(reduced: &[Reduced], parameter: &str) -> Vec<String> {
     let mut names: Vec<&str> = reduced.iter().map(|reduced| reduced.row.observer.as_str()).collect();
     names.dedup();
     let sentence = |name: &str| {

@@ -81,7 +81,7 @@ impl Plan {
         let plan = Self {
             format: FORMAT,
             luenberger: env!("CARGO_PKG_VERSION").to_owned(),
-            study: FileDigest { name: study.file_name(), sha256: digest::of(study.source.text().as_bytes()) },
+            study: FileDigest { name: study.file_name(), sha256: digest::sha256(study.source.text().as_bytes()) },
             json: study.format == Format::Json,
             files: study.files.clone(),
             rows,
@@ -101,7 +101,7 @@ impl Plan {
     /// The digest of all that decides the content of the blocks.
     pub fn digest(&self) -> String {
         // Names, numbers and digests: there is nothing that JSON does not have.
-        digest::of(&serde_json::to_vec(self).unwrap_or_default())
+        digest::sha256(&serde_json::to_vec(self).unwrap_or_default())
     }
 
     /// Checks that this version has written the blocks of a folder.

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::super::excursion::Left;
+use super::super::excursion::FirstExit;
 use super::super::options::RunOptions;
 use super::block::Block;
 use super::percentiles::{self, Percentiles};
@@ -27,7 +27,7 @@ pub(super) struct Reduced {
     pub(super) row: SweepRow,
     /// Runs that left.
     pub(super) left: u64,
-    pub(super) first: Option<Left>,
+    pub(super) first: Option<FirstExit>,
 }
 
 impl Reduced {
@@ -58,7 +58,7 @@ pub(super) fn reduce(
     let mut reduced = Vec::new();
     for (number, row) in rows.iter().enumerate() {
         if blocks.plan().of_row(number).all(|block| blocks.is_there(block)) {
-            reduced.push(one(number, row, blocks, lines, options)?);
+            reduced.push(reduced_row(number, row, blocks, lines, options)?);
         }
         options.tell("reduce", &row.requested.name, number + 1, rows.len());
     }
@@ -102,7 +102,7 @@ pub(super) fn memory(scores: usize, ensemble: usize) -> usize {
     room.together * if room.keeps_values { 8 * ensemble } else { percentiles::BYTES }
 }
 
-fn one(
+fn reduced_row(
     number: usize,
     row: &Row<'_>,
     blocks: &Blocks,

@@ -3,7 +3,7 @@
 use luenberger_random::{Purpose, Stream};
 
 use super::super::options::RunOptions;
-use crate::design::{Designed, NoDesign, attempt};
+use crate::design::{Designed, attempt};
 use crate::error::StudyError;
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
 use crate::trajectory::{self, Member, member};
@@ -104,8 +104,8 @@ impl RowDesign {
         }
         let design = |requested: &ObserverSpec| match attempt(study, requested, options.cancel, options.until) {
             Ok(designed) => Ok(Ok(designed)),
-            Err(NoDesign::Interrupted) => Err(StudyError::Interrupted),
-            Err(NoDesign::Misfit(failure)) => Ok(Err(failure.hypothesis)),
+            Err(none) if none.is_interrupted() => Err(StudyError::Interrupted),
+            Err(none) => Ok(Err(none.hypothesis)),
         };
         designs.own = match design(requested)? {
             Ok(designed) => Own::Anew(Box::new(designed)),

@@ -6,20 +6,18 @@ mod step;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::{Kind, of};
-use crate::designed::{NonlinearStep, Refusal, Running, StepOf, continuous};
+use super::{Kind, as_kind};
+use crate::designed::{NonlinearStep, Running, StepOf, continuous};
 use crate::keys::{Range, Type, optional, required};
 use crate::model::Model;
 use crate::reader::region::finite_bounds;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
-use crate::results::{DesignReport, DesignVerdict, FailureReport, NamedNumber, Statement};
+use crate::results::{Advice, Cause, DesignReport, DesignVerdict, NamedNumber, NoObserver, Statement};
 use crate::steps::steps_for;
 use crate::study::{NUMBER, ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
 use crate::synthesis::alternative::{MOST_INPUTS, MOST_STATES, has_table};
-use crate::synthesis::explain::MOST_STATES_OF_A_FULL_TABLE;
-use crate::synthesis::explain::Misfit;
-use crate::synthesis::{Advice, Designed, NoDesign, Plan, explain, number, other_kinds};
+use crate::synthesis::{Designed, Plan, number, other_kinds};
 use crate::tuning::Value;
 use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{
@@ -44,7 +42,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with one output: of 2 to 6 states, or of 2 or 3 states with inputs that are held at constant values.",
     source: "Kazantzis and Kravaris 1998, Andrieu and Praly 2006; computed by simulation",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[
+    keys: &[&[
         required("domain", Type::Bounds, "Region of the states, n finite pairs [lower, upper]."),
         optional(
             "inputs",
@@ -87,8 +85,8 @@ pub(super) static DECLARATION: Declaration = Declaration {
             ]),
             "Left inverse to simulate (default interpolated).",
         ),
-    ],
-    kind: of::<KklSpec>,
+    ]],
+    kind: as_kind::<KklSpec>,
     read,
     takes_long: true,
     tuning: Tuning::Rules(&[Rule {
@@ -261,11 +259,45 @@ impl Specification for KklSpec {
 }
 
 impl Kind for KklSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoDesign> {
+    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         tabulated(plan.study, plan.requested, self)?;
-        plan.explained(designed(&plan.study.plant.model, self, plan.cancel))
+        designed(&plan.study.plant.model, self, plan.cancel)
+    }
+
+    fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
+        let Cause::NumericalKkl(error) = cause else { return None };
+        let is_held = !plan.study.plant.inputs.is_empty();
+        // What fails at one input has the remedies of what fails without.
+        let failing = match error {
+            NumericalKklError::HeldInput { error, .. } => error.as_ref(),
+            error => error,
+        };
+        let remedy = match failing {
+            NumericalKklError::Unresolved { .. } if is_held => Some(
+                "increase `points`, `nodes` or `cutoff`, or choose a smaller `domain` or smaller ranges of `inputs`",
+            ),
+            NumericalKklError::Unresolved { .. } if plan.study.plant.states.len() > MOST_STATES_OF_A_FULL_TABLE => {
+                Some("increase `points`, `rank` or `cutoff`, or choose a smaller `domain`")
+            }
+            NumericalKklError::Unresolved { .. } => Some("increase `points` or `cutoff`, or choose a smaller `domain`"),
+            NumericalKklError::NoneFits { .. } => Some("a smaller `domain`, or `cutoff` and `points` of your choice"),
+            NumericalKklError::GridTooLarge { .. } if is_held => Some("fewer `points` or `nodes`"),
+            NumericalKklError::GridTooLarge { .. } => Some("fewer `points`"),
+            NumericalKklError::Escapes { .. } => {
+                Some("give `escape`, the margin around `domain` outside of which the plant is slowed down")
+            }
+            NumericalKklError::NotInjective { .. } => {
+                Some("increase `cutoff`, or choose a `domain` on which the output distinguishes all states")
+            }
+            _ => None,
+        };
+        let remedy = remedy.map_or_else(Advice::default, Advice::hint);
+        Some(other_kinds(plan.study, plan.requested).and(remedy))
     }
 }
+
+/// With more states the table is of low rank.
+const MOST_STATES_OF_A_FULL_TABLE: usize = 4;
 
 /// The observer, for two to six states.
 #[derive(Debug, Clone)]
@@ -327,9 +359,9 @@ impl Running for Kkl {
         self.any()
     }
 
-    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
         let Some(spec) = of.observer.kind.of::<KklSpec>() else {
-            return Err(("the observer has another kind".to_owned(), Vec::new()));
+            return Err(NoObserver::new("the observer has another kind"));
         };
         // The filter is slower than the plant has to be resolved: the poles of D are those of the cut-off.
         let fastest = of.designed.report.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
@@ -339,7 +371,7 @@ impl Running for Kkl {
     }
 }
 
-fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec) -> Result<(), FailureReport> {
+fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec) -> Result<(), NoObserver> {
     let size = study.plant.model.size();
     let kind = requested.kind.name();
     let sizes = format!(
@@ -375,12 +407,12 @@ fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec) -> Result<
         let range = vec!["[lower, upper]"; size.inputs].join(", ");
         advice = advice.and(Advice::hint(format!("inputs = [{range}], if the input is held at constant values")));
     }
-    Err(explain::failure(requested, hypothesis, advice))
+    Err(NoObserver::new(hypothesis).advise(advice))
 }
 
 /// The design for a model whose sizes have been checked: 2 to 6 states, or 2 to 3 with held inputs, and one output. It
 /// stops once `cancel` is true.
-fn designed(model: &Model, requested: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
+fn designed(model: &Model, requested: &KklSpec, cancel: &AtomicBool) -> Result<Designed, NoObserver> {
     let size = model.size();
     let plant = model.expressions()?;
     macro_rules! plain {
@@ -397,19 +429,19 @@ fn designed(model: &Model, requested: &KklSpec, cancel: &AtomicBool) -> Result<D
         (5, 0) => plain!(5, 6, Train<5, 6>, Five, FiveEmbedded),
         (_, 0) => plain!(6, 7, Train<6, 7>, Six, SixEmbedded),
         (2, 1) => {
-            let (observer, report) = held::<2, 1, 3, 4>(&plant.fixed()?, requested, cancel)?;
+            let (observer, report) = held_inputs::<2, 1, 3, 4>(&plant.fixed()?, requested, cancel)?;
             (Kkl::TwoHeld(observer), report)
         }
         (2, _) => {
-            let (observer, report) = held::<2, 2, 3, 5>(&plant.fixed()?, requested, cancel)?;
+            let (observer, report) = held_inputs::<2, 2, 3, 5>(&plant.fixed()?, requested, cancel)?;
             (Kkl::TwoHeldTwo(observer), report)
         }
         (_, 1) => {
-            let (observer, report) = held::<3, 1, 4, 5>(&plant.fixed()?, requested, cancel)?;
+            let (observer, report) = held_inputs::<3, 1, 4, 5>(&plant.fixed()?, requested, cancel)?;
             (Kkl::ThreeHeld(observer), report)
         }
         _ => {
-            let (observer, report) = held::<3, 2, 4, 6>(&plant.fixed()?, requested, cancel)?;
+            let (observer, report) = held_inputs::<3, 2, 4, 6>(&plant.fixed()?, requested, cancel)?;
             (Kkl::ThreeHeldTwo(observer), report)
         }
     };
@@ -496,7 +528,7 @@ fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
 type Held<const N: usize, const M: usize, const Z: usize, const ZM: usize> =
     (Box<HeldInputs<N, M, 1, Z, ZM>>, DesignReport);
 
-fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
+fn held_inputs<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     plant: &Fixed<N, M, 1>,
     requested: &KklSpec,
     cancel: &AtomicBool,
@@ -570,6 +602,7 @@ fn report<const Z: usize>(
         facts: Vec::new(),
         verdict: DesignVerdict::MEASURED,
         noise_deviation: Vec::new(),
+        stationary_deviation: None,
         evidence: Some(evidence),
     }
 }

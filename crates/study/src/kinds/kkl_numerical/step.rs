@@ -1,14 +1,14 @@
 //! The numerical KKL observer with a step for each sample.
 
-use luenberger_design::numerical_kkl::{HeldInputs, NumericalKklError, Settings, without_tables};
-use luenberger_export::kkl::{Kkl, KklExportError};
+use luenberger_design::numerical_kkl::{HeldInputs, Settings, without_tables};
+use luenberger_export::kkl::Kkl;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::kkl::{LeftInverse, LinearKkl};
 use luenberger_observers::numerical_kkl::SampledFilter;
 use nalgebra::{Const, SVector};
 
 use super::{Kkl as Designed, KklSpec};
-use crate::designed::Refusal;
+use crate::results::NoObserver;
 use crate::study::Study;
 
 /// D and B with the step.
@@ -30,24 +30,6 @@ fn filter_of_held<const N: usize, const M: usize, const Z: usize, const ZM: usiz
     SampledFilter { d: *observer.d(), b: *observer.b(), period, substeps }
 }
 
-/// Why an observer for held inputs has no step.
-enum NoStep {
-    Design(NumericalKklError),
-    Export(KklExportError),
-}
-
-impl From<NumericalKklError> for NoStep {
-    fn from(error: NumericalKklError) -> Self {
-        Self::Design(error)
-    }
-}
-
-impl From<KklExportError> for NoStep {
-    fn from(error: KklExportError) -> Self {
-        Self::Export(error)
-    }
-}
-
 /// The settings of the fit of a tree.
 fn settings<const N: usize>(spec: &KklSpec) -> Settings<N> {
     Settings { leaves: spec.leaves, degree: spec.degree, samples: spec.samples, ..Settings::default() }
@@ -59,7 +41,8 @@ pub(super) fn step(
     kkl: &Designed,
     plant: &ExpressionPlant,
     step: (f64, usize),
-) -> Result<Kkl<f64>, Refusal> {
+) -> Result<Kkl<f64>, NoObserver> {
+    use Designed as Of;
     let mut first = vec![0.0; study.plant.inputs.len()];
     if let Some(program) = study.input.program() {
         program.at(0.0, &mut first);
@@ -82,27 +65,20 @@ pub(super) fn step(
             Kkl::new(plant, filter($observer.map(), step), $observer.map().inverse().clone())?
         };
     }
-    let made = || -> Result<Kkl<f64>, NoStep> {
-        use Designed as Of;
-        Ok(match kkl {
-            Of::Two(observer) => plain!(observer),
-            Of::TwoEmbedded(observer) => plain!(observer),
-            Of::Three(observer) => plain!(observer),
-            Of::ThreeEmbedded(observer) => plain!(observer),
-            Of::Four(observer) => plain!(observer),
-            Of::FourEmbedded(observer) => plain!(observer),
-            Of::Five(observer) => plain!(observer),
-            Of::FiveEmbedded(observer) => plain!(observer),
-            Of::Six(observer) => plain!(observer),
-            Of::SixEmbedded(observer) => plain!(observer),
-            Of::TwoHeld(observer) => held!(observer, 2, 1, 3, 4, 3, 5),
-            Of::TwoHeldTwo(observer) => held!(observer, 2, 2, 3, 5, 4, 5),
-            Of::ThreeHeld(observer) => held!(observer, 3, 1, 4, 5, 4, 7),
-            Of::ThreeHeldTwo(observer) => held!(observer, 3, 2, 4, 6, 5, 7),
-        })
-    };
-    made().map_err(|why| match why {
-        NoStep::Design(error) => (error.to_string(), Vec::new()),
-        NoStep::Export(error) => (error.to_string(), Vec::new()),
+    Ok(match kkl {
+        Of::Two(observer) => plain!(observer),
+        Of::TwoEmbedded(observer) => plain!(observer),
+        Of::Three(observer) => plain!(observer),
+        Of::ThreeEmbedded(observer) => plain!(observer),
+        Of::Four(observer) => plain!(observer),
+        Of::FourEmbedded(observer) => plain!(observer),
+        Of::Five(observer) => plain!(observer),
+        Of::FiveEmbedded(observer) => plain!(observer),
+        Of::Six(observer) => plain!(observer),
+        Of::SixEmbedded(observer) => plain!(observer),
+        Of::TwoHeld(observer) => held!(observer, 2, 1, 3, 4, 3, 5),
+        Of::TwoHeldTwo(observer) => held!(observer, 2, 2, 3, 5, 4, 5),
+        Of::ThreeHeld(observer) => held!(observer, 3, 1, 4, 5, 4, 7),
+        Of::ThreeHeldTwo(observer) => held!(observer, 3, 2, 4, 6, 5, 7),
     })
 }

@@ -3,7 +3,8 @@
 use luenberger_expression::Formula as Typeset;
 use luenberger_figures::{Cell, Formula, Grid, Section};
 
-use super::{number, short, typeset, with_unit};
+use super::super::document::{number, short, with_unit};
+use super::typeset;
 use crate::digest;
 use crate::model::Model;
 use crate::signal::{Input, Program};
@@ -111,7 +112,7 @@ pub(super) fn reproduction(study: &Study) -> Section {
     let mut facts = vec![
         ("computed by".to_owned(), format!("luenberger {}", env!("CARGO_PKG_VERSION"))),
         ("study".to_owned(), study.file_name()),
-        ("SHA-256 of the study".to_owned(), digest::of(text.as_bytes())),
+        ("SHA-256 of the study".to_owned(), digest::sha256(text.as_bytes())),
     ];
     facts.extend(study.files.iter().map(|file| (format!("SHA-256 of {}", file.name), file.sha256.clone())));
     Section::new("Reproduction").facts(facts).folded("The study file", Section::new("").verbatim(text.trim_end()))
@@ -139,7 +140,7 @@ pub(super) fn equations(study: &Study) -> Option<Vec<Formula>> {
             let motion = sum(Typeset::motion("x", names.dt.is_some()), "A", (!names.inputs.is_empty()).then_some("B"));
             return Some(vec![motion, sum(Typeset::name("y"), "C", plant.d.as_ref().map(|_| "D"))]);
         }
-        Model::Expressions(plant) => plant,
+        Model::Expressions(plant, _) => plant,
         Model::Builtin(_) => return None,
     };
     let f = names.states.iter().zip(plant.f());

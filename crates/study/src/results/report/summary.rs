@@ -4,7 +4,7 @@ use luenberger_figures::Section;
 use luenberger_proof::certificate::ProvedSentence;
 use luenberger_proof::wording::counted;
 
-use super::super::{ObserverReport, Results, ScoreCell, ScoreTable, UnseenModes};
+use super::super::{DesignVerdict, ObserverReport, Results, ScoreCell, ScoreTable, UnseenModes};
 
 /// What was studied, what is observable, what is proved, and which observer is the best by which score.
 pub(super) fn section(results: &Results) -> Section {
@@ -56,18 +56,13 @@ fn certificates(observers: &[ObserverReport]) -> Option<String> {
     let of = |choose: &dyn Fn(&ObserverReport) -> bool| -> Vec<&str> {
         observers.iter().filter(|observer| choose(observer)).map(|observer| observer.name.as_str()).collect()
     };
-    let is = |word: &'static str| {
-        move |observer: &ObserverReport| observer.design.as_ref().is_some_and(|design| design.verdict.word() == word)
-    };
-    let groups = [
-        ("Proved", of(&is("proved"))),
-        ("Undecided", of(&is("undecided"))),
-        ("Errors are measured, not proved", of(&is("measured"))),
-        ("No certificate", of(&is("none"))),
-        ("Not applicable", of(&|observer| observer.design.is_none())),
-    ];
+    let is =
+        |observer: &ObserverReport, verdict| observer.design.as_ref().is_some_and(|design| design.verdict == verdict);
+    let groups = DesignVerdict::MEANINGS
+        .iter()
+        .map(|(verdict, heading, _)| (*heading, of(&|observer| is(observer, *verdict))))
+        .chain([("Not applicable", of(&|observer| observer.design.is_none()))]);
     let sentences: Vec<String> = groups
-        .into_iter()
         .filter(|(_, names)| !names.is_empty())
         .map(|(what, names)| format!("{what}: {}.", names.join(", ")))
         .collect();

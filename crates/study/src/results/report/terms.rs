@@ -2,46 +2,18 @@
 
 use luenberger_figures::{Grid, Section};
 
-use crate::results::{DesignReport, DesignVerdict, Results};
-
-/// Numbers of designs.
-const NUMBERS: [(&str, &str); 9] = [
-    ("rate", "The error decays at least like exp(-rate t)."),
-    (
-        "decay rate",
-        "The error decays in the end like exp(-t times the rate): distance of the poles from the imaginary axis.",
-    ),
-    (
-        "overshoot",
-        "The factor before exp(-rate t): the error is never larger than the overshoot times the initial error.",
-    ),
-    (
-        "vertices",
-        "The number of combinations of extreme values of the Jacobians over the region; the conditions hold at each.",
-    ),
-    ("norm of L", "The largest singular value of the gain."),
-    (
-        "noise gain",
-        "White measurement noise of unit intensity leaves errors whose variances sum to the square of this number, by the \
-         linear part of the error equation.",
-    ),
-    (
-        "fastest pole relative to the plant",
-        "The largest modulus of a pole of A - L C, divided by that of A: large values need short sampling periods.",
-    ),
-    ("period", "The time between two samples."),
-    ("largest modulus of a pole", "The error shrinks in the end by this factor from sample to sample."),
-];
+use crate::results::{DesignReport, DesignVerdict, Quantity, Results};
 
 /// The explanations, behind a line that opens them; none without observers.
 pub(super) fn section(section: Section, results: &Results) -> Section {
     let designs: Vec<&DesignReport> = results.observers.iter().filter_map(|of| of.design.as_ref()).collect();
     let verdicts =
-        DesignVerdict::MEANINGS.iter().filter(|(verdict, _)| designs.iter().any(|of| of.verdict == *verdict));
-    let verdicts = verdicts.map(|(verdict, meaning)| (verdict.word(), *meaning));
-    let has = |name: &str| designs.iter().any(|design| design.numbers.iter().any(|number| number.name == name));
-    let numbers = NUMBERS.iter().filter(|(name, _)| has(name));
-    let mut rows: Vec<(&str, &str)> = verdicts.chain(numbers.copied()).collect();
+        DesignVerdict::MEANINGS.iter().filter(|(verdict, ..)| designs.iter().any(|of| of.verdict == *verdict));
+    let verdicts = verdicts.map(|(verdict, _, meaning)| (verdict.word(), *meaning));
+    let numbers = || designs.iter().flat_map(|design| &design.numbers);
+    let quantities = Quantity::ALL.into_iter().filter(|of| numbers().any(|number| number.quantity == Some(*of)));
+    let quantities = quantities.map(|quantity| (quantity.name(), quantity.meaning()));
+    let mut rows: Vec<(&str, &str)> = verdicts.chain(quantities).collect();
     if designs.iter().any(|design| !design.noise_deviation.is_empty()) {
         rows.push((
             "standard deviation of the error due to noise",

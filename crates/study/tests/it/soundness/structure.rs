@@ -3,9 +3,9 @@
 
 use luenberger_expression::{ExpressionPlant, Parameters, Row};
 use luenberger_plants::{Differentiable, Plant};
-use luenberger_study::design::{Designed, NoDesign};
+use luenberger_study::design::Designed;
 use luenberger_study::model::{Builtin, Model};
-use luenberger_study::results::FailureReport;
+use luenberger_study::results::NoObserver;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -16,10 +16,9 @@ fn with(plant: &str, observer: &str) -> String {
     format!("[plant]\n{plant}\n[[observer]]\n{observer}\n")
 }
 
-fn refused(plant: &str, observer: &str) -> FailureReport {
+fn refused(plant: &str, observer: &str) -> NoObserver {
     match designed(&study(&with(plant, observer))) {
-        Err(NoDesign::Misfit(failure)) => failure,
-        Err(NoDesign::Interrupted) => panic!("interrupted"),
+        Err(failure) => failure,
         Ok(designed) => panic!("{observer}: {}: {}", designed.report.verdict, designed.report.statement),
     }
 }
@@ -321,7 +320,7 @@ proptest! {
         let structure_of = |disguised: Option<usize>| {
             let f: Vec<String> = (1..n).map(|i| row(i, disguised == Some(i))).chain(["-x1".to_owned()]).collect();
             let plant = ExpressionPlant::new(&f, &[row(0, disguised == Some(0))], 1, &Parameters::new()).unwrap();
-            let structure = Model::Expressions(plant.clone()).structure();
+            let structure = Model::from(plant.clone()).structure();
             let shown: Vec<bool> = (0..n)
                 .map(|i| if i == 0 { structure.output_state(0) == Some(0) } else { structure.is_next_state(i - 1) })
                 .collect();

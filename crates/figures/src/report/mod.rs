@@ -1,4 +1,5 @@
-//! A report with title, sections, prose, facts, tables and figures, as one HTML file.
+//! A report with title, sections, prose, facts, tables and figures, as one HTML file. Each section can be written as
+//! plain text and as Markdown too.
 //!
 //! Text is escaped: a name such as `<b>` appears literally. Prose has two kinds of markup: an empty line separates
 //! paragraphs, and text between backticks is code.
@@ -25,6 +26,8 @@
 //! assert!(html.contains("<td class=\"number\">0.31</td>"));
 //! # Ok::<(), luenberger_figures::report::ReportError>(())
 //! ```
+
+mod text;
 
 use crate::figure::{Figure, FigureError};
 use crate::formula::Formula;
@@ -57,8 +60,9 @@ pub struct Section {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Block {
-    Heading(String),
+    Heading(String, Option<Cell>),
     Prose(String),
+    Note(String),
     Verbatim(String),
     Html(String),
     List(Vec<String>),
@@ -67,6 +71,7 @@ enum Block {
     Figure { id: String, figure: Figure },
     Links(Vec<(String, String)>),
     Formulas(Vec<Formula>),
+    Matrices(Vec<(String, Vec<Vec<String>>)>),
     Folded { summary: String, inside: Vec<Block> },
 }
 
@@ -257,13 +262,25 @@ impl Section {
     /// A smaller heading.
     #[must_use]
     pub fn heading(self, text: impl Into<String>) -> Self {
-        self.with(Block::Heading(text.into()))
+        self.with(Block::Heading(text.into(), None))
+    }
+
+    /// A smaller heading with a word beside it, such as a verdict.
+    #[must_use]
+    pub fn marked_heading(self, text: impl Into<String>, mark: Cell) -> Self {
+        self.with(Block::Heading(text.into(), Some(mark)))
     }
 
     /// Paragraphs, with an empty line between them and code between backticks.
     #[must_use]
     pub fn prose(self, text: impl Into<String>) -> Self {
         self.with(Block::Prose(text.into()))
+    }
+
+    /// Prose that explains what stands before it; not in [`text`](Self::text).
+    #[must_use]
+    pub fn note(self, text: impl Into<String>) -> Self {
+        self.with(Block::Note(text.into()))
     }
 
     /// Preformatted text in a monospaced font, such as the output of a `Display`.
@@ -306,6 +323,12 @@ impl Section {
     #[must_use]
     pub fn formulas(self, formulas: impl IntoIterator<Item = Formula>) -> Self {
         self.with(Block::Formulas(formulas.into_iter().collect()))
+    }
+
+    /// Matrices by name, with their entries as they are written, row by row.
+    #[must_use]
+    pub fn matrices(self, matrices: impl IntoIterator<Item = (String, Vec<Vec<String>>)>) -> Self {
+        self.with(Block::Matrices(matrices.into_iter().collect()))
     }
 
     /// The contents of a section behind a line that opens them.
@@ -436,16 +459,14 @@ impl Block {
         taken: &mut HashSet<String>,
     ) -> Result<(), ReportError> {
         match self {
-            Self::Heading(text) => {
+            Self::Heading(text, mark) => {
                 let anchor = anchor(text, taken);
-                let _ = write!(page, "<h3 id=\"{anchor}\">{}{}</h3>", inline(text), permalink(&anchor, text));
+                let mark = mark.as_ref().map(|mark| format!(" {}", mark.html())).unwrap_or_default();
+                let _ = write!(page, "<h3 id=\"{anchor}\">{}{mark}{}</h3>", inline(text), permalink(&anchor, text));
             }
-            Self::Formulas(formulas) => {
-                page.push_str("<div class=\"formulas\">");
-                for formula in formulas {
-                    page.push_str(&formula.html());
-                }
-                page.push_str("</div>");
+            Self::Formulas(formulas) => formulas_html(page, formulas.iter().map(Formula::html)),
+            Self::Matrices(matrices) => {
+                formulas_html(page, matrices.iter().map(|(name, rows)| Formula::matrix(name, rows).html()));
             }
             Self::Folded { summary, inside } => {
                 let _ = write!(page, "<details><summary>{}</summary>", inline(summary));
@@ -454,7 +475,7 @@ impl Block {
                 }
                 page.push_str("</details>");
             }
-            Self::Prose(text) => paragraphs(page, text, ""),
+            Self::Prose(text) | Self::Note(text) => paragraphs(page, text, ""),
             Self::Verbatim(text) => {
                 let _ = write!(page, "<pre><code>{}</code></pre>", escape(text));
             }
@@ -489,6 +510,12 @@ impl Block {
         }
         Ok(())
     }
+}
+
+fn formulas_html(page: &mut String, formulas: impl Iterator<Item = String>) {
+    page.push_str("<div class=\"formulas\">");
+    formulas.for_each(|formula| page.push_str(&formula));
+    page.push_str("</div>");
 }
 
 /// A link of a heading to itself.

@@ -1,4 +1,4 @@
-//! Observers on a log, and the consistency of filters, as tables of the report.
+//! Observers on a log, and the consistency of filters, as tables.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,12 @@ use crate::results::{
 };
 
 /// What the regions of NIS and NEES are.
-const REGION: &str = "Means of the normalised squares, with their acceptance region (chi-squared, two-sided, 95 %). Above it a filter is overconfident, below it conservative. Errors of successive samples are correlated: NEES of one run leaves its region more often.";
+const REGION: &str = "Means of the normalised squares; the region is chi-squared, two-sided. Above it a filter is overconfident, below it conservative. Errors of successive samples are correlated: NEES of one run leaves its region more often.";
+
+/// A size of errors, with three digits.
+fn size(x: f64) -> Cell {
+    Cell::number(significant(x, 3))
+}
 
 fn test(report: Option<&ConsistencyReport>) -> Cell {
     Cell::from(report.map_or_else(|| "-".to_owned(), ConsistencyReport::in_words).as_str())
@@ -24,8 +29,8 @@ pub(super) fn filters(section: Section, filters: &[FilterReport]) -> Section {
 
 /// The interval observers of a simulation.
 pub(super) fn intervals(section: Section, intervals: &[IntervalReport], plant: &PlantSummary) -> Section {
-    let caption = "Interval observers: share of the samples at which all states were within their bounds, and the widths of the bounds. Below 100 % noise, disturbances or the first state were beyond `bounds` and `initial_bounds`.";
-    let mut grid = Grid::new(&["observer", "enclosed", "state", "mean width", "width at the end"]).caption(caption);
+    let mut grid = Grid::new(&["observer", "enclosed", "state", "mean width", "width at the end"])
+        .caption("Bounds of interval observers.");
     for report in intervals {
         for ((state, mean), end) in plant.states.iter().zip(&report.mean_width).zip(&report.final_width) {
             grid = grid.row([
@@ -37,26 +42,27 @@ pub(super) fn intervals(section: Section, intervals: &[IntervalReport], plant: &
             ]);
         }
     }
-    section.grid(grid)
+    section.grid(grid).note("Enclosed: share of the samples at which all states were within their bounds. Below 100 % noise, disturbances or the first state were beyond `bounds` and `initial_bounds`.")
 }
 
 /// How often errors were within the bands of the figures.
 pub(super) fn coverage(section: Section, reports: &[CoverageReport], plant: &PlantSummary) -> Section {
     let expected = significant(100.0 * CoverageReport::EXPECTED, 3);
-    let mut caption = format!(
-        "Share of the errors x - xhat within two standard deviations of the filter, the bands of the figures: {expected} % \
-         if its model of the noise is right and the errors are Gaussian. Above it a filter is conservative, below it \
-         overconfident; errors of successive samples are correlated, so that one run is only near it."
+    let caption =
+        "Share of the errors x - xhat within two standard deviations of the filter, the bands of the figures.";
+    let mut note = format!(
+        "{expected} % if its model of the noise is right and the errors are Gaussian. Above it a filter is conservative, \
+         below it overconfident; errors of successive samples are correlated, so that one run is only near it."
     );
     if reports.iter().any(|report| report.on_log) {
-        caption.push_str(" On a log over its second half.");
+        note.push_str(" On a log over its second half.");
     }
     if reports.iter().any(|report| report.stationary) {
-        caption.push_str(" The band of a stationary filter does not include the initial error.");
+        note.push_str(" The band of a stationary filter does not include the initial error.");
     }
     let grid = Grid::new(&["filter", "state", "samples", "within ± 2 sigma"]).caption(caption);
     let rows = reports.iter().flat_map(|report| report.states.iter().map(move |state| (report, state)));
-    section.grid(rows.fold(grid, |grid, (report, of)| {
+    let grid = rows.fold(grid, |grid, (report, of)| {
         let name = if report.on_log { format!("{}, on the log", report.observer) } else { report.observer.clone() };
         grid.row([
             Cell::from(name.as_str()),
@@ -64,16 +70,17 @@ pub(super) fn coverage(section: Section, reports: &[CoverageReport], plant: &Pla
             Cell::number(of.samples.to_string()),
             Cell::number(format!("{} %", significant(100.0 * of.within, 3))),
         ])
-    }))
+    });
+    section.grid(grid).note(note)
 }
 
 fn consistency(section: Section, filters: &[FilterReport], over: &str) -> Section {
-    let caption = format!("Consistency of the filters {over}. {REGION}");
+    let caption = format!("Consistency of the filters {over}: means with their 95 % acceptance regions.");
     let grid = Grid::new(&["filter", "NIS (innovations)", "NEES (errors)"]).caption(&caption);
     let row = |grid: Grid, filter: &FilterReport| {
         grid.row([Cell::from(filter.observer.as_str()), test(filter.nis.as_ref()), test(filter.nees.as_ref())])
     };
-    section.grid(filters.iter().fold(grid, row))
+    section.grid(filters.iter().fold(grid, row)).note(REGION)
 }
 
 /// The observers on a log.
@@ -88,9 +95,9 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
                 Cell::from(row.observer.as_str()),
                 Cell::from(plant.labelled(&output.output).as_str()),
                 Cell::from(output.samples_in_words().as_str()),
-                number(output.mean),
-                number(output.rms),
-                number(output.peak),
+                size(output.mean),
+                size(output.rms),
+                size(output.peak),
                 Cell::from(output.whiteness_in_words().unwrap_or_else(|| "-".to_owned()).as_str()),
             ]);
         }
@@ -117,25 +124,27 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
                 Cell::from(error.samples.to_string().as_str()),
                 number(error.rmse),
                 number(error.peak),
-                number(error.last),
+                size(error.last),
             ]);
         }
         section = section.grid(grid);
     }
     if log.rows.iter().any(|row| row.smoothed.is_some()) {
         let head = ["observer", "state", "filtered", "smoothed"];
-        let mut grid = Grid::new(&head).caption("Standard deviations that the filters compute for their errors, root mean square over the log: from the measurements up to each time, and from the whole log.");
+        let mut grid = Grid::new(&head)
+            .caption("Standard deviations that the filters compute for their errors, root mean square over the log.");
         for row in &log.rows {
             for of in row.smoothed.iter().flat_map(|smoothed| &smoothed.deviations) {
                 grid = grid.row([
                     Cell::from(row.observer.as_str()),
                     Cell::from(plant.labelled(&of.state).as_str()),
-                    number(of.filtered),
-                    number(of.smoothed),
+                    size(of.filtered),
+                    size(of.smoothed),
                 ]);
             }
         }
-        section = section.grid(grid);
+        section =
+            section.grid(grid).note("Filtered: from the measurements up to each time; smoothed: from the whole log.");
     }
     if !ended.is_empty() {
         section = section.prose("Ended early:").list(ended);

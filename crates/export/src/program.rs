@@ -1,0 +1,181 @@
+//! Steps that are recorded where they are written: the observer is made again over the scalar that records, by the same
+//! constructor with its matrices by their names, and its body writes the program.
+
+use luenberger_expression::{ExpressionPlant, Recorded, Recording, RecordingError, Routine, record};
+use luenberger_observers::{
+    DiscreteNonlinearObserver, ObserverDimensions, ObserverError, SampledNonlinearObserver, SampledObserver,
+    StationaryKalmanFilter, VaryingPeriodStep,
+};
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use crate::Export;
+use crate::error::ExportError;
+use crate::exportable_observer::{ExportableObserver, cast_cubic, cast_linear, cast_varying};
+use crate::extension::results;
+
+/// The program of the next state, a function of the state and of (u, y); in filter form of the estimate at the sample
+/// and of the next state. None of an observer whose step is not recorded.
+///
+/// # Errors
+/// [`ExportError::Rounded`] is not expected of an observer that was made; [`ExportError::NoStep`].
+pub(crate) fn step(export: &Export) -> Result<Option<Routine>, ExportError> {
+    let format = export.scalar.name();
+    let refused = |error: ObserverError| ExportError::Rounded { format, error };
+    let program = match &export.observer {
+        ExportableObserver::Linear(observer) => record(|recording| {
+            let same = cast_linear(observer, |name, m| recording.matrix(name, m)).map_err(refused)?;
+            let Some(k) = &export.update else { return Ok(next(recording, &same)) };
+            let same = StationaryKalmanFilter::new(same, recording.matrix("UPDATE", k)).map_err(refused)?;
+            Ok(estimate_and_next(recording, &same))
+        })?,
+        ExportableObserver::Cubic(observer) => record(|recording| {
+            let same = cast_cubic(observer, |name, m| recording.matrix(name, m)).map_err(refused)?;
+            Ok(next(recording, &same))
+        })?,
+        ExportableObserver::Discrete(observer) => observer.plant().record(|recording| {
+            let l: DMatrix<Recorded> = recording.matrix("L", observer.l());
+            let period = nalgebra::convert(observer.period());
+            let same = DiscreteNonlinearObserver::new(observer.plant().clone(), l, period).map_err(refused)?;
+            Ok(next(recording, &same))
+        })?,
+        ExportableObserver::Step(observer) => Ok(observer.routines().0),
+        _ => return Ok(None),
+    };
+    program.map(Some).map_err(|error| ExportError::NoStep { why: error.to_string(), format })
+}
+
+/// The program of the slopes of the estimate and of the predicted output, functions of both and of u.
+///
+/// # Errors
+/// As [`step`].
+pub(crate) fn slope(
+    export: &Export,
+    observer: &SampledNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
+) -> Result<Routine, ExportError> {
+    let format = export.scalar.name();
+    let size = observer.dimensions();
+    let program = observer.plant().record(|recording| {
+        let l = recording.matrix("L", observer.l());
+        let (plant, period) = (observer.plant().clone(), nalgebra::convert(observer.period()));
+        let same = SampledNonlinearObserver::new(plant, l, period, observer.substeps())
+            .map_err(|error| ExportError::Rounded { format, error })?;
+        Ok(recording.program((size.state + size.outputs, size.inputs), |t, z, u| {
+            let (x, w) = z.split_at(size.state);
+            let (x, w) = (DVector::from_column_slice(x), DVector::from_column_slice(w));
+            let (x, w) = same.slope(t, &x, &w, &DVector::from_column_slice(u));
+            x.iter().chain(w.iter()).copied().collect()
+        }))
+    })?;
+    program.map_err(|error| ExportError::NoStep { why: error.to_string(), format })
+}
+
+/// The programs of an observer at varying periods: the first term of the series of a prediction, a function of the
+/// state and of (u, tau, degree), a further one, and the state after a correction, a function of (u, y).
+///
+/// # Errors
+/// As [`step`].
+pub(crate) fn varying(
+    export: &Export,
+    step: &VaryingPeriodStep<f64, Dyn, Dyn, Dyn>,
+) -> Result<[Routine; 3], ExportError> {
+    let format = export.scalar.name();
+    let ObserverDimensions { state, inputs, outputs, .. } = step.dimensions();
+    let programs = record(|recording| {
+        let same = cast_varying(step, |name, m| recording.matrix(name, m))
+            .map_err(|error| ExportError::Rounded { format, error })?;
+        let column = DVector::<Recorded>::from_column_slice;
+        let mut term = |is_first: bool| {
+            recording.program((state, inputs + 2), |_, x, known| {
+                let (u, last) = known.split_at(inputs);
+                let mut next = x.to_vec();
+                same.observer().term(x, is_first.then_some(u), (last[0], last[1]), &mut next);
+                next
+            })
+        };
+        let (first, further) = (term(true), term(false));
+        let corrected = recording.program((state, inputs + outputs), |_, x, known| {
+            let (u, y) = known.split_at(inputs);
+            let (mut xhat, elapsed) = (column(x), u[inputs - 1]);
+            same.observer().correct(&mut xhat, &column(u), &column(y), elapsed);
+            xhat.as_slice().to_vec()
+        });
+        Ok([first, further, corrected])
+    })?;
+    let [first, further, corrected] =
+        programs.map(|program| program.map_err(|error| ExportError::NoStep { why: error.to_string(), format }));
+    Ok([first?, further?, corrected?])
+}
+
+/// The program of the measured minus the expected output, a function of the state and of (u, y).
+///
+/// # Errors
+/// As [`step`].
+pub(crate) fn innovation(export: &Export) -> Result<Routine, ExportError> {
+    let format = export.scalar.name();
+    let size = export.observer.dimensions();
+    let inputs = size.inputs;
+    let known = (size.estimate, inputs + size.outputs);
+    let column = DVector::<Recorded>::from_column_slice;
+    let refused = |error: ObserverError| ExportError::Rounded { format, error };
+    let program = record(|recording| {
+        Ok(match (&export.observer, export.observer.routines()) {
+            (ExportableObserver::Linear(observer), _) => {
+                let same = cast_linear(observer, |name, m| recording.matrix(name, m)).map_err(refused)?;
+                recording.program(known, |_, x, known| {
+                    let (u, y) = known.split_at(inputs);
+                    same.innovation(&column(x), &column(u), &column(y)).as_slice().to_vec()
+                })
+            }
+            (ExportableObserver::Cubic(observer), _) => {
+                let same = cast_cubic(observer, |name, m| recording.matrix(name, m)).map_err(refused)?;
+                recording.program(known, |_, x, known| {
+                    let (u, y) = known.split_at(inputs);
+                    same.innovation(&column(x), &column(u), &column(y)).as_slice().to_vec()
+                })
+            }
+            (_, routines) => recording.program(known, |t, x, known| {
+                let (u, y) = known.split_at(inputs);
+                let expected = routines.iter().flat_map(|routines| results(&routines.h, t, x, u).as_slice().to_vec());
+                y.iter().zip(expected.collect::<Vec<_>>()).map(|(y, expected)| *y - expected).collect()
+            }),
+        })
+    })?;
+    program.map_err(|error| ExportError::NoStep { why: error.to_string(), format })
+}
+
+/// The state after a step.
+fn next<O>(recording: &mut Recording, observer: &O) -> Result<Routine, RecordingError>
+where
+    O: SampledObserver<Recorded, State = DVector<Recorded>, Input = DVector<Recorded>, Output = DVector<Recorded>>,
+{
+    let size = observer.dimensions();
+    recording.program((size.state, size.inputs + size.outputs), |t, x, known| {
+        let (u, y) = known.split_at(size.inputs);
+        let (u, y) = (DVector::from_column_slice(u), DVector::from_column_slice(y));
+        let mut state = DVector::from_column_slice(x);
+        observer.step(t, &mut state, &u, &y);
+        state.as_slice().to_vec()
+    })
+}
+
+/// The estimate at the sample, and the state after the step.
+fn estimate_and_next<O>(recording: &mut Recording, observer: &O) -> Result<Routine, RecordingError>
+where
+    O: SampledObserver<
+            Recorded,
+            State = DVector<Recorded>,
+            Input = DVector<Recorded>,
+            Output = DVector<Recorded>,
+            Estimate = DVector<Recorded>,
+        >,
+{
+    let size = observer.dimensions();
+    recording.program((size.state, size.inputs + size.outputs), |t, x, known| {
+        let (u, y) = known.split_at(size.inputs);
+        let (u, y) = (DVector::from_column_slice(u), DVector::from_column_slice(y));
+        let mut state = DVector::from_column_slice(x);
+        let estimate = observer.estimate_at(&state, &u, &y);
+        observer.step(t, &mut state, &u, &y);
+        estimate.iter().chain(state.iter()).copied().collect()
+    })
+}

@@ -1,0 +1,224 @@
+//! A section as plain text, for a terminal, and as Markdown.
+//!
+//! Notes, HTML and figures belong to a page, and are left out of plain text.
+
+use super::{Block, Cell, Grid, Kind, Report, Section};
+use std::fmt::Write;
+
+/// Maximal number of entries of a matrix that is written in one line.
+const IN_ONE_LINE: usize = 36;
+
+impl Report {
+    /// Title, lead and sections as Markdown.
+    pub fn markdown(&self) -> String {
+        let mut text = format!("# {}\n", escaped(&self.title));
+        if !self.lead.trim().is_empty() {
+            text.extend(["\n", &escaped(self.lead.trim()), "\n"]);
+        }
+        self.sections.iter().fold(text, |text, section| text + "\n" + &section.markdown())
+    }
+}
+
+impl Section {
+    /// The section as lines of text, an empty line before it. Best values have an asterisk. A title that a heading
+    /// follows at once is left out.
+    ///
+    /// ```
+    /// use luenberger_figures::{Cell, Grid, Section};
+    /// let grid = Grid::new(&["observer", "rms"]).row([Cell::from("linear"), Cell::best("0.31")]);
+    /// let section = Section::new("Comparison").prose("Two of `them`.").grid(grid).note("Why.");
+    /// assert_eq!(section.text(), "\nComparison\n  Two of `them`.\n  observer  rms\n  linear    0.31*\n");
+    /// ```
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        if !matches!(self.blocks.first(), Some(Block::Heading(..))) {
+            text.extend(["\n", &self.title, "\n"]);
+        }
+        blocks(&mut text, &self.blocks);
+        text
+    }
+
+    /// The section as Markdown, with a title of the second level.
+    ///
+    /// ```
+    /// use luenberger_figures::{Cell, Grid, Section};
+    /// let grid = Grid::new(&["observer", "rms"]).row([Cell::from("a|b"), Cell::best("0.31")]);
+    /// let section = Section::new("Comparison").prose("Of *all*.").grid(grid).note("Why.");
+    /// let table = "| observer | rms |\n|---|---:|\n| a\\|b | **0.31** |\n";
+    /// assert_eq!(section.markdown(), format!("## Comparison\n\nOf \\*all\\*.\n\n{table}\nWhy.\n"));
+    /// ```
+    pub fn markdown(&self) -> String {
+        let mut text = format!("## {}\n", escaped(&self.title));
+        for block in &self.blocks {
+            markdown(&mut text, block);
+        }
+        text
+    }
+}
+
+fn blocks(text: &mut String, blocks: &[Block]) {
+    let mut after_grid = false;
+    for block in blocks {
+        // A line between a table and the title of the next one.
+        if after_grid && matches!(block, Block::Grid(grid) if !grid.caption.is_empty()) {
+            text.push('\n');
+        }
+        after_grid = matches!(block, Block::Grid(_)) || (after_grid && matches!(block, Block::Note(_)));
+        match block {
+            Block::Heading(heading, mark) => {
+                let mark = mark.as_ref().map(|mark| format!(": {}", mark.text)).unwrap_or_default();
+                text.extend(["\n", heading, &mark, "\n"]);
+            }
+            Block::Prose(prose) => {
+                for line in prose.lines().map(str::trim).filter(|line| !line.is_empty()) {
+                    text.extend(["  ", line, "\n"]);
+                }
+            }
+            Block::Verbatim(lines) => lines.lines().for_each(|line| text.extend(["  ", line, "\n"])),
+            Block::List(items) => items.iter().for_each(|item| text.extend(["  ", item, "\n"])),
+            Block::Facts(facts) => {
+                let rows = facts.iter().map(|(name, cell)| vec![name.clone(), value(cell)]);
+                table(text, &rows.collect::<Vec<_>>());
+            }
+            Block::Grid(grid) => {
+                if !grid.caption.is_empty() {
+                    text.extend(["  ", &grid.caption, "\n"]);
+                }
+                let rows = grid.rows.iter().map(|row| row.iter().map(value).collect());
+                table(text, &std::iter::once(grid.head.clone()).chain(rows).collect::<Vec<_>>());
+            }
+            Block::Matrices(matrices) => matrices.iter().for_each(|(name, rows)| matrix(text, name, rows)),
+            Block::Folded { inside, .. } => self::blocks(text, inside),
+            Block::Links(links) => {
+                links.iter().for_each(|(path, what)| text.extend(["  ", format!("{path} {what}").trim_end(), "\n"]));
+            }
+            Block::Formulas(formulas) => {
+                formulas.iter().for_each(|formula| text.extend(["  ", &formula.latex, "\n"]));
+            }
+            Block::Note(_) | Block::Html(_) | Block::Figure { .. } => {}
+        }
+    }
+}
+
+fn value(cell: &Cell) -> String {
+    if cell.kind == Kind::Best { format!("{}*", cell.text) } else { cell.text.clone() }
+}
+
+/// Maximal width of the first column of a table.
+const FIRST: usize = 60;
+
+/// Rows of cells, left-aligned in columns; one below the other where the first column would leave no room for others.
+fn table(text: &mut String, rows: &[Vec<String>]) {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or_default();
+    let width = |column| rows.iter().filter_map(|row| row.get(column)).map(|cell: &String| cell.chars().count()).max();
+    let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or_default()).collect();
+    let is_wide = widths.first().is_some_and(|width| *width > FIRST);
+    for row in rows {
+        if let (true, [first, others @ ..]) = (is_wide, row.as_slice()) {
+            text.extend(["  ", first, ": ", &others.join("; "), "\n"]);
+            continue;
+        }
+        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        text.extend(["  ", cells.join("  ").trim_end(), "\n"]);
+    }
+}
+
+/// `L = [7; 10]`, or for a large matrix its rows in aligned lines.
+fn matrix(text: &mut String, name: &str, rows: &[Vec<String>]) {
+    if rows.iter().map(Vec::len).sum::<usize>() <= IN_ONE_LINE {
+        let rows: Vec<String> = rows.iter().map(|row| row.join(" ")).collect();
+        let _ = writeln!(text, "  {name} = [{}]", rows.join("; "));
+    } else {
+        let _ = writeln!(text, "  {name} =");
+        table(text, &rows.iter().map(|row| [&[String::new()], row.as_slice()].concat()).collect::<Vec<_>>());
+    }
+}
+
+fn markdown(text: &mut String, block: &Block) {
+    let _ = match block {
+        Block::Heading(heading, mark) => {
+            let mark = mark.as_ref().map(|mark| format!(": {}", escaped(&mark.text))).unwrap_or_default();
+            writeln!(text, "\n### {}{mark}", escaped(heading))
+        }
+        Block::Prose(prose) | Block::Note(prose) => writeln!(text, "\n{}", escaped(prose.trim())),
+        Block::Verbatim(lines) => writeln!(text, "\n```\n{}\n```", lines.trim_end()),
+        Block::List(items) => {
+            text.push('\n');
+            items.iter().for_each(|item| text.extend(["- ", &escaped(item), "\n"]));
+            Ok(())
+        }
+        Block::Facts(facts) => {
+            text.push('\n');
+            facts.iter().for_each(|(name, cell)| text.extend(["- ", &escaped(name), ": ", &marked(cell), "\n"]));
+            Ok(())
+        }
+        Block::Grid(grid) => {
+            grid_markdown(text, grid);
+            Ok(())
+        }
+        Block::Matrices(matrices) => {
+            let latex = |(name, rows): &(String, Vec<Vec<String>>)| super::Formula::matrix(name, rows).latex;
+            matrices.iter().for_each(|matrix| text.extend(["\n$$", &latex(matrix), "$$\n"]));
+            Ok(())
+        }
+        Block::Formulas(formulas) => {
+            formulas.iter().for_each(|formula| text.extend(["\n$$", &formula.latex, "$$\n"]));
+            Ok(())
+        }
+        Block::Folded { summary, inside } => {
+            let _ = writeln!(text, "\n{}:", escaped(summary));
+            inside.iter().for_each(|block| markdown(text, block));
+            Ok(())
+        }
+        Block::Links(links) => {
+            text.push('\n');
+            links.iter().for_each(|(path, what)| {
+                let line = format!("- [{path}]({path}) {}", escaped(what));
+                text.extend([line.trim_end(), "\n"]);
+            });
+            Ok(())
+        }
+        Block::Figure { id, figure } => writeln!(text, "\n![{}](figures/{id}.svg)", escaped(&figure.title)),
+        Block::Html(_) => Ok(()),
+    };
+}
+
+fn grid_markdown(text: &mut String, grid: &Grid) {
+    if !grid.caption.is_empty() {
+        text.extend(["\n", &escaped(&grid.caption), "\n"]);
+    }
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let is_number = |column: usize| grid.rows.iter().any(|row| matches!(row[column].kind, Kind::Number | Kind::Best));
+    let rules = (0..grid.head.len()).map(|column| if is_number(column) { "---:" } else { "---" });
+    text.push('\n');
+    text.push_str(&line(grid.head.iter().map(|name| escaped(name)).collect()));
+    text.extend(["|", &rules.collect::<Vec<_>>().join("|"), "|\n"]);
+    grid.rows.iter().for_each(|row| text.push_str(&line(row.iter().map(marked).collect())));
+}
+
+fn marked(cell: &Cell) -> String {
+    match cell.kind {
+        Kind::Best => format!("**{}**", escaped(&cell.text)),
+        _ => escaped(&cell.text),
+    }
+}
+
+/// Text in which a backslash stands before what Markdown would read as its own, but for code between backticks.
+fn escaped(text: &str) -> String {
+    let pieces: Vec<&str> = text.split('`').collect();
+    let mut shown = String::new();
+    for (part, piece) in pieces.iter().enumerate() {
+        // A backtick without another one is literal.
+        let is_code = part % 2 == 1 && part + 1 < pieces.len();
+        if part > 0 {
+            shown.push_str(if part % 2 == 1 && !is_code { "\\`" } else { "`" });
+        }
+        for c in piece.chars() {
+            if (!is_code && "\\*_[]<>#~$".contains(c)) || c == '|' {
+                shown.push('\\');
+            }
+            shown.push(c);
+        }
+    }
+    shown
+}
