@@ -103,9 +103,11 @@ pub(crate) fn function(
     let number = scalar(export);
     let mut results: Vec<&str> = columns.results.iter().map(|(name, _)| *name).collect();
     results.dedup();
-    let inputs: String = columns.inputs.iter().map(|(name, _)| format!(", const {number} *{name}")).collect();
-    let results: String = results.iter().map(|name| format!(", {number} *{name}")).collect();
-    _ = write!(text, "\n/* {about}. */\nstatic void {name}({number} t, const {number} *x{inputs}{results})\n{{\n");
+    let inputs = columns.inputs.iter().map(|(name, _)| format!("const {number} *{name}"));
+    let results = results.iter().map(|name| format!("{number} *{name}"));
+    let first = [format!("{number} t"), format!("const {number} *x")];
+    let parameters = first.into_iter().chain(inputs).chain(results).collect::<Vec<_>>().join(", ");
+    _ = write!(text, "\n/* {about}. */\nstatic void {name}({parameters})\n{{\n");
     let mut unused: Vec<&str> = [(program.uses_time(), "t"), (program.uses_states(), "x")]
         .into_iter()
         .filter_map(|(is_used, name)| (!is_used).then_some(name))

@@ -104,7 +104,9 @@ fn inputs(random: &mut Random, count: usize) -> Vec<[f64; 2 * N]> {
     (0..count)
         .map(|k| {
             let mut all = [0.0; 2 * N];
-            all.iter_mut().for_each(|x| *x = f64::from(random.between(-2.0, 2.0) as f32));
+            for x in &mut all {
+                *x = f64::from(random.between(-2.0, 2.0) as f32);
+            }
             if k % 2 == 1 {
                 all[k % (2 * N)] = hostile[k / 2 % hostile.len()];
             }
