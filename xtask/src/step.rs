@@ -289,3 +289,26 @@ pub(crate) fn together(jobs: Vec<Job>, at_once: usize) -> (Vec<String>, Result<(
     let (printed, ended): (Vec<_>, Vec<_>) = places.map(|(_, text, ended)| (text, ended)).unzip();
     (printed, ended.into_iter().collect())
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// Three jobs, two at a time: each runs to its end, and the second fails.
+    #[test]
+    fn jobs_run_to_the_end_of_all() {
+        let shell = |script: &str| program("sh").arguments(&["-c", script]);
+        let jobs = vec![
+            Job::new("first", shell("sleep 0.1; echo one")),
+            Job::new("second", shell("echo two >&2; exit 3")),
+            Job::new("third", shell("echo $NUMBER")).variable("NUMBER", "three"),
+        ];
+        let (printed, ended) = together(jobs, 2);
+        assert_eq!(printed, ["one\n", "two\n", "three\n"]);
+        match ended {
+            Err(Failure::Step { name, status }) => assert_eq!((name.as_str(), status.code()), ("second", Some(3))),
+            other => panic!("{other:?}"),
+        }
+        assert!(super::ended().iter().any(|(name, seconds)| name == "first" && *seconds >= 0.1));
+    }
+}
