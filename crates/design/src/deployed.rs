@@ -1,7 +1,7 @@
 //! A design on its target: gains as stored in f32 or fixed point, and the remaining error of the target's arithmetic.
 //!
-//! The theory is in `docs/theory-deployed.md` and `docs/proofs.md`. Only the choice of P is made here: a Lyapunov matrix
-//! with the fastest decrease gives a good contraction, a well-conditioned one a round ball.
+//! The theory is in `docs/theory-deployed.md` and `docs/proofs.md`. Only the choice of P is made here: a Lyapunov
+//! matrix with the fastest decrease gives a good contraction, a well-conditioned one a round ball.
 
 use luenberger_linalg::{RealMatrixView, spectral_radius, stein};
 use luenberger_lmi::proof_matrix;

@@ -4,7 +4,8 @@
 //! `TE = 0`, and a linear or a cubic observer of the pair (TA, C) has the error equation of [`UnknownInputObserver`].
 //! The pair is detectable iff all invariant zeros of (A, E, C) are in the open left half plane (strong detectability;
 //! M. Darouach, M. Zasadzinski and S. J. Xu, IEEE Transactions on Automatic Control 39, 1994). The rank condition is
-//! decided without rounding, and convergence is proved for the real T: `proof/src/certificate/theorem/unknown_input.rs`.
+//! decided without rounding, and convergence is proved for the real T:
+//! `proof/src/certificate/theorem/unknown_input.rs`.
 
 use luenberger_linalg::{RealMatrixView, invariant_zeros, kalman_decomposition, place_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;

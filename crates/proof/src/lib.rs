@@ -31,6 +31,7 @@
 
 pub mod certificate;
 pub mod definite;
+mod embed;
 pub mod error;
 pub mod exact;
 pub mod interval;

@@ -1,6 +1,6 @@
 //! The examples in the pages of `docs` and in the READMEs are run, and their output is compared with the pages. Every
-//! block of code is run or read by a test, or listed in [`ELSEWHERE`] with the reason why not. `UPDATE=1` writes outputs
-//! that differ into the pages, but for those with `[..]`; read the difference.
+//! block of code is run or read by a test, or listed in [`ELSEWHERE`] with the reason why not. `UPDATE=1` writes
+//! outputs that differ into the pages, but for those with `[..]`; read the difference.
 
 use crate::terminal::{folder, luenberger, run, without_estimate};
 use luenberger_study::{Format, Study};

@@ -84,6 +84,20 @@ pub struct Fact {
     pub verdict: Verdict<Witness>,
 }
 
+impl Names<'_> {
+    /// The fact of this label.
+    pub(crate) fn fact(&self, label: impl Into<String>) -> Result<Fact, ProofError> {
+        let label = label.into();
+        let verdict = self.decide(&label)?;
+        Ok(Fact::new(label, verdict))
+    }
+
+    /// The facts of these labels.
+    pub(crate) fn facts<S: Into<String>>(&self, labels: impl IntoIterator<Item = S>) -> Result<Vec<Fact>, ProofError> {
+        labels.into_iter().map(|label| self.fact(label)).collect()
+    }
+}
+
 impl Fact {
     pub(crate) fn new(inequality: impl Into<String>, verdict: Verdict<Direction>) -> Self {
         Self::stated(inequality, verdict.map_witness(Witness::Direction))

@@ -2,10 +2,10 @@
 
 use super::parse::Formula;
 use super::{Named, Names, Value};
+use crate::embed::number;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::statement::number;
 
 /// A value; an identity takes its size from what it is added to.
 #[derive(Debug, Clone)]

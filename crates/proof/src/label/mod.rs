@@ -41,14 +41,13 @@ mod shapes;
 
 use std::borrow::Cow;
 
-use crate::certificate::Fact;
 use crate::definite::{self, Direction, Sense};
+use crate::embed::{EXACT_ORDER, embed_symmetric, number};
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::statement::EXACT_ORDER;
 use crate::verdict::{UndecidedReason, Verdict};
 use evaluate::Term;
 use parse::Formula;
@@ -170,18 +169,6 @@ impl<'a> Names<'a> {
         }
         Ok(verdict)
     }
-
-    /// The fact of this label.
-    pub(crate) fn fact(&self, label: impl Into<String>) -> Result<Fact, ProofError> {
-        let label = label.into();
-        let verdict = self.decide(&label)?;
-        Ok(Fact::new(label, verdict))
-    }
-
-    /// The facts of these labels.
-    pub(crate) fn facts<S: Into<String>>(&self, labels: impl IntoIterator<Item = S>) -> Result<Vec<Fact>, ProofError> {
-        labels.into_iter().map(|label| self.fact(label)).collect()
-    }
 }
 
 impl Named<'_> {
@@ -189,7 +176,7 @@ impl Named<'_> {
     fn check(&self) -> Result<(), ProofError> {
         let Value::Points(m) = &self.value else { return Ok(()) };
         if self.is_symmetric {
-            crate::statement::embed_symmetric::<Interval>(m, self.name, m.rows())?;
+            embed_symmetric::<Interval>(m, self.name, m.rows())?;
         }
         Ok(())
     }
@@ -197,7 +184,7 @@ impl Named<'_> {
     /// The number or the matrix of numbers in the ring.
     fn embedded<R: Ring>(&self) -> Result<Term<R>, ProofError> {
         Ok(match &self.value {
-            Value::Number(x) => Term::Number(crate::statement::number(*x, self.name)?),
+            Value::Number(x) => Term::Number(number(*x, self.name)?),
             Value::Points(m) => Term::Matrix(Matrix::embed(m, self.name)?),
             Value::List(numbers) => {
                 let row = Matrix::from_row_major(1, numbers.len(), numbers.to_vec())?;

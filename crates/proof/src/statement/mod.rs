@@ -1,7 +1,7 @@
 //! The control-theoretic statements of this project, evaluated from the original data.
 //!
-//! Each is a matrix expression over a [`Ring`], most as the text of a [label](crate::label). It is evaluated with outward
-//! rounding first, and exactly if that is inconclusive. No product is rounded without a bound of its error.
+//! Each is a matrix expression over a [`Ring`], most as the text of a [label](crate::label). It is evaluated with
+//! outward rounding first, and exactly if that is inconclusive. No product is rounded without a bound of its error.
 //!
 //! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly
 //! symmetric: symmetrise the result of a solver), `F = A - LC`.
@@ -23,6 +23,7 @@ mod spectrum;
 mod super_twisting;
 mod varying_periods;
 
+pub(crate) use crate::embed::{embed, embed_symmetric, number};
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed::{
@@ -48,6 +49,7 @@ pub(crate) use varying_periods::Effort;
 pub use varying_periods::decrease_over_times;
 
 use crate::definite::{self, Direction, Sense};
+use crate::embed::EXACT_ORDER;
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
@@ -63,9 +65,6 @@ pub enum TimeDomain {
     /// `e+ = F e + G w`.
     Discrete,
 }
-
-/// Largest order for exact evaluation: a product costs n^3 exact multiplications, about 1 s at this order.
-pub(crate) const EXACT_ORDER: usize = 160;
 
 /// A matrix as an expression in the data, over any ring.
 pub(crate) trait Expression {
@@ -86,35 +85,6 @@ impl Expression for Matrix<f64> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         Matrix::embed(self, "the matrix")
     }
-}
-
-/// Embeds a matrix of data into the ring, after a check of its shape.
-fn embed<R: Ring>(data: &Matrix<f64>, what: &'static str, shape: (usize, usize)) -> Result<Matrix<R>, ProofError> {
-    data.expect_shape(what, shape)?;
-    Matrix::embed(data, what)
-}
-
-/// Embeds a number.
-pub(crate) fn number<R: Ring>(x: f64, what: &'static str) -> Result<R, ProofError> {
-    R::from_f64(x).ok_or(ProofError::NotFinite { what, row: 0, column: 0, value: x })
-}
-
-/// Embeds a matrix that must be symmetric of the given order.
-pub(crate) fn embed_symmetric<R: Ring>(
-    data: &Matrix<f64>,
-    what: &'static str,
-    order: usize,
-) -> Result<Matrix<R>, ProofError> {
-    let embedded = embed(data, what, (order, order))?;
-    for row in 0..order {
-        for column in row + 1..order {
-            let (upper, lower) = (data[(row, column)], data[(column, row)]);
-            if upper != lower {
-                return Err(ProofError::NotSymmetric { what, row, column, upper, lower });
-            }
-        }
-    }
-    Ok(embedded)
 }
 
 /// Upper bound of the Frobenius norm, hence of the spectral norm; 0 for the zero matrix.

@@ -7,10 +7,10 @@
 //! **Theorem.** The error of `xhat' = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially without w, and the transfer
 //! function from w to `z = He` has an H-infinity norm below gamma.
 //!
-//! **Proof** (bounded real lemma). With `V = e'Pe` the quadratic form at (e, w) is `V' + |z|^2 - gamma^2 |w|^2`
-//! (`V(e+) - V(e)` in place of V'), hence at most `-q (|w|^2 + |e|^2)` for some q > 0. For w = 0, V decreases, and F is
-//! stable. Integrated from 0 to T with `V(T) >= 0`, the integral of `|z|^2` is at most V(0) plus `gamma^2 - q` times that
-//! of `|w|^2`; for e(0) = 0 the L2 gain from w to z is below gamma.
+//! **Proof** (bounded real lemma). With `V = e'Pe` the quadratic form at (e, w) is `V' + |z|^2 - gamma^2 |w|^2` (`V(e+)
+//! - V(e)` in place of V'), hence at most `-q (|w|^2 + |e|^2)` for some q > 0. For w = 0, V decreases, and F is stable.
+//! Integrated from 0 to T with `V(T) >= 0`, the integral of `|z|^2` is at most V(0) plus `gamma^2 - q` times that of
+//! `|w|^2`; for e(0) = 0 the L2 gain from w to z is below gamma.
 
 use super::super::fields::Fields;
 use super::super::members::Members;

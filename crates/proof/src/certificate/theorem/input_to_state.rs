@@ -16,16 +16,16 @@
 //! **Theorem.** `V = e'Pe` obeys `V(t) <= exp(-2 rate t) V(0) + U` for every e(0) and every such w, and `limsup
 //! |e_i| <= limsup_i`.
 //!
-//! **Proof.** The linear part adds at most `-2 rate V + sum lambda_i w_i^2` to `V'`. The cubic part adds
-//! `2 q e'P N r = -2 q (r - Dw)'S r = -2 q a^2 + 2 q (Dw)'S r` with `a^2 = r'Sr`. The last block inequality is the
-//! Cauchy-Schwarz inequality `|w'D'S r| <= s a` with `s^2 = sum mu_i w_i^2`, so that the cubic part is at most
-//! `2 q a (s - a)`: negative where a > s, else at most `2 kappa a^3 (s - a) <= 27/128 kappa s^4`, attained at
-//! `a = 3s/4`. Hence `V' <= -2 rate V + beta`, and `limsup_i^2 >= U (P^-1)_ii` (1_i is the i-th unit vector). The linear
-//! inequality is affine in (A, E): proved at the vertices it holds on the convex hull, also for time-varying A and E.
+//! **Proof.** The linear part adds at most `-2 rate V + sum lambda_i w_i^2` to `V'`. The cubic part adds `2 q e'P N r =
+//! -2 q (r - Dw)'S r = -2 q a^2 + 2 q (Dw)'S r` with `a^2 = r'Sr`. The last block inequality is the Cauchy-Schwarz
+//! inequality `|w'D'S r| <= s a` with `s^2 = sum mu_i w_i^2`, so that the cubic part is at most `2 q a (s - a)`:
+//! negative where a > s, else at most `2 kappa a^3 (s - a) <= 27/128 kappa s^4`, attained at `a = 3s/4`. Hence `V' <=
+//! -2 rate V + beta`, and `limsup_i^2 >= U (P^-1)_ii` (1_i is the i-th unit vector). The linear inequality is affine in
+//! (A, E): proved at the vertices it holds on the convex hull, also for time-varying A and E.
 //!
 //! A stored N is a rounding of `-P^-1 C'S`. The matrix `P~ = C'XC + (I - T)(P - C'XC)(I - T)` in the head of
-//! `statement/deployed_cubic.rs` has `P~ N = -C'S~` with `S~ = -X C N` **exactly**: all inequalities are decided for P~,
-//! which is enclosed, and S~. Without a cubic term P~ is P.
+//! `statement/deployed_cubic.rs` has `P~ N = -C'S~` with `S~ = -X C N` **exactly**: all inequalities are decided for
+//! P~, which is enclosed, and S~. Without a cubic term P~ is P.
 
 use super::super::fields::{Field, LARGEST_ORDER};
 use super::super::members::members;

@@ -2,8 +2,8 @@
 //!
 //! Each file has, in this order: the mathematical statement with its proof, in the head; the data; the hypotheses as
 //! labels, which are decided as they read with the members by their [names](crate::label); the text, which claims no
-//! more than the facts imply; the members in a file. A new theorem needs a file here and a line in the list below: in its second part, which the feature
-//! `all-theorems` compiles, unless the pages of reports verify it.
+//! more than the facts imply; the members in a file. A new theorem needs a file here and a line in the list below: in
+//! its second part, which the feature `all-theorems` compiles, unless the pages of reports verify it.
 
 mod contracting;
 mod cubic;

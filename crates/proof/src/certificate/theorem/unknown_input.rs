@@ -7,11 +7,11 @@
 //! **Theorem.** The error of `z' = TA xhat + TBu + L r - (r'theta r) N r`, `r = y - C xhat`, `xhat = z + Hy`, with the
 //! real matrices H and T, tends to 0 exponentially from every e(0), for every d.
 //!
-//! **Proof.** `H C E = E`, so that `TE = 0` is an identity. `e = x - xhat = T x - z`, and
-//! `e' = T(Ax + Bu + Ed) - z' = (TA - LC)e + (r'theta r) N r`, `r = Ce`: the error equation of the observer of (TA, C),
-//! for every d. H and T are rational functions of C and E; their entries are enclosed, H as in
-//! `statement/left_inverse.rs`. For the stored L and N convergence is proved with P, or with a cubic term with the P~ in
-//! the head of `statement/deployed_cubic.rs`, for which `P~ N = -C'S~` exactly.
+//! **Proof.** `H C E = E`, so that `TE = 0` is an identity. `e = x - xhat = T x - z`, and `e' = T(Ax + Bu + Ed) - z' =
+//! (TA - LC)e + (r'theta r) N r`, `r = Ce`: the error equation of the observer of (TA, C), for every d. H and T are
+//! rational functions of C and E; their entries are enclosed, H as in `statement/left_inverse.rs`. For the stored L and
+//! N convergence is proved with P, or with a cubic term with the P~ in the head of `statement/deployed_cubic.rs`, for
+//! which `P~ N = -C'S~` exactly.
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
