@@ -98,8 +98,8 @@ def lyapunov(f, p, rate=0):
     return -(p @ (f + Matrix.scalar(f.rows, rate))).plus_transpose()
 
 
-def stein(f, p):
-    return p - f.T @ p @ f
+def stein(f, p, factor=1):
+    return p * (factor * factor) - f.T @ p @ f
 
 
 def linear_observer(file):
@@ -126,10 +126,13 @@ def discrete_observer(file):
     with file.object("observer") as observer:
         l = observer.take("L").matrix(a.rows, c.rows)
     with file.object("lyapunov") as proof:
-        p = proof.take("P").symmetric(a.rows)
-    return words.discrete_observer(a.rows, b.columns, c.rows), [
+        p, factor = proof.take("P").symmetric(a.rows), proof.optional("factor")
+    if factor is not None:
+        factor = factor.in_range(lambda x: 0 < x < 1, "above 0 and below 1")
+    term = "P" if factor is None else "factor^2 P"
+    return words.discrete_observer(a.rows, b.columns, c.rows, factor), [
         ("P > 0", positive(p)),
-        ("(A - LC)'P(A - LC) - P < 0", positive(stein(a - l @ c, p))),
+        (f"(A - LC)'P(A - LC) - {term} < 0", positive(stein(a - l @ c, p, factor or 1))),
     ]
 
 

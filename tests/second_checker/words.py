@@ -160,12 +160,18 @@ def linear_observer(states, inputs, outputs, rate, is_single):
     )
 
 
-def discrete_observer(states, inputs, outputs):
+def discrete_observer(states, inputs, outputs, factor):
+    if factor is None:
+        falls = "V = e'Pe decreases at each step, and e tends to 0 exponentially"
+    else:
+        falls = (
+            f"V = e'Pe satisfies V(k) <= factor^(2k) V(0) with factor = {exact(factor)}, "
+            "and e tends to 0 at least like factor^k"
+        )
     return (
         f"For the discrete-time plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer "
         "xhat+ = A xhat + Bu + L(y - C xhat), "
-        "the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, "
-        "from every e(0)."
+        f"the error e = x - xhat obeys e+ = (A - LC)e, {falls}, from every e(0)."
     )
 
 

@@ -233,6 +233,11 @@ fn varying_periods(random: &mut Random) -> Option<CertificateFile> {
 }
 
 fn discrete_observer(random: &mut Random) -> Option<CertificateFile> {
+    if random.once_in(3) {
+        let plant = plant(random, 3)?;
+        let design = DiscreteDesign::with_decay_rate(&plant, random.between(0.05, 0.5), random.between(0.1, 2.0));
+        return written(design.ok()?.certificate_file("discrete, at a rate"));
+    }
     written(sampled_design(random)?.linear_certificate_file("discrete"))
 }
 

@@ -196,6 +196,10 @@ pub const STATEMENTS: &[Form] = &[
     form("e' = (A - L C) e: for all x(0) and xhat(0) the error {}.", Claim::Decay),
     form("e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.", Claim::DiscreteDecay),
     form(
+        "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0, at least as fast as {#}^k.",
+        Claim::DiscreteDecay,
+    ),
+    form(
         "For every disturbance d(t) the error of x {}, for all x(0) and xhat(0), with H and T = I - HC as real matrices.",
         Claim::UnknownInput,
     ),

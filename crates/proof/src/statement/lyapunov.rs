@@ -145,12 +145,21 @@ pub(super) struct Stein<'a> {
     pub(super) l: &'a Matrix<f64>,
     pub(super) c: &'a Matrix<f64>,
     pub(super) p: &'a Matrix<f64>,
+    /// By how much V falls at least; none for any decrease.
+    pub(super) factor: Option<f64>,
 }
 
 impl Expression for Stein<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         let p = embed_symmetric::<R>(self.p, "P", self.a.rows())?;
-        error_matrix::<R>(self.a, self.l, self.c)?.congruence(&p)?.difference(&p)
+        let next = error_matrix::<R>(self.a, self.l, self.c)?.congruence(&p)?;
+        match self.factor {
+            None => next.difference(&p),
+            Some(factor) => {
+                let factor = number::<R>(factor, "the factor")?;
+                next.difference(&p.scaled(&factor.mul(&factor)))
+            }
+        }
     }
 }
 
@@ -164,7 +173,21 @@ pub fn stein_decrease(
     c: &Matrix<f64>,
     p: &Matrix<f64>,
 ) -> Result<Verdict<Direction>, ProofError> {
-    Stein { a, l, c, p }.decide(Sense::NegativeDefinite)
+    Stein { a, l, c, p, factor: None }.decide(Sense::NegativeDefinite)
+}
+
+/// `(A - LC)'P(A - LC) - factor^2 P < 0`: in discrete time, `V = e'Pe` falls at each step by more than `factor^2`. With
+/// [`positive`] of `P` it proves that all eigenvalues of `A - LC` are of modulus below `factor`.
+/// # Errors
+/// As [`lyapunov_decrease`].
+pub fn stein_decrease_by(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+    p: &Matrix<f64>,
+    factor: f64,
+) -> Result<Verdict<Direction>, ProofError> {
+    Stein { a, l, c, p, factor: Some(factor) }.decide(Sense::NegativeDefinite)
 }
 
 struct Contraction<'a> {

@@ -47,7 +47,7 @@ pub(crate) use kkl::{Axes, Composition, Expressions};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     contraction_within, decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive,
-    stein_decrease,
+    stein_decrease, stein_decrease_by,
 };
 pub use reduced_order::{ReducedOrder, reduced_order};
 pub use sector::{SectorTerm, sector_decrease, sector_decrease_within};

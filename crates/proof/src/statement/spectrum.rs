@@ -39,7 +39,7 @@ const BISECTIONS: usize = 42;
 pub fn schur_stable(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
     let n = a.rows();
     let (l, c) = (Matrix::from_fn(n, 0, |_, _| 0.0), Matrix::from_fn(0, n, |_, _| 0.0));
-    let decrease = (Stein { a, l: &l, c: &c, p }).decide(Sense::NegativeDefinite)?;
+    let decrease = (Stein { a, l: &l, c: &c, p, factor: None }).decide(Sense::NegativeDefinite)?;
     stable_by(decrease, p, |margin| {
         // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)), without cancellation. For order 0 both bounds are infinite, and the
         // margin is 1.

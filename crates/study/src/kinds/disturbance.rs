@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use luenberger_design::{
-    CubicDesign, CubicGain, ErrorBound, LinearDesign, Pair, SampledCubicDesign, disturbances_with_rate,
-    proportional_integral as handed_out, with_disturbance_chain,
+    CubicDesign, CubicGain, DiscreteDesign, ErrorBound, LinearDesign, Pair, SampledCubicDesign, disturbances_with_rate,
+    proportional_integral as handed_out, with_disturbance_chain, with_sampled_disturbance_chain,
 };
 use luenberger_live as live;
-use luenberger_observers::{CubicObserver, LinearObserver, ProportionalIntegralObserver};
+use luenberger_observers::{CubicObserver, DiscreteLinearObserver, LinearObserver, ProportionalIntegralObserver};
 use luenberger_plants::{Dimensions, StateSpace};
 use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::counted;
@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, Dyn};
 
 use super::Kind;
 use super::{extended_state, proportional_integral};
-use crate::designed::{Runnable, Running, SampledDesign, continuous};
+use crate::designed::{Runnable, Running, SampledDesign, continuous, sampled};
 use crate::reader::tree::Node;
 use crate::reader::{Given, Noted, Reader, gain};
 use crate::results::{DesignReport, FailureReport};
@@ -26,10 +26,10 @@ use crate::synthesis::error_bound::{acting, bounded};
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::{
-    Designed, NoDesign, Plan, Sampling, asymptotic_rate, certified, matrix, number, poles, proved_of,
+    Designed, NoDesign, Plan, Sampling, asymptotic_rate, certified, discrete, matrix, number, poles, proved_of,
 };
 
-/// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`.
+/// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`, in discrete time `x+`.
 pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
 
 /// The most integrators in the model of a disturbance.
@@ -135,7 +135,7 @@ impl Specification for DisturbanceSpec {
             k => format!("_rate{k}"),
         };
         let of = |k: usize| (1..=self.e.ncols()).map(move |j| format!("d{j}{}", suffix(k)));
-        (0..self.chain.unwrap_or(1)).flat_map(of).collect()
+        (0..self.order()).flat_map(of).collect()
     }
 
     fn unknown_disturbance(&self) -> Option<&DMatrix<f64>> {
@@ -152,7 +152,7 @@ impl Specification for DisturbanceSpec {
     }
 
     fn remark_of_export(&self, _study: &Study, is_certified: bool) -> Option<String> {
-        let rate = match self.chain.unwrap_or(1) {
+        let rate = match self.order() {
             1 => "constant disturbances".to_owned(),
             chain => format!("disturbances whose derivative of order {chain} is 0"),
         };
@@ -166,10 +166,35 @@ impl Kind for DisturbanceSpec {
         plan.explained(self.designed(plan, &plant))
     }
 
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        if self.cubic.is_some() {
+            let hypothesis =
+                format!("a cubic term, `gamma`, is for plants in continuous time, and this one has dt = {dt}");
+            return Err(plan.refused(hypothesis).hint("no `gamma`").into());
+        }
+        let both = with_sampled_disturbance_chain(&plant, &self.e, self.order(), dt).map_err(Misfit::from);
+        let both = plan.explained(both)?;
+        let found = discrete::gain_of(plan, &both, (&self.linear, dt))?;
+        let found = found.map_err(|error| Misfit::from(error.of_pair(Pair::WithDisturbance)));
+        plan.explained(found.and_then(|design| self.designed_at_samples(plan, &plant, (&design, dt))))
+    }
+
     fn sampled(&self, of: &Sampling<'_>) -> Option<Result<SampledDesign, FailureReport>> {
         let plant = of.plan.study.plant.model.linear()?;
+        if let Some(dt) = of.plan.study.plant.dt {
+            return Some(of.named(|| {
+                if let Some(design) = of.designed.and_then(Designed::sampled) {
+                    return Ok(design.clone());
+                }
+                let both = with_sampled_disturbance_chain(&plant, &self.e, self.order(), dt);
+                let both = both.map_err(|error| error.to_string())?;
+                let design = discrete::gain_in_words(&of.plan, &both, &self.linear, dt)?;
+                Ok(SampledDesign::Linear(Box::new(design)))
+            }));
+        }
         let design = || {
-            let both = with_disturbance_chain(&plant, &self.e, self.chain.unwrap_or(1))?;
+            let both = with_disturbance_chain(&plant, &self.e, self.order())?;
             let linear = of.linear(&both, &self.linear)?;
             match &self.cubic {
                 Some((theta, gamma)) => {
@@ -203,6 +228,26 @@ pub(super) fn cubic_of(
 }
 
 impl DisturbanceSpec {
+    /// The number of integrators in the model of each disturbance.
+    fn order(&self) -> usize {
+        self.chain.unwrap_or(1)
+    }
+
+    fn designed_at_samples(
+        &self,
+        plan: &Plan<'_>,
+        plant: &StateSpace,
+        (design, dt): (&DiscreteDesign, f64),
+    ) -> Result<Designed, Misfit> {
+        let n = plant.a.nrows();
+        let all: Vec<String> = plan.reading().states.iter().cloned().chain(self.estimated_disturbances()).collect();
+        let represented = Represented::WithDisturbance { states: n, order: self.order() };
+        let reading = Reading { states: &all, plant: represented, ..plan.reading() };
+        let (report, _) = discrete::described(&reading, plant, design, (&self.linear, dt));
+        let observer = ProportionalIntegralObserver::of_samples(design.observer.clone(), Dyn(n))?;
+        Ok(discrete::designed(observer.into(), report, design))
+    }
+
     fn designed(&self, plan: &Plan<'_>, plant: &StateSpace) -> Result<Designed, Misfit> {
         let names = self.estimated_disturbances();
         let acting = (plan.requested.bounds.as_ref(), self.rate.as_slice(), names.as_slice());
@@ -259,6 +304,16 @@ impl Running for WithDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::ProportionalIntegral { observer: Box::new(self.inner().clone()) }, None))
+    }
+}
+
+impl Running for WithDisturbance<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    fn disturbances(&self) -> usize {
+        disturbances(self)
     }
 }
 

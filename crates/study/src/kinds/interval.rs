@@ -165,7 +165,7 @@ impl Kind for IntervalSpec {
         let gain = match &self.gain {
             Some(gain) => {
                 let found = discrete::gain_of(plan, &plant, (gain, dt))?;
-                Some(plan.explained(found)?.observer.l().clone())
+                Some(plan.explained(found.map_err(Misfit::from))?.observer.l().clone())
             }
             None => None,
         };

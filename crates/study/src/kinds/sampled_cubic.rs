@@ -202,7 +202,7 @@ impl Kind for SampledCubic {
         }
         plan.has_period_of_plant(self.period, dt)?;
         let gain = discrete::gain_of(plan, &plan.linear()?, (&self.linear, dt))?;
-        plan.explained(gain.and_then(|gain| {
+        plan.explained(gain.map_err(Misfit::from).and_then(|gain| {
             let design = SampledCubicDesign::of_discrete_with_cubic_gain(&gain, &self.theta, &self.correction)?;
             Ok(report(&design, (gain.observer.plant(), &plan.reading()), dt))
         }))

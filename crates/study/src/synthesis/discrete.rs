@@ -1,12 +1,16 @@
 //! Designs of linear observers in discrete time.
 
-use luenberger_design::DiscreteDesign;
+use luenberger_design::{DesignError, DiscreteDesign};
+use luenberger_observers::StationaryKalmanFilter;
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
+use nalgebra::Dyn;
 
 use super::Plan;
 use super::alternative::{Advice, another_gain};
 use super::explain::{self, Misfit};
 use super::linear::measurement;
+use super::noise_gain;
 use super::{Designed, NoDesign, asymptotic_factor, certified, matrix, number, poles, proved_of};
 use crate::designed::{Origin, Runnable, SampledDesign};
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
@@ -15,7 +19,7 @@ use crate::study::{GainSpec, LinearSpec};
 /// The design of a linear observer.
 pub(crate) fn design(plan: &Plan<'_>, spec: &LinearSpec, dt: f64) -> Result<Designed, NoDesign> {
     let plant = plan.linear()?;
-    let found = gain_of(plan, &plant, (spec, dt))?;
+    let found = gain_of(plan, &plant, (spec, dt))?.map_err(Misfit::from);
     plan.explained(found.map(|design| plan.in_loop(&plant, linear(plan, &plant, &design, (spec, dt)))))
 }
 
@@ -26,7 +30,7 @@ pub(crate) fn gain_in_words(
     spec: &LinearSpec,
     dt: f64,
 ) -> Result<DiscreteDesign, String> {
-    let found = gain_of(plan, plant, (spec, dt)).and_then(|found| plan.explained(found));
+    let found = gain_of(plan, plant, (spec, dt)).and_then(|found| plan.explained(found.map_err(Misfit::from)));
     found.map_err(|none| match none {
         NoDesign::Misfit(failure) => failure.hypothesis,
         NoDesign::Interrupted => "interrupted".to_owned(),
@@ -38,28 +42,44 @@ pub(crate) fn gain_of(
     plan: &Plan<'_>,
     plant: &StateSpace,
     (spec, dt): (&LinearSpec, f64),
-) -> Result<Result<DiscreteDesign, Misfit>, NoDesign> {
+) -> Result<Result<DiscreteDesign, DesignError>, NoDesign> {
     let refused = |hypothesis: &str| {
-        let hint = "`poles` inside the unit circle, `w` and `v` per sample, or `gain`";
-        let instead = another_gain(plan.study, plan.requested).and(Advice::hint(hint));
+        let hint = "`poles` inside the unit circle, `decay_rate`, `w` and `v` per sample, or `gain`";
+        let instead = another_gain(plan.requested).and(Advice::hint(hint));
         explain::failure(plan.requested, hypothesis.to_owned(), instead)
     };
     if spec.weight.is_some() {
         return Err(refused("`rho` and `q` are for plants in continuous time").into());
     }
-    let design = match &spec.gain {
+    Ok(match &spec.gain {
         GainSpec::Poles(poles) => DiscreteDesign::with_poles(plant, dt, poles),
         GainSpec::Kalman { w, v } => DiscreteDesign::kalman(plant, dt, w, v),
         GainSpec::Given(l) => DiscreteDesign::with_gain(plant, dt, l),
-        GainSpec::DecayRate(_) | GainSpec::Lmi => {
-            return Err(refused("`decay_rate` and `lmi` are for plants in continuous time").into());
-        }
-    };
-    Ok(design.map_err(Misfit::from))
+        GainSpec::DecayRate(rate) => DiscreteDesign::lmi_with(plant, dt, *rate, &plan.options()),
+        GainSpec::Lmi => DiscreteDesign::lmi_with(plant, dt, 0.0, &plan.options()),
+    })
 }
 
 /// A linear observer in numbers and words.
-fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, (spec, dt): (&LinearSpec, f64)) -> Designed {
+fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, of: (&LinearSpec, f64)) -> Designed {
+    let (report, filter) = described(&plan.reading(), plant, design, of);
+    let runnable = filter.map_or_else(|| Runnable::from(design.observer.clone()), Runnable::from);
+    designed(runnable, report, design)
+}
+
+/// An observer that runs, with the design that it is made of.
+pub(crate) fn designed(runnable: Runnable, report: DesignReport, design: &DiscreteDesign) -> Designed {
+    let origin = Origin::Sampled(SampledDesign::Linear(Box::new(design.clone())));
+    Designed { runnable, report, certificate: Some(design.certificate.clone()), origin }
+}
+
+/// A linear design in numbers and words, and its filter where the estimate is that of the filter form.
+pub(crate) fn described(
+    reading: &Reading<'_>,
+    plant: &StateSpace,
+    design: &DiscreteDesign,
+    (spec, dt): (&LinearSpec, f64),
+) -> (DesignReport, Option<StationaryKalmanFilter<f64, Dyn, Dyn, Dyn>>) {
     let filter = design.filter().filter(|_| spec.is_filter);
     let radius = design.spectral_radius();
     let mut matrices = vec![matrix("L", design.l())];
@@ -74,6 +94,11 @@ fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, (spec, d
         matrices.insert(1, matrix("K (gain of the measurement update, L = A K)", filter.k()));
         matrices.insert(2, matrix(STATIONARY_COVARIANCES[0], &covariance));
     }
+    let mut numbers = vec![number("period", dt), number("largest modulus of a pole", radius)];
+    if spec.poses_inequality() {
+        let of = design.observer.plant();
+        numbers.extend(noise_gain::at_samples(&(&of.a - design.l() * &of.c), design.l()));
+    }
     let form = match &filter {
         Some(_) => {
             "The estimate is xhat(k|k) = xhat(k|k-1) + K (y(k) - C xhat(k|k-1)); e is the error of the prediction xhat(k|k-1)."
@@ -81,16 +106,14 @@ fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, (spec, d
         None => "",
     };
     let report = DesignReport {
-        statement: proved_of(&design.certificate, &plan.reading())
+        statement: proved_of(&design.certificate, reading)
             .remark(form)
             .remark(measurement(plant))
             .remark(asymptotic_factor(radius)),
         matrices,
         poles: poles(&design.poles),
-        numbers: vec![number("period", dt), number("largest modulus of a pole", radius)],
+        numbers,
         ..certified(&design.certificate, &[])
     };
-    let runnable = filter.map_or_else(|| Runnable::from(design.observer.clone()), Runnable::from);
-    let origin = Origin::Sampled(SampledDesign::Linear(Box::new(design.clone())));
-    Designed { runnable, report, certificate: Some(design.certificate.clone()), origin }
+    (report, filter)
 }

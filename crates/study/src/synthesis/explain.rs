@@ -151,7 +151,7 @@ pub(crate) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 }
                 DesignError::NotHurwitz { .. }
                 | DesignError::NotSchur { .. }
-                | DesignError::StabilityUndecided { .. } => another_gain(study, requested),
+                | DesignError::StabilityUndecided { .. } => another_gain(requested),
                 DesignError::UnseenDisturbance { .. } => {
                     Advice::hint("fewer columns of `e`, or an output that depends on this state")
                 }
@@ -164,7 +164,7 @@ pub(crate) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                     Advice::hint("`gamma` or `max_gain`, which bound the gain; or a row of `d` for each output")
                 }
                 DesignError::FixedPoles { .. } => {
-                    another_gain(study, requested).and(Advice::hint("`poles` with these zeros among them"))
+                    another_gain(requested).and(Advice::hint("`poles` with these zeros among them"))
                 }
                 DesignError::NoModalCoordinates { .. } | DesignError::DependentModes { .. } => {
                     Advice::of([in_coordinates("plant")]).and(Advice::hint("distinct `poles`"))
@@ -202,7 +202,7 @@ pub(crate) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                     other_kinds(study, requested).and(Advice::hint("a smaller `region`, in which fewer entries vary"))
                 }
                 LpvError::HiddenMode(_) | LpvError::Conflict(_) => with_smaller_rate(study, requested),
-                LpvError::UnstableVertex { .. } => another_gain(study, requested),
+                LpvError::UnstableVertex { .. } => another_gain(requested),
                 _ => Advice::default(),
             };
             (error.to_string(), advice)
@@ -399,7 +399,7 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Failu
         UnseenModes::Decay | UnseenModes::Remain => ", and to working precision its unobservable modes are",
         UnseenModes::None | UnseenModes::Undecided => " to working precision: unobservable modes",
     };
-    let others = || another_gain(study, requested).and(other_kinds(study, requested));
+    let others = || another_gain(requested).and(other_kinds(study, requested));
     let advice = match unseen {
         UnseenModes::Decay if !are_all => others().and(Advice::hint(
             "an observer exists, since the plant as stored is detectable, and its gain is large: other units, or an output that depends more on these directions",
@@ -423,9 +423,9 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Failu
 fn instead_of(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Advice {
     // The other kinds do not estimate a disturbance.
     let others = if requested.kind.unknown_disturbance().is_some() {
-        another_gain(study, requested)
+        another_gain(requested)
     } else {
-        another_gain(study, requested).and(other_kinds(study, requested))
+        another_gain(requested).and(other_kinds(study, requested))
     };
     let hint = match error {
         DesignError::Linalg(LinalgError::PoleMultiplicity { .. }) => "fewer repeated poles",

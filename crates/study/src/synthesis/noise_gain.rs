@@ -4,7 +4,8 @@
 //! `F X + X F' + L V L' = 0`; the noise gain is `sqrt(trace X)` for V = I. The noise of a study is held over its period
 //! h: with variance S it leaves the covariance of `Phi X Phi' - X + G S G' = 0`, `Phi = exp(F h)`,
 //! `G = int_0^h exp(F s) ds L`, at the end of each period; outputs are independent, and their covariances add. Of
-//! several Jacobians (vertices) the largest counts.
+//! several Jacobians (vertices) the largest counts. In discrete time the error obeys `e+ = F e - L v`, and white noise of
+//! covariance V at each sample leaves it with the covariance X of `F X F' - X + L V L' = 0`.
 
 use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order_hold};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -59,8 +60,15 @@ impl NoiseGain {
     /// The numbers of the report.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = NamedNumber> {
         let ratio = self.ratio.map(|ratio| number(SPEED_RATIO, ratio));
-        [number("norm of L", self.norm), number("noise gain", self.gain)].into_iter().chain(ratio)
+        [number("norm of L", self.norm), number(NOISE_GAIN, self.gain)].into_iter().chain(ratio)
     }
+}
+
+/// Norm and noise gain of L in discrete time, for the stable `F = A - L C`.
+pub(crate) fn at_samples(f: &DMatrix<f64>, l: &DMatrix<f64>) -> [NamedNumber; 2] {
+    let white = stein(&f.transpose(), &symmetric_part(&(l * l.transpose())));
+    let gain = white.map_or(f64::NAN, |x| x.p.trace().max(0.0).sqrt());
+    [number("norm of L", l.clone().svd(false, false).singular_values.max()), number(NOISE_GAIN, gain)]
 }
 
 /// The stationary covariance of the error with the noise of the study; none if it does not exist in floating point.
@@ -79,6 +87,8 @@ fn held(f: &DMatrix<f64>, l: &DMatrix<f64>, simulation: &Simulation) -> Option<D
     }
     Some(sum)
 }
+
+const NOISE_GAIN: &str = "noise gain";
 
 /// The name of the ratio of the largest modulus of an observer pole to that of a plant pole.
 pub(crate) const SPEED_RATIO: &str = "fastest pole relative to the plant";
