@@ -7,7 +7,8 @@
 //!
 //! P solves `F'P F - P + I = 0` for `F = A - L C`, so that `V = e'Pe` falls at each step by `|e|^2`; where that is not
 //! proved, the same in other units. A gain by a decay rate brings its own P, with `F'P F < factor^2 P` for the factor
-//! `exp(-rate h)` of a step; the inequality for both is linear in P and `Y = P L` (de Oliveira, Bernussou, Geromel 1999).
+//! `exp(-rate h)` of a step; the inequality for both is linear in P and `Y = P L` (de Oliveira, Bernussou, Geromel
+//! 1999).
 
 use luenberger_linalg::{
     Kalman, RealMatrixView, SteinEquation, discrete_process_noise, eigenvalues, place_observer,

@@ -284,8 +284,8 @@ pub enum DesignError {
         witness: Infeasibility,
     },
     /// A constant disturbance that a state at rest hides: `rank [A E; C 0] < n + q`, in discrete time
-    /// `rank [A - I, E; C, 0] < n + q`, decided exactly. The direction is one of the kernel, with entries rounded at the
-    /// end.
+    /// `rank [A - I, E; C, 0] < n + q`, decided exactly. The direction is one of the kernel, with entries rounded at
+    /// the end.
     #[error(
         "{}, so that {} has no full column rank (smallest singular value {}; {} for {}{})",
         unseen(.d, .x, *.is_discrete), if *.is_discrete { "[A - I, E; C, 0]" } else { "[A E; C 0]" },

@@ -50,8 +50,8 @@ pub struct GainOptions {
     pub settings: Settings,
     /// An upper bound of the spectral norm of L, (1).
     pub max_gain: Option<f64>,
-    /// The intensity V of the measurement noise, p x p, in discrete time its covariance at a sample: among the gains with
-    /// the rate, the one with the least bound `trace P^-1` of the error's variance, (2) or (3).
+    /// The intensity V of the measurement noise, p x p, in discrete time its covariance at a sample: among the gains
+    /// with the rate, the one with the least bound `trace P^-1` of the error's variance, (2) or (3).
     pub noise: Option<DMatrix<f64>>,
 }
 

@@ -13,17 +13,17 @@
 //! rounding. For
 //! `|d^(k)| <= R` the error is bounded by [`ErrorBound`](crate::ErrorBound) with it among the disturbances.
 //!
-//! **In discrete time**, `x+ = A x + B u + E d` with the d of each sample, a constant d has `d+ = d`, and a polynomial of t
-//! the chain of integrators at its samples, `(d, h d', h^2/2 d'', ..)` summed up: `d+ = d + h d' + h^2/2 d'' + ..`, `d'+ = d' +
-//! h d'' + ..` for the period h. Its states are d and its derivatives in units of time, as in continuous time. The
-//! condition is that at z = 1, `rank [A - I, E; C, 0] = n + q`.
+//! **In discrete time**, `x+ = A x + B u + E d` with the d of each sample, a constant d has `d+ = d`, and a polynomial
+//! of t the chain of integrators at its samples, `(d, h d', h^2/2 d'', ..)` summed up: `d+ = d + h d' + h^2/2 d'' +
+//! ..`, `d'+ = d' + h d'' + ..` for the period h. Its states are d and its derivatives in units of time, as in
+//! continuous time. The condition is that at z = 1, `rank [A - I, E; C, 0] = n + q`.
 //!
 //! **Extended-state observer** and **disturbance observer** are names of the same observer: with one input, `E = B` and
 //! the plant `1/a(s)`, `a(s)` of degree n, its estimate is `dhat = Q(s)(a(s) y - u)` with the filter
 //! `Q = l0/(s^(n+1) + .. + l0)` for k = 1, the denominator that of the poles of the observer: Ohnishi's disturbance
 //! observer with a Q-filter of relative degree n + 1 and `Q(0) = 1`. With all poles at `-w` (Gao's bandwidth)
-//! `Q = (w/(s + w))^(n+1)`; in discrete time with all at `exp(-w h)` (Miklosovic, Radke, Gao, American Control Conference
-//! 2006, which samples the chain with the input held as well).
+//! `Q = (w/(s + w))^(n+1)`; in discrete time with all at `exp(-w h)` (Miklosovic, Radke, Gao, American Control
+//! Conference 2006, which samples the chain with the input held as well).
 
 use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::proof_matrix;
@@ -193,6 +193,30 @@ pub fn disturbances_with_rate(of_plant: &DisturbanceBounds, rate: &[f64], order:
         }),
         d: DMatrix::from_fn(p, m + q, |i, j| if j < m { of_plant.d[(i, j)] } else { 0.0 }),
         bounds: of_plant.bounds.iter().chain(rate).copied().collect(),
+    }
+}
+
+/// The same at samples, with the period h: where `|d^(k)(t)| <= rate`, the derivatives of lower order j miss their
+/// values of the chain at the next sample by `rate h^(k-j)/(k-j)!` at most, each for itself.
+pub fn disturbances_with_sampled_rate(
+    of_plant: &DisturbanceBounds,
+    rate: &[f64],
+    order: usize,
+    period: f64,
+) -> DisturbanceBounds {
+    let (n, m, p) = (of_plant.e.nrows(), of_plant.bounds.len(), of_plant.d.nrows());
+    let parts = parts(order.max(1), period);
+    let missed = parts.iter().skip(1).rev().flat_map(|part| rate.iter().map(move |rate| rate * part));
+    let bounds: Vec<f64> = of_plant.bounds.iter().copied().chain(missed).collect();
+    let added = bounds.len() - m;
+    DisturbanceBounds {
+        e: DMatrix::from_fn(n + added, m + added, |i, j| match (i < n, j < m) {
+            (true, true) => of_plant.e[(i, j)],
+            (false, false) if i - n == j - m => 1.0,
+            _ => 0.0,
+        }),
+        d: DMatrix::from_fn(p, m + added, |i, j| if j < m { of_plant.d[(i, j)] } else { 0.0 }),
+        bounds,
     }
 }
 

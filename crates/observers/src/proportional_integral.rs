@@ -3,8 +3,8 @@
 //! The plant `x' = A x + B u + E d`, `y = C x + D u` with `d' = 0` is the plant with the state `(x, d)` and the
 //! matrices `[A E; 0 0]`, `[B; 0]`, `[C 0]`. A linear or a cubic observer of it has the estimates xhat and dhat: dhat
 //! is the integral of the output error, hence the name. Which observer it is, the type O says; this one hands out xhat
-//! as the estimate, and keeps dhat in its state. In discrete time, `x+ = A x + B u + E d` with `d+ = d`, O is an observer
-//! for samples, and dhat the sum of the output errors.
+//! as the estimate, and keeps dhat in its state. In discrete time, `x+ = A x + B u + E d` with `d+ = d`, O is an
+//! observer for samples, and dhat the sum of the output errors.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField};

@@ -37,6 +37,7 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", cubic::unknown_input),
     ("input-to-state-stability", disturbed::contradicted),
+    ("discrete-input-to-state-stability", disturbed::in_steps),
     ("interval-observer", intervals::continuous),
     ("sampled-interval-observer", intervals::sampled),
     ("super-twisting-observer", super_twisting),

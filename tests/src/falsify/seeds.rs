@@ -39,6 +39,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", input_to_state),
+    ("discrete-input-to-state-stability", discrete_input_to_state),
     ("interval-observer", interval),
     ("sampled-interval-observer", sampled_interval),
     ("super-twisting-observer", super_twisting),
@@ -289,6 +290,15 @@ fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
         return written(bound.certificate_file("uncertain"));
     }
     written(ErrorBound::cubic(&design, &acting).ok()?.certificate_file("cubic"))
+}
+
+fn discrete_input_to_state(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let (n, p) = (plant.a.nrows(), plant.c.nrows());
+    let h = random.between(0.05, 0.5);
+    let poles: Vec<f64> = (0..n).map(|k| random.between(-0.6, 0.9) + 0.01 * k as f64).collect();
+    let design = DiscreteDesign::with_poles(&plant, h, &poles).ok()?;
+    written(ErrorBound::discrete(&design.observer, &disturbances(n, p, random)).ok()?.certificate_file("in steps"))
 }
 
 fn super_twisting(random: &mut Random) -> Option<CertificateFile> {

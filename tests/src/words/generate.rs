@@ -271,7 +271,7 @@ impl Linear {
         match kind {
             "luenberger" => {
                 _ = writeln!(text, "{}", self.gain(random, n));
-                if self.dt.is_none() && random.once_in(4) {
+                if random.once_in(4) {
                     _ = writeln!(text, "bounds = {}", self.bounds(random));
                 }
             }
@@ -331,7 +331,7 @@ impl Linear {
                 if kind == "proportional-integral" && self.dt.is_none() && random.once_in(4) {
                     _ = writeln!(text, "gamma = {}", number(magnitude(random, 6)));
                 }
-                if self.dt.is_none() && random.once_in(4) {
+                if random.once_in(4) {
                     let noise: Vec<f64> = (0..p).map(|_| magnitude(random, 2)).collect();
                     _ = writeln!(
                         text,

@@ -258,6 +258,10 @@ pub const STATEMENTS: &[Form] = &[
         "Under all noise and disturbances within `bounds`, for every deviation of A and while the states keep theirs, the error in the end is at most {}, approached like exp(-{#} t).",
         Claim::Ultimate,
     ),
+    form(
+        "Under all noise and disturbances within `bounds`, the error in the end is at most {}, approached like {#}^k.",
+        Claim::Ultimate,
+    ),
     form("With the gains as stored it converges from every initial error.", Claim::CubicEverywhere),
     form("The cubic term takes a semi-implicit step, which does not increase V at any period.", Claim::Nothing),
     form(
@@ -506,7 +510,8 @@ pub const REASONS: &[Form] = &[
         Claim::Nothing,
     ),
     form("`jitter` and `misses` are for plants in continuous time", Claim::Nothing),
-    form("`decay_rate` and `lmi` are for plants in continuous time", Claim::Nothing),
+    form("a cubic term, `gamma`, is for plants in continuous time, and this one has dt = {#}", Claim::Nothing),
+    form("the decay rate times the period {}", Claim::Nothing),
     form("`rho` and `q` are for plants in continuous time", Claim::Nothing),
     form("the kind {}", Claim::Nothing),
 ];

@@ -119,7 +119,9 @@ impl Theorem {
             #[cfg(feature = "all-theorems")]
             Self::H2Filter(theorem) => theorem.0.time == TimeDomain::Discrete,
             #[cfg(feature = "all-theorems")]
-            Self::SampledIntervalEnclosure(_) | Self::DeployedObserver(_) => true,
+            Self::SampledIntervalEnclosure(_) | Self::DeployedObserver(_) | Self::DiscreteInputToStateStability(_) => {
+                true
+            }
             _ => false,
         };
         Some(if is_discrete { "x+ = A x + B u, y = C x" } else { "x' = A x + B u, y = C x" })

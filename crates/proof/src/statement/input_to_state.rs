@@ -26,6 +26,10 @@
 //! A stored N is a rounding of `-P^-1 C'S`. The matrix `P~ = C'XC + (I - T)(P - C'XC)(I - T)` of
 //! [`deployed_cubic`](super::deployed_cubic) has `P~ N = -C'S~` with `S~ = -X C N` **exactly**: all inequalities are
 //! decided for P~, which is enclosed, and S~. Without a cubic term P~ is P.
+//!
+//! In discrete time, `e+ = F e + G w` of the linear observer, `[q^2 P, 0, F'P; *, diag(lambda), G'P; *, *, P] > 0` and
+//! `sum lambda_i W_i^2 <= (1 - q^2) U` take the places of the linear inequality and of the level: the head of
+//! `certificate/theorem/discrete_input_to_state.rs`.
 
 use super::deployed_cubic::{Dissipated, structured_for};
 use super::{EXACT_ORDER, Expression, embed, embed_symmetric};
@@ -70,8 +74,8 @@ pub struct CubicTerm {
 pub struct ErrorBound<'a> {
     /// P, n x n, symmetric.
     pub p: &'a Matrix<f64>,
-    /// The rate alpha, positive.
-    pub rate: f64,
+    /// The rate alpha, positive; in discrete time the factor q, below 1.
+    pub decay: f64,
     /// lambda, one number for each disturbance.
     pub lambda: &'a [f64],
     /// W: bounds of the disturbances, >= 0.
@@ -112,7 +116,7 @@ pub struct InputToState {
 /// let proved = |bound: f64| {
 ///     let limsup = [bound];
 ///     let numbers = ErrorBound {
-///         p: &one, rate: 1.0, lambda: &[1.0001, 4.0001], disturbances: &[1.0, 0.5], level: 1.001, limsup: &limsup,
+///         p: &one, decay: 1.0, lambda: &[1.0001, 4.0001], disturbances: &[1.0, 0.5], level: 1.001, limsup: &limsup,
 ///     };
 ///     input_to_state(&observer, None, &numbers)
 /// };
@@ -127,17 +131,8 @@ pub fn input_to_state(
     cubic: Option<&CubicTerm>,
     bound: &ErrorBound<'_>,
 ) -> Result<InputToState, ProofError> {
-    let (order, outputs) = (bound.p.rows(), observer.c.rows());
-    let count = bound.disturbances.len();
-    embed_symmetric::<Interval>(bound.p, "P", order)?;
-    embed::<Interval>(observer.c, "C", (outputs, order))?;
-    embed::<Interval>(observer.l, "L", (order, outputs))?;
-    observer.d.expect_shape("D", (outputs, count))?;
-    for (what, length, expected) in [("lambda", bound.lambda.len(), count), ("the bounds", bound.limsup.len(), order)] {
-        if length != expected {
-            return Err(ProofError::DimensionMismatch { what, expected: (expected, 1), found: (length, 1) });
-        }
-    }
+    check(observer, bound)?;
+    let (order, outputs, count) = (bound.p.rows(), observer.c.rows(), bound.disturbances.len());
     let metric = match cubic {
         None => Some(Matrix::<Interval>::embed(bound.p, "P")?),
         Some(term) => {
@@ -164,16 +159,85 @@ pub fn input_to_state(
         e.expect_shape("E", (order, count))?;
         decrease.push(decided(&Decrease { metric: &metric, a, e, observer, bound }, Sense::NegativeDefinite)?);
     }
-    let component = |(row, &limsup): (usize, &f64)| {
-        decided(&Component { metric: &metric, row, limsup, level: bound.level }, Sense::PositiveDefinite)
-    };
     Ok(InputToState {
         positive: decided(&Metric(&metric), Sense::PositiveDefinite)?,
         decrease,
         cubic: dissipation,
         level: level(cubic, bound).decide(Sense::PositiveSemidefinite)?,
-        components: bound.limsup.iter().enumerate().map(component).collect::<Result<_, _>>()?,
+        components: components(&metric, bound)?,
     })
+}
+
+/// The same in discrete time, of the linear observer: `level` is `(1 - q^2) level - sum lambda_i W_i^2 >= 0`.
+///
+/// ```
+/// use luenberger_proof::{Interval, Matrix, statement::{DisturbedObserver, ErrorBound, input_to_state_in_steps}};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // x+ = x + w, y = x, xhat+ = xhat + (y - xhat)/2: e+ = e/2 + w, |w| <= 1, so |e| <= 2.
+/// let one = Matrix::from_rows([[1.0]]);
+/// let point = Matrix::from_rows([[Interval::of(1.0)]]);
+/// let zero = Matrix::from_rows([[Interval::of(0.0)]]);
+/// let (vertices, l) = ([(point.clone(), point)], Matrix::from_rows([[0.5]]));
+/// let observer = DisturbedObserver { vertices: &vertices, c: &one, d: &zero, l: &l };
+/// let proved = |bound: f64| {
+///     let limsup = [bound];
+///     // q^2 = 1/2, (q^2 - 1/4)(lambda - 1) > 1/4.
+///     let numbers = ErrorBound {
+///         p: &one, decay: 0.5f64.sqrt(), lambda: &[2.01], disturbances: &[1.0], level: 4.03, limsup: &limsup,
+///     };
+///     input_to_state_in_steps(&observer, &numbers)
+/// };
+/// assert!(proved(2.01)?.decrease[0].is_proved() && proved(2.01)?.components[0].is_proved());
+/// assert!(proved(1.99)?.components[0].is_refuted());
+/// # Ok(())
+/// # }
+/// ```
+/// # Errors
+/// As [`input_to_state`].
+pub fn input_to_state_in_steps(
+    observer: &DisturbedObserver<'_>,
+    bound: &ErrorBound<'_>,
+) -> Result<InputToState, ProofError> {
+    check(observer, bound)?;
+    let (order, count) = (bound.p.rows(), bound.disturbances.len());
+    let metric = Matrix::<Interval>::embed(bound.p, "P")?;
+    let mut decrease = Vec::with_capacity(observer.vertices.len());
+    for (a, e) in observer.vertices {
+        a.expect_shape("A", (order, order))?;
+        e.expect_shape("E", (order, count))?;
+        let step = Step { metric: &metric, a, e, observer, bound };
+        decrease.push(decided(&step, Sense::PositiveDefinite)?);
+    }
+    Ok(InputToState {
+        positive: decided(&Metric(&metric), Sense::PositiveDefinite)?,
+        decrease,
+        cubic: None,
+        level: StepLevel(bound).decide(Sense::PositiveSemidefinite)?,
+        components: components(&metric, bound)?,
+    })
+}
+
+/// Shapes, but for those of the vertices.
+fn check(observer: &DisturbedObserver<'_>, bound: &ErrorBound<'_>) -> Result<(), ProofError> {
+    let (order, outputs, count) = (bound.p.rows(), observer.c.rows(), bound.disturbances.len());
+    embed_symmetric::<Interval>(bound.p, "P", order)?;
+    embed::<Interval>(observer.c, "C", (outputs, order))?;
+    embed::<Interval>(observer.l, "L", (order, outputs))?;
+    observer.d.expect_shape("D", (outputs, count))?;
+    for (what, length, expected) in [("lambda", bound.lambda.len(), count), ("the bounds", bound.limsup.len(), order)] {
+        if length != expected {
+            return Err(ProofError::DimensionMismatch { what, expected: (expected, 1), found: (length, 1) });
+        }
+    }
+    Ok(())
+}
+
+/// The bounds of the components of e.
+fn components(metric: &Matrix<Interval>, bound: &ErrorBound<'_>) -> Result<Vec<Verdict<Direction>>, ProofError> {
+    let component = |(row, &limsup): (usize, &f64)| {
+        decided(&Component { metric, row, limsup, level: bound.level }, Sense::PositiveDefinite)
+    };
+    bound.limsup.iter().enumerate().map(component).collect()
 }
 
 /// The three inequalities of the cubic term.
@@ -259,11 +323,40 @@ impl Form for Decrease<'_> {
             return Ok(None);
         };
         let (l, c) = (Matrix::<R>::embed(self.observer.l, "L")?, Matrix::<R>::embed(self.observer.c, "C")?);
-        let rate = super::number::<R>(self.bound.rate, "the rate")?;
+        let rate = super::number::<R>(self.bound.decay, "the rate")?;
         let f = a.difference(&l.product(&c)?)?.sum(&Matrix::scalar(p.rows(), &rate))?;
         let corner = p.product(&e.difference(&l.product(&d)?)?)?;
         let last = diagonal::<R>(self.bound.lambda, "lambda")?.negative();
         Ok(Some(p.product(&f)?.plus_transpose()?.bordered(&corner, &last)?))
+    }
+}
+
+/// `[q^2 P, 0, F'P; *, diag(lambda), G'P; *, *, P]`.
+struct Step<'a> {
+    metric: &'a Matrix<Interval>,
+    a: &'a Matrix<Interval>,
+    e: &'a Matrix<Interval>,
+    observer: &'a DisturbedObserver<'a>,
+    bound: &'a ErrorBound<'a>,
+}
+
+impl Form for Step<'_> {
+    fn evaluate<R: Data>(&self) -> Result<Option<Matrix<R>>, ProofError> {
+        let (Some(p), Some(a), Some(e), Some(d)) =
+            (data::<R>(self.metric), data::<R>(self.a), data::<R>(self.e), data::<R>(self.observer.d))
+        else {
+            return Ok(None);
+        };
+        let (l, c) = (Matrix::<R>::embed(self.observer.l, "L")?, Matrix::<R>::embed(self.observer.c, "C")?);
+        let factor = super::number::<R>(self.bound.decay, "the factor")?;
+        let flow = p.product(&a.difference(&l.product(&c)?)?)?;
+        let driven = p.product(&e.difference(&l.product(&d)?)?)?;
+        let nothing = Matrix::from_fn(p.rows(), e.cols(), |_, _| R::zero());
+        let first = p.scaled(&factor.mul(&factor)).bordered(&nothing, &diagonal::<R>(self.bound.lambda, "lambda")?)?;
+        let (n, m) = e.shape();
+        let corner =
+            Matrix::from_fn(n + m, n, |i, j| if i < n { flow[(j, i)].clone() } else { driven[(j, i - n)].clone() });
+        Ok(Some(first.bordered(&corner, &p)?))
     }
 }
 
@@ -336,20 +429,37 @@ fn level<'a>(cubic: Option<&'a CubicTerm>, bound: &'a ErrorBound<'a>) -> Level<'
 impl Expression for Level<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         let number = |x: f64| super::number::<R>(x, "the level");
-        let weighted = |weights: &[f64]| {
-            let mut sum = R::zero();
-            for (weight, w) in weights.iter().zip(self.bound.disturbances) {
-                let w = number(*w)?;
-                sum = sum.add(&number(*weight)?.mul(&w.mul(&w)));
-            }
-            Ok::<R, ProofError>(sum)
-        };
-        let reached = number(256.0)?.mul(&number(self.bound.rate)?.mul(&number(self.bound.level)?));
+        let weighted = |weights: &[f64]| squares::<R>(weights, self.bound.disturbances);
+        let reached = number(256.0)?.mul(&number(self.bound.decay)?.mul(&number(self.bound.level)?));
         let mut spent = number(128.0)?.mul(&weighted(self.bound.lambda)?);
         if let Some(term) = self.cubic {
             let square = weighted(&term.mu)?;
             spent = spent.add(&number(27.0)?.mul(&number(term.kappa)?.mul(&square.mul(&square))));
         }
         Matrix::from_row_major(1, 1, vec![reached.sub(&spent)])
+    }
+}
+
+/// `sum weight_i W_i^2`.
+fn squares<R: Ring>(weights: &[f64], bounds: &[f64]) -> Result<R, ProofError> {
+    let number = |x: f64| super::number::<R>(x, "the level");
+    let mut sum = R::zero();
+    for (weight, w) in weights.iter().zip(bounds) {
+        let w = number(*w)?;
+        sum = sum.add(&number(*weight)?.mul(&w.mul(&w)));
+    }
+    Ok(sum)
+}
+
+/// `(1 - q^2) level - sum lambda_i W_i^2`, 1 x 1.
+struct StepLevel<'a>(&'a ErrorBound<'a>);
+
+impl Expression for StepLevel<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let (number, bound) = (|x: f64| super::number::<R>(x, "the level"), self.0);
+        let factor = number(bound.decay)?;
+        let kept = number(1.0)?.sub(&factor.mul(&factor)).mul(&number(bound.level)?);
+        let spent = squares::<R>(bound.lambda, bound.disturbances)?;
+        Matrix::from_row_major(1, 1, vec![kept.sub(&spent)])
     }
 }

@@ -40,7 +40,9 @@ pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use feedback::feedback_block;
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum, schur_spectrum};
-pub use input_to_state::{CubicTerm, DisturbedObserver, ErrorBound, InputToState, input_to_state};
+pub use input_to_state::{
+    CubicTerm, DisturbedObserver, ErrorBound, InputToState, input_to_state, input_to_state_in_steps,
+};
 pub use interval_observer::{BlockCoordinates, HeldPlant, SampledBounds, SampledIntervals, held_plant};
 pub(crate) use interval_observer::{entries_at_least, product_up, rounding, units};
 pub(crate) use kkl::{Axes, Composition, Expressions};

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use luenberger_design::{
     CubicDesign, CubicGain, DiscreteDesign, ErrorBound, LinearDesign, Pair, SampledCubicDesign, disturbances_with_rate,
-    proportional_integral as handed_out, with_disturbance_chain, with_sampled_disturbance_chain,
+    disturbances_with_sampled_rate, proportional_integral as handed_out, with_disturbance_chain,
+    with_sampled_disturbance_chain,
 };
 use luenberger_live as live;
 use luenberger_observers::{CubicObserver, DiscreteLinearObserver, LinearObserver, ProportionalIntegralObserver};
@@ -29,7 +30,8 @@ use crate::synthesis::{
     Designed, NoDesign, Plan, Sampling, asymptotic_rate, certified, discrete, matrix, number, poles, proved_of,
 };
 
-/// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`, in discrete time `x+`.
+/// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`, in discrete time
+/// `x+`.
 pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
 
 /// The most integrators in the model of a disturbance.
@@ -245,7 +247,11 @@ impl DisturbanceSpec {
         let reading = Reading { states: &all, plant: represented, ..plan.reading() };
         let (report, _) = discrete::described(&reading, plant, design, (&self.linear, dt));
         let observer = ProportionalIntegralObserver::of_samples(design.observer.clone(), Dyn(n))?;
-        Ok(discrete::designed(observer.into(), report, design))
+        let designed = discrete::designed(observer.into(), report, design);
+        let Some(bounds) = &plan.requested.bounds else { return Ok(designed) };
+        let acting = disturbances_with_sampled_rate(&acting(bounds), &self.rate, self.order(), dt);
+        let bound = ErrorBound::discrete(&design.observer, &acting)?;
+        Ok(bounded(designed, &bound, &reading, bounds))
     }
 
     fn designed(&self, plan: &Plan<'_>, plant: &StateSpace) -> Result<Designed, Misfit> {

@@ -94,7 +94,7 @@ const ACTING: Table = Table {
         optional(
             "disturbance",
             Type::Numbers(Range::NotNegative),
-            "Bounds of disturbances w, x' = A x + B u + E w (default: none).",
+            "Bounds of disturbances w, x' = A x + B u + E w, x+ in discrete time (default: none).",
         ),
         optional(
             "e",

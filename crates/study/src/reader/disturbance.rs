@@ -29,10 +29,6 @@ pub(crate) fn bounds(
 fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader: &mut Reader) -> Option<ActingBounds> {
     let (table, n, p) = (&entry.node, size.states, size.outputs);
     let is_interval = node.get("kind").and_then(Node::text) == Some("interval");
-    if reader.dt.is_some() && !is_interval {
-        let message = "`bounds` is for plants in continuous time, and `dt` makes this one discrete";
-        return reader.refuse(entry.span.clone(), message, "expected no `bounds`");
-    }
     let noise = match table.get("noise") {
         Some(noise) => reader.numbers(noise, "noise", p, "output"),
         None => Some(uniform_noise(root, p)),
@@ -58,6 +54,10 @@ fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader:
         }
     };
     let uncertain = match ["states", "deviations", "m", "h"].iter().find_map(|key| table.entry(key)) {
+        Some(first) if reader.dt.is_some() => {
+            let message = format!("`{}` is for plants in continuous time, and `dt` makes this one discrete", first.key);
+            return reader.refuse(first.span.clone(), message, "expected bounds of noise and disturbances only");
+        }
         Some(first) if matches!(node.get("kind").and_then(Node::text), Some("luenberger" | "cubic")) => {
             Some(uncertain(table, first, n, reader)?)
         }

@@ -1,6 +1,6 @@
 //! Designs of linear observers in discrete time.
 
-use luenberger_design::{DesignError, DiscreteDesign};
+use luenberger_design::{DesignError, DiscreteDesign, ErrorBound};
 use luenberger_observers::StationaryKalmanFilter;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
@@ -8,6 +8,7 @@ use nalgebra::Dyn;
 
 use super::Plan;
 use super::alternative::{Advice, another_gain};
+use super::error_bound::{acting, bounded};
 use super::explain::{self, Misfit};
 use super::linear::measurement;
 use super::noise_gain;
@@ -20,7 +21,8 @@ use crate::study::{GainSpec, LinearSpec};
 pub(crate) fn design(plan: &Plan<'_>, spec: &LinearSpec, dt: f64) -> Result<Designed, NoDesign> {
     let plant = plan.linear()?;
     let found = gain_of(plan, &plant, (spec, dt))?.map_err(Misfit::from);
-    plan.explained(found.map(|design| plan.in_loop(&plant, linear(plan, &plant, &design, (spec, dt)))))
+    let designed = found.and_then(|design| linear(plan, &plant, &design, (spec, dt)));
+    plan.explained(designed.map(|designed| plan.in_loop(&plant, designed)))
 }
 
 /// The gain, for error messages as a sentence.
@@ -60,11 +62,20 @@ pub(crate) fn gain_of(
     })
 }
 
-/// A linear observer in numbers and words.
-fn linear(plan: &Plan<'_>, plant: &StateSpace, design: &DiscreteDesign, of: (&LinearSpec, f64)) -> Designed {
-    let (report, filter) = described(&plan.reading(), plant, design, of);
+/// A linear observer in numbers and words, with the bound of its error if that is asked for.
+fn linear(
+    plan: &Plan<'_>,
+    plant: &StateSpace,
+    design: &DiscreteDesign,
+    of: (&LinearSpec, f64),
+) -> Result<Designed, Misfit> {
+    let reading = plan.reading();
+    let (report, filter) = described(&reading, plant, design, of);
     let runnable = filter.map_or_else(|| Runnable::from(design.observer.clone()), Runnable::from);
-    designed(runnable, report, design)
+    let designed = designed(runnable, report, design);
+    let Some(bounds) = &plan.requested.bounds else { return Ok(designed) };
+    let bound = ErrorBound::discrete(&design.observer, &acting(bounds))?;
+    Ok(bounded(designed, &bound, &reading, bounds))
 }
 
 /// An observer that runs, with the design that it is made of.

@@ -4,8 +4,8 @@
 //! `F X + X F' + L V L' = 0`; the noise gain is `sqrt(trace X)` for V = I. The noise of a study is held over its period
 //! h: with variance S it leaves the covariance of `Phi X Phi' - X + G S G' = 0`, `Phi = exp(F h)`,
 //! `G = int_0^h exp(F s) ds L`, at the end of each period; outputs are independent, and their covariances add. Of
-//! several Jacobians (vertices) the largest counts. In discrete time the error obeys `e+ = F e - L v`, and white noise of
-//! covariance V at each sample leaves it with the covariance X of `F X F' - X + L V L' = 0`.
+//! several Jacobians (vertices) the largest counts. In discrete time the error obeys `e+ = F e - L v`, and white noise
+//! of covariance V at each sample leaves it with the covariance X of `F X F' - X + L V L' = 0`.
 
 use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order_hold};
 use nalgebra::{Complex, DMatrix, DVector};

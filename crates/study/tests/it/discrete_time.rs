@@ -3,7 +3,12 @@
 //! Expected numbers: scipy 1.17.1 (`solve_discrete_are`), python-control 0.10.2 (`place`), filterpy 2.0.0
 //! (`ExtendedKalmanFilter`), and the recursions of plant and predictor written out in numpy.
 
+use luenberger_export::Scalar;
+use luenberger_observers::SampledObserver;
+use luenberger_proof::statement::Format;
+use luenberger_study::deployment::{self, SampledDesign};
 use luenberger_study::{RunOptions, Step, execute};
+use nalgebra::DVector;
 
 use crate::studies::{executed, last_errors, mistake, scratch, study};
 
@@ -420,4 +425,70 @@ fn a_constant_disturbance_that_is_hidden_at_samples() {
     let results = executed(&cubic, Step::Design);
     let failure = results.observers[0].failure.clone().unwrap();
     assert!(failure.hypothesis.contains("a cubic term, `gamma`, is for plants in continuous time"), "{failure:?}");
+}
+
+/// `e+ = e/2 + w - v/2`, |w| <= 1, |v| <= 1/5: 2.2 in the end, and no quadratic function is worse for one state. With d
+/// moving by `rate dt` = 1/10 at a sample and both poles at 1/2: `e+ = F e + (0, 1) w`, F with the characteristic
+/// polynomial `(z - 1/2)^2`, `F = [0 1; -1/4 1]`.
+#[test]
+fn errors_are_bounded_under_bounded_noise_at_samples() {
+    let bounds = |results: &luenberger_study::Results, names: &[&str]| -> Vec<f64> {
+        let observer = &results.observers[0];
+        let design = observer.design.as_ref().unwrap_or_else(|| panic!("{:?}", observer.failure));
+        assert_eq!(design.verdict.word(), "proved");
+        let said = design.statement.to_string();
+        assert!(
+            said.contains("Under all noise and disturbances within `bounds`, the error in the end is at most"),
+            "{said}"
+        );
+        names.iter().map(|name| design.number(&format!("bound of the error of {name}")).unwrap()).collect()
+    };
+    let plant = "[plant]\na = [[1]]\nc = [[1]]\ndt = 0.1\n[[observer]]\nname = \"o\"\n";
+    let results = executed(
+        &format!("{plant}kind = \"luenberger\"\npoles = [0.5]\nbounds = {{ noise = [0.2], disturbance = [1] }}\n"),
+        Step::Design,
+    );
+    let found = bounds(&results, &["x1"])[0];
+    assert!((2.2..2.203).contains(&found), "{found}");
+    let text = format!(
+        "{plant}kind = \"proportional-integral\"\ne = [[1]]\npoles = [0.5, 0.5]\nrate = [1]\nbounds = {{ noise = [0] }}\n"
+    );
+    // All bounds 0 but that of the rate.
+    assert!(crate::studies::read(&text).is_err());
+    let results = executed(&text.replace("noise = [0]", "noise = [1e-9]"), Step::Design);
+    let found = bounds(&results, &["x1", "d1"]);
+    // The largest errors are 0.4 both, by summing |F^k (0, 1)|/10 in numpy; the least weighted ellipsoid has 0.492 and
+    // 0.4135, by scipy's solve_discrete_lyapunov over the factor.
+    for (found, expected) in found.iter().zip([0.491_999_4, 0.413_483_3]) {
+        assert!((found - expected).abs() < 0.003, "{found} {expected}");
+    }
+}
+
+/// The step that is exported has the bits of the observer that runs, and a certificate.
+#[test]
+fn a_disturbance_at_samples_is_exported() {
+    let text = "[plant]\na = [[1, 0.1], [0, 0.9]]\nb = [[0], [0.1]]\nc = [[1, 0]]\ndt = 0.1\n[simulation]\nx0 = [1, 0]\nduration = 2\n\
+        [[observer]]\nname = \"o\"\nkind = \"extended-state\"\ne = [[0], [0.1]]\norder = 2\nbandwidth = 8\n";
+    let (study, running) = (study(text), study(text));
+    let designed = crate::studies::designed(&running).unwrap();
+    let observer = &study.observers[0];
+    let sampled = deployment::sampled(&study, observer, None, None).unwrap();
+    let evidence = deployment::evidence(&study, observer, &sampled.design, Format::Binary64.into());
+    // Of the plant with the chain among its states, which a sentence says.
+    let said = evidence.sentences.join(" ");
+    assert!(evidence.is_proved() && said.contains("e+ = (A - L C) e: for all x(0) and xhat(0)"), "{said}");
+    assert!(said.contains("with disturbances whose derivative of order 2 is 0 among its states"), "{said}");
+    let SampledDesign::Linear(step) = &sampled.design else { panic!("a linear step") };
+    let mut state = DVector::from_vec(sampled.design.initial(observer));
+    assert_eq!(state.len(), 4);
+    for k in 0..20 {
+        let (u, y) = ([0.3 - 0.1 * f64::from(k)], [(0.7 * f64::from(k)).sin()]);
+        let next = designed.runnable.motion(0.1 * f64::from(k), state.as_slice(), &u, &y).unwrap();
+        step.observer.step(0.0, &mut state, &DVector::from_column_slice(&u), &DVector::from_column_slice(&y));
+        let bits = |all: &[f64]| all.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(state.as_slice()), bits(&next));
+        assert_eq!(designed.runnable.estimate(0.0, &next, &u, &y).unwrap(), next[..2]);
+    }
+    let exported = deployment::exported(&study, observer, sampled.design, Scalar::Binary64, None).unwrap();
+    assert_eq!(exported.observer().dimensions().state, 4);
 }

@@ -192,10 +192,10 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "error bound: sqrt(U) (P^-1)_kk",
                 Dropped,
-                "(level * z[(k, k)]).sqrt() * up",
-                "level.sqrt() * z[(k, k)] * up",
+                "(level * z[(k, k)]).sqrt() * UP",
+                "level.sqrt() * z[(k, k)] * UP",
             ),
-            mutant("error bound: 2 alpha dropped", Constant, "/ (2.0 * rate) * up", "/ rate * up"),
+            mutant("error bound: 2 alpha dropped", Constant, "/ (2.0 * rate) * UP", "/ rate * UP"),
         ],
     },
     Source {

@@ -3,8 +3,8 @@
 //! **Hypotheses.** `P > 0` and `F'PF - P < 0` for `F = A - LC`; where a factor, `0 < factor < 1`, is given,
 //! `F'PF - factor^2 P < 0`.
 //!
-//! **Theorem.** The error of `xhat+ = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially, from every e(0), and with a
-//! factor `V(k) <= factor^(2k) V(0)` for `V = e'Pe`.
+//! **Theorem.** The error of `xhat+ = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially, from every e(0), and with
+//! a factor `V(k) <= factor^(2k) V(0)` for `V = e'Pe`.
 //!
 //! **Proof.** `e+ = Fe`, and V falls at each step by at least `q |e|^2`, q the margin of the second inequality: by a
 //! factor below 1 that is the same for all e. With a factor, `V(e+) <= factor^2 V(e)`.

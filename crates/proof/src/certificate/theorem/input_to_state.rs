@@ -77,12 +77,24 @@ pub struct InputToStateStability {
 
 const POSITIVE: &str = "a rate, a level and the bound of an error are positive";
 
-fn positive(what: &'static str, value: f64) -> Result<(), ProofError> {
+pub(super) fn positive(what: &'static str, value: f64) -> Result<(), ProofError> {
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(ProofError::Sign { what, value }) }
 }
 
-fn not_negative(what: &'static str, value: f64) -> Result<(), ProofError> {
+pub(super) fn not_negative(what: &'static str, value: f64) -> Result<(), ProofError> {
     if value >= 0.0 && value.is_finite() { Ok(()) } else { Err(ProofError::Sign { what, value }) }
+}
+
+/// `|w_1| <= 0.1, |w_2| <= 2`: bounds that are presumed, rounded down.
+pub(super) fn bounds_in_words(disturbances: &[f64]) -> String {
+    let bounds = disturbances.iter().enumerate();
+    bounds.map(|(i, bound)| format!("|w_{}| <= {}", i + 1, if_at_most(*bound, 6))).collect::<Vec<_>>().join(", ")
+}
+
+/// `limsup |e_1| <= 0.1`: bounds that are concluded, rounded up.
+pub(super) fn limits_in_words(limsup: &[f64]) -> String {
+    let limits = limsup.iter().enumerate();
+    limits.map(|(i, bound)| format!("limsup |e_{}| <= {}", i + 1, at_most(*bound, 4))).collect::<Vec<_>>().join(", ")
 }
 
 impl InputToStateStability {
@@ -125,7 +137,7 @@ impl Statement for InputToStateStability {
         let observer = DisturbedObserver { vertices: &vertices, c: &self.c, d: &d, l: &self.l };
         let bound = ErrorBound {
             p: &self.p,
-            rate: self.rate,
+            decay: self.rate,
             lambda: &self.lambda,
             disturbances: &self.disturbances,
             level: self.level,
@@ -191,19 +203,13 @@ impl Statement for InputToStateStability {
             ("", "", "")
         };
         let e = if self.vertices.len() == 1 { "E" } else { "E(t)" };
-        let bounds: Vec<String> = (self.disturbances.iter().enumerate())
-            .map(|(i, bound)| format!("|w_{}| <= {}", i + 1, if_at_most(*bound, 6)))
-            .collect();
-        let limits: Vec<String> = (self.limsup.iter().enumerate())
-            .map(|(i, bound)| format!("limsup |e_{}| <= {}", i + 1, at_most(*bound, 4)))
-            .collect();
         format!(
             "For {plant}, all disturbances w with {}, and the observer xhat' = {a} xhat + Bu + L r{term}, r = y - C xhat, with the gains exactly as stored, the error e = x - xhat obeys e' = ({a} - LC)e + ({e} - LD)w{flow}; V = e'{}e{metric} satisfies V(t) <= exp(-2 rate t) V(0) + level with rate = {} and level = {}, from every e(0); and {}.{}",
-            bounds.join(", "),
+            bounds_in_words(&self.disturbances),
             self.metric(),
             at_least(self.rate, 4),
             at_most(self.level, 4),
-            limits.join(", "),
+            limits_in_words(&self.limsup),
             enclosed(self.entries(), ""),
         )
     }
@@ -239,7 +245,7 @@ members! { DisturbedPlant, first: Option<(usize, usize)> { {
 } } }
 
 impl DisturbedPlant {
-    fn read_list(list: &Field<'_>) -> Result<Vec<Self>, FileError> {
+    pub(super) fn read_list(list: &Field<'_>) -> Result<Vec<Self>, FileError> {
         let mut first = None;
         list.some_of(|item| {
             let plant: Self = item.part_of(first)?;
@@ -248,7 +254,7 @@ impl DisturbedPlant {
         })
     }
 
-    fn sizes(vertices: &[Self]) -> (usize, usize) {
+    pub(super) fn sizes(vertices: &[Self]) -> (usize, usize) {
         vertices.first().map_or((0, 0), |first| first.e.shape())
     }
 }
