@@ -39,7 +39,7 @@ use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
 use crate::powers::{Powers, shift};
-use reached::{Equation, Reached, golden, spent};
+use reached::{Reached, equation, golden, spent};
 
 /// Disturbances and noise of a plant with their bounds: `x' = A x + B u + E w` (`x+` in discrete time), `y = C x + D
 /// w`, `|w_i(t)| <= W_i`.
@@ -390,7 +390,7 @@ impl ErrorSystem {
         let mut z: DMatrix<f64> = reached.parts.iter().zip(&d).map(|(part, d)| part * *d).sum();
         // Directions that no disturbance reaches, so that P exists.
         let scaling = DMatrix::from_diagonal(&DVector::from_iterator(n, weights.iter().map(|w| 1e-9 / w)));
-        z += Equation::new(time, &f, rate).and_then(|mut equation| equation.solve(&scaling)).ok_or_else(unproved)?;
+        z += equation(time, &f, rate).and_then(|mut equation| equation.solve(&scaling)).ok_or_else(unproved)?;
         let z = symmetric_part(&z);
         // Rounding can take its definiteness, or the range of binary64.
         let inverse = z.clone().cholesky().map(|root| symmetric_part(&root.inverse()));

@@ -1,36 +1,17 @@
 //! What disturbances reach under a linear error system at one rate, in closed form: the head of `mod.rs`.
 
-use luenberger_linalg::{LyapunovEquation, SteinEquation};
 use luenberger_proof::statement::TimeDomain;
 use nalgebra::{DMatrix, DVectorView};
 
+use crate::lyapunov_choice::Solver;
+
 /// `(F + rate I)Z + Z(F + rate I)' + Q = 0`, or `(F/q)Z(F/q)' - Z + Q = 0` with `q = exp(-rate)`.
-pub(super) enum Equation {
-    Lyapunov(Box<LyapunovEquation>),
-    Stein(Box<SteinEquation>),
-}
-
-impl Equation {
-    pub(super) fn new(time: TimeDomain, f: &DMatrix<f64>, rate: f64) -> Option<Self> {
-        let n = f.nrows();
-        Some(match time {
-            TimeDomain::Continuous => {
-                let slower = (f + DMatrix::identity(n, n) * rate).transpose();
-                Self::Lyapunov(Box::new(LyapunovEquation::new(&slower).ok()?))
-            }
-            TimeDomain::Discrete => {
-                let slower = (f / (-rate).exp()).transpose();
-                Self::Stein(Box::new(SteinEquation::new(&slower).ok()?))
-            }
-        })
-    }
-
-    pub(super) fn solve(&mut self, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        match self {
-            Self::Lyapunov(equation) => equation.solve(q).map(|found| found.p).ok(),
-            Self::Stein(equation) => equation.solve(q).map(|found| found.p).ok(),
-        }
-    }
+pub(super) fn equation(time: TimeDomain, f: &DMatrix<f64>, rate: f64) -> Option<Solver> {
+    let slower = match time {
+        TimeDomain::Continuous => f + DMatrix::identity(f.nrows(), f.nrows()) * rate,
+        TimeDomain::Discrete => f / (-rate).exp(),
+    };
+    Solver::new(time, &slower.transpose())
 }
 
 /// What the disturbances may add to V, in parts of U: `2 rate`, or `1 - q^2`.
@@ -49,7 +30,7 @@ pub(super) struct Reached {
 
 impl Reached {
     pub(super) fn new(time: TimeDomain, f: &DMatrix<f64>, g: &DMatrix<f64>, rate: f64) -> Option<Self> {
-        let mut equation = Equation::new(time, f, rate)?;
+        let mut equation = equation(time, f, rate)?;
         let mut part = |g: DVectorView<'_, f64>| equation.solve(&(g * g.transpose()));
         let parts = g.column_iter().map(&mut part).collect::<Option<_>>()?;
         Some(Self { parts, spent: spent(time, rate) })
