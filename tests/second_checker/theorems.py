@@ -84,6 +84,7 @@ def lyapunov(f, p, rate=0):
 
 DECREASE = "(A - LC)'P + P(A - LC){} < 0 (12)"
 FALL = "(A - LC)'P(A - LC) - P < 0"
+FALL_BY = "(A - LC)'P(A - LC) - factor^2 P < 0"
 
 
 def linear_observer(file):
@@ -109,10 +110,13 @@ def discrete_observer(file):
     with file.object("observer") as observer:
         l = observer.take("L").matrix(a.rows, c.rows)
     with file.object("lyapunov") as proof:
-        p = proof.take("P").symmetric(a.rows)
-    return words.discrete_observer(a.rows, b.columns, c.rows), inequalities(
-        {"A": a, "C": c, "L": l, "P": p}, "P > 0", FALL
-    )
+        p, factor = proof.take("P").symmetric(a.rows), proof.optional("factor")
+    names, fall = {"A": a, "C": c, "L": l, "P": p}, FALL
+    if factor is not None:
+        factor = factor.in_range(lambda x: 0 < x < 1, "above 0 and below 1")
+        names, fall = names | {"factor": factor}, FALL_BY
+    facts = inequalities(names, "P > 0", fall)
+    return words.discrete_observer(a.rows, b.columns, c.rows, factor), facts
 
 
 def hurwitz(file):
@@ -412,13 +416,8 @@ def sector_observer(file):
     return statement, [("P > 0", positive(p)), (label, lambda margin: family.at_least(margin, strict=True))]
 
 
-def input_to_state_stability(file):
-    """`e' = (A - LC)e + (E - LD)w + (r'theta r) N r`, r = Ce + Dw, |w_i| <= W_i.
-
-    With `P~N = -C'S~` the cubic term adds to V', V = e'P~e, `-2 q r'S~r + 2 q (Dw)'S~r`, q = r'theta r. With `a^2 =
-    r'S~r`, `s^2 = sum mu_i w_i^2`: `|(Dw)'S~r| <= s a` by the block inequality, so that it adds at most `2 q a (s -
-    a)`, and `q <= kappa a^2`: at most `27/128 kappa s^4`. P~ is rational here, and exact.
-    """
+def read_disturbed(file):
+    """The pairs (A, E) with their sizes, C and D."""
     vertices = []
     with file.object("plant") as plant:
         for item in plant.take("vertices").items():
@@ -435,7 +434,57 @@ def input_to_state_stability(file):
             plant.take("vertices").fail("is empty")
         n, m = vertices[0][2:]
         c = plant.take("C").matrix(None, n)
-        d_data = read_data(plant.take("D"), c.rows, m)
+        return vertices, c, read_data(plant.take("D"), c.rows, m)
+
+
+def read_error_bounds(file, n, m):
+    with file.object("bounds") as bounds:
+        return (
+            [item.in_range(lambda x: x >= 0, "0 or more") for item in bounds.take("w").items(m)],
+            bounds.take("level").in_range(lambda x: x > 0, "positive"),
+            [item.in_range(lambda x: x > 0, "positive") for item in bounds.take("limsup").items(n)],
+        )
+
+
+def discrete_input_to_state_stability(file):
+    """`e+ = F e + G w`, F = A - LC, G = E - LD, |w_i| <= W_i: `V(Fe + Gw) < factor^2 V + sum lambda_i w_i^2` by the Schur
+    complement of an inequality that is linear in (A, E, D).
+    """
+    vertices, c, d_data = read_disturbed(file)
+    n, m = vertices[0][2:]
+    with file.object("observer") as observer:
+        l = observer.take("L").matrix(n, c.rows)
+    with file.object("lyapunov") as proof:
+        p = proof.take("P").symmetric(n)
+        factor = proof.take("factor").in_range(lambda x: 0 < x < 1, "above 0 and below 1")
+        lam = [item.binary64() for item in proof.take("lambda").items(m)]
+    w, level, limsup = read_error_bounds(file, n, m)
+    names = {"C": c, "D": Family(*interval_matrix(d_data, m)), "L": l, "P": p, "factor": factor, "lambda": lam}
+    facts = inequalities(names, "P > 0")
+    label = "[factor^2 P, 0, (A - LC)'P; *, diag(lambda), (E - LD)'P; *, *, P] > 0"
+    for k, (a, e, *_) in enumerate(vertices):
+        here = {"A": Family(*interval_matrix(a, n)), "E": Family(*interval_matrix(e, m))}
+        facts.append(inequality(label, names | here, f" at vertex {k + 1}"))
+    left = (1 - factor * factor) * level - sum(x * y * y for x, y in zip(lam, w))
+    facts.append(("sum lambda_i w_i^2 <= (1 - factor^2) level", nonnegative(Matrix.diagonal([left]))))
+    for i in range(n):
+        unit = Matrix.diagonal([Fraction(level if j == i else 0) for j in range(n)])
+        facts.append((f"limsup |e_{i + 1}| <= limsup[{i}]", positive(p * limsup[i] ** 2 - unit)))
+    single = all(x.is_single for a, e, *_ in vertices for rows in (a, e) for row in rows for x in row)
+    single = single and all(x.is_single for row in d_data for x in row)
+    statement = words.discrete_input_to_state_stability
+    return statement(n, c.rows, len(vertices), factor, w, level, limsup, single), facts
+
+
+def input_to_state_stability(file):
+    """`e' = (A - LC)e + (E - LD)w + (r'theta r) N r`, r = Ce + Dw, |w_i| <= W_i.
+
+    With `P~N = -C'S~` the cubic term adds to V', V = e'P~e, `-2 q r'S~r + 2 q (Dw)'S~r`, q = r'theta r. With `a^2 =
+    r'S~r`, `s^2 = sum mu_i w_i^2`: `|(Dw)'S~r| <= s a` by the block inequality, so that it adds at most `2 q a (s -
+    a)`, and `q <= kappa a^2`: at most `27/128 kappa s^4`. P~ is rational here, and exact.
+    """
+    vertices, c, d_data = read_disturbed(file)
+    n, m = vertices[0][2:]
     with file.object("observer") as observer:
         l = observer.take("L").matrix(n, c.rows)
     field = file.optional("cubic")
@@ -449,10 +498,7 @@ def input_to_state_stability(file):
         p = proof.take("P").symmetric(n)
         rate = proof.take("rate").in_range(lambda x: x > 0, "positive")
         lam = [item.binary64() for item in proof.take("lambda").items(m)]
-    with file.object("bounds") as bounds:
-        w = [item.in_range(lambda x: x >= 0, "0 or more") for item in bounds.take("w").items(m)]
-        level = bounds.take("level").in_range(lambda x: x > 0, "positive")
-        limsup = [item.in_range(lambda x: x > 0, "positive") for item in bounds.take("limsup").items(n)]
+    w, level, limsup = read_error_bounds(file, n, m)
     spent, name, metric = sum(x * y * y for x, y in zip(lam, w)), "P", lambda: p
     if field:
         square = sum(x * y * y for x, y in zip(mu, w))
@@ -869,6 +915,7 @@ KINDS = {
     "sector-observer": sector_observer,
     "unknown-input-observer": unknown_input_observer,
     "input-to-state-stability": input_to_state_stability,
+    "discrete-input-to-state-stability": discrete_input_to_state_stability,
     "reduced-order-observer": reduced_order_observer,
     "h-infinity-filter": h_infinity_filter,
     "h2-filter": h2_filter,

@@ -160,12 +160,18 @@ def linear_observer(states, inputs, outputs, rate, is_single):
     )
 
 
-def discrete_observer(states, inputs, outputs):
+def discrete_observer(states, inputs, outputs, factor):
+    if factor is None:
+        falls = "V = e'Pe decreases at each step, and e tends to 0 exponentially"
+    else:
+        falls = (
+            f"V = e'Pe satisfies V(k) <= factor^(2k) V(0) with factor = {exact(factor)}, "
+            "and e tends to 0 at least like factor^k"
+        )
     return (
         f"For the discrete-time plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer "
         "xhat+ = A xhat + Bu + L(y - C xhat), "
-        "the error e = x - xhat obeys e+ = (A - LC)e, V = e'Pe decreases at each step, and e tends to 0 exponentially, "
-        "from every e(0)."
+        f"the error e = x - xhat obeys e+ = (A - LC)e, {falls}, from every e(0)."
     )
 
 
@@ -367,15 +373,36 @@ def input_to_state_stability(states, outputs, vertices, has_cubic, rate, disturb
         function = (
             "V = e'P~e, P~ = C'XC + (I - T)(P - C'XC)(I - T) with the orthogonal projector T on the range of N,"
         )
-    bounds = ", ".join(f"|w_{i + 1}| <= {at_least(x, 6)}" for i, x in enumerate(disturbances))
-    limits = ", ".join(f"limsup |e_{i + 1}| <= {at_most(x, 4)}" for i, x in enumerate(limsup))
     return (
-        f"For {plant}, all disturbances w with {bounds}, and the observer xhat' = {a} xhat + Bu + L r"
+        f"For {plant}, all disturbances w with {magnitudes(disturbances, 'w')}, and the observer xhat' = {a} xhat + Bu + L r"
         f"{' - ' + term if has_cubic else ''}, r = y - C xhat, with the gains exactly as stored, "
         f"the error e = x - xhat obeys e' = ({a} - LC)e + ({e} - LD)w{' + ' + term if has_cubic else ''}; "
         f"{function} satisfies V(t) <= exp(-2 rate t) V(0) + level with rate = {at_least(rate, 4)} and level = "
-        f"{at_most(level, 4)}, from every e(0); and {limits}.{enclosed(is_single)}"
+        f"{at_most(level, 4)}, from every e(0); and {errors(limsup)}.{enclosed(is_single)}"
     )
+
+
+def discrete_input_to_state_stability(states, outputs, vertices, factor, disturbances, level, limsup, is_single):
+    sizes = f"{counted(states, 'state')}, {counted(len(disturbances), 'disturbance')} and {counted(outputs, 'output')}"
+    a, e = "A", "E"
+    plant = f"the discrete-time plant x+ = Ax + Bu + Ew, y = Cx + Dw with {sizes}, any B and u"
+    if vertices > 1:
+        a, e = "A(k)", "E(k)"
+        plant = (
+            f"every discrete-time plant x+ = A(k)x + Bu + E(k)w, y = Cx + Dw with {sizes}, any B and u, whose pair "
+            f"(A(k), E(k)) lies in the convex hull of the {vertices} pairs (A_j, E_j) at every step k"
+        )
+    return (
+        f"For {plant}, all disturbances w with {magnitudes(disturbances, 'w')}, and the observer xhat+ = {a} xhat + Bu + "
+        "L r, r = y - C xhat, with the gain exactly as stored, "
+        f"the error e = x - xhat obeys e+ = ({a} - LC)e + ({e} - LD)w; "
+        f"V = e'Pe satisfies V(k) <= factor^(2k) V(0) + level with factor = {at_most(factor, 4)} and level = "
+        f"{at_most(level, 4)}, from every e(0); and {errors(limsup)}.{enclosed(is_single)}"
+    )
+
+
+def errors(limsup):
+    return ", ".join(f"limsup |e_{i + 1}| <= {at_most(x, 4)}" for i, x in enumerate(limsup))
 
 
 def magnitudes(bounds, name):

@@ -253,6 +253,22 @@ pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Resul
     Ok(Some(NearlyHidden { place: None, eigenvalue, margin }))
 }
 
+/// The same of `x+ = A x`: every unobservable mode falls at each step by more than the factor, that of this rate.
+pub(crate) fn detectable_in_steps(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    (rate, factor): (f64, f64),
+) -> Result<Option<NearlyHidden>, DesignError> {
+    let pair = discrete_detectability(&(a / factor), c)?;
+    let Some(mode) = pair.undetectable_modes.first() else { return Ok(None) };
+    let (eigenvalue, margin) = (mode.eigenvalue * factor, mode.margin);
+    let hidden = hidden_motion(&proof_matrix(a), &proof_matrix(c))?;
+    if hidden.and_then(|hidden| hidden.falls_by(factor)) == Some(false) {
+        return Err(DesignError::NotDetectable { eigenvalue, margin, rate });
+    }
+    Ok(Some(NearlyHidden { place: None, eigenvalue, margin }))
+}
+
 /// The Kalman gain of V > 0. Where V is singular to rounding in the units given, the outputs get units in which its
 /// diagonal is about 1.
 pub(crate) fn kalman(
@@ -281,15 +297,8 @@ pub(crate) fn undetectable(error: LinalgError, time: TimeDomain, plant: &StateSp
 
 /// (A, C) detectable in its time, as [`detectable`].
 pub(crate) fn detectable_in(time: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<(), DesignError> {
-    if time == TimeDomain::Continuous {
-        return detectable(a, c, 0.0).map(|_| ());
-    }
-    let pair = discrete_detectability(a, c)?;
-    let Some(mode) = pair.undetectable_modes.first() else { return Ok(()) };
-    match UnseenModes::of(a, c, time) {
-        UnseenModes::Remain => {
-            Err(DesignError::NotDetectable { eigenvalue: mode.eigenvalue, margin: mode.margin, rate: 0.0 })
-        }
-        _ => Ok(()),
+    match time {
+        TimeDomain::Continuous => detectable(a, c, 0.0).map(|_| ()),
+        TimeDomain::Discrete => detectable_in_steps(a, c, (0.0, 1.0)).map(|_| ()),
     }
 }

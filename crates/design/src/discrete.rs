@@ -1,12 +1,14 @@
 //! The linear observer of a plant in discrete time, `x(k+1) = A x(k) + B u(k)`, `y(k) = C x(k) + D u(k)`: a gain by
-//! poles, by noise covariances, or given, with the Lyapunov matrix that certifies it.
+//! poles, by noise covariances, by a decay rate, or given, with the Lyapunov matrix that certifies it.
 //!
 //! The certificate is about this recursion: with the matrices of `x' = A x + B u` it says nothing about the plant that
 //! they describe. Such a plant is discretised first, by [`DiscreteDesign::sampled`],
 //! [`DiscreteDesign::sampled_kalman`] or `luenberger_linalg::zero_order_hold`.
 //!
 //! P solves `F'P F - P + I = 0` for `F = A - L C`, so that `V = e'Pe` falls at each step by `|e|^2`; where that is not
-//! proved, the same in other units.
+//! proved, the same in other units. A gain by a decay rate brings its own P, with `F'P F < factor^2 P` for the factor
+//! `exp(-rate h)` of a step; the inequality for both is linear in P and `Y = P L` (de Oliveira, Bernussou, Geromel
+//! 1999).
 
 use luenberger_linalg::{
     Kalman, RealMatrixView, SteinEquation, discrete_process_noise, eigenvalues, place_observer,
@@ -22,11 +24,16 @@ use nalgebra::{Complex, DMatrix, Dyn};
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::error::{DesignError, Pair};
+use crate::gain_lmi::{self, Gain};
+use crate::gain_options::GainOptions;
 use crate::kalman_noise::KalmanNoise;
 use crate::linear::LinearDesign;
 use crate::lyapunov_choice::proved_or_first;
 
 certified!(DiscreteDesign);
+
+/// The most decay in a period: with more the error falls by about the rounding of numbers at once.
+const MOST_DECAY: f64 = 30.0;
 
 /// A linear observer in discrete time with its certificate.
 #[readonly::make]
@@ -38,6 +45,9 @@ pub struct DiscreteDesign {
     pub poles: Vec<Complex<f64>>,
     /// `P > 0` of the Lyapunov equation in discrete time.
     pub p: DMatrix<f64>,
+    /// The factor by which `sqrt(e'Pe)` is certified to fall at each step; 1 except for
+    /// [`with_decay_rate`](Self::with_decay_rate) or an inequality with a specified rate.
+    pub factor: f64,
     /// The certificate.
     pub certificate: Certificate,
     covariance: Option<DMatrix<f64>>,
@@ -194,6 +204,63 @@ impl DiscreteDesign {
         Self::kalman_of(&held(plant, period)?, period, &sampled).map_err(|error| error.of_pair(Pair::Sampled))
     }
 
+    /// L and P by linear matrix inequality: the largest margin of `[P, A'P - C'Y'; *, P] > 0` over normalised (P, Y),
+    /// `L = P^-1 Y`.
+    ///
+    /// It exists iff (A, C) is detectable. Cost: an SDP of `n(n+1)/2 + np` unknowns and 2n rows.
+    ///
+    /// # Errors
+    /// [`DesignError::NotDetectable`]; [`DesignError::Infeasible`] with verified multipliers;
+    /// [`DesignError::Undecided`] if neither is proved; [`DesignError::Observer`] for the period.
+    pub fn lmi(plant: &StateSpace, period: f64) -> Result<Self, DesignError> {
+        Self::lmi_with(plant, period, 0.0, &GainOptions::default())
+    }
+
+    /// L and P by linear matrix inequality such that every error decays at least like `exp(-rate t)`, by the factor
+    /// `exp(-rate period)` at each step: `[factor^2 P, A'P - C'Y'; *, P] > 0` with the largest margin.
+    ///
+    /// It exists iff every mode of (A, C) of modulus >= the factor is observable.
+    ///
+    /// ```
+    /// use luenberger_design::DiscreteDesign;
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
+    /// let design = DiscreteDesign::with_decay_rate(&plant, 0.1, 5.0)?;
+    /// assert!(design.certificate.is_proved() && design.factor == (-0.5f64).exp());
+    /// assert!(design.spectral_radius() < design.factor);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    /// # Errors
+    /// As [`lmi`](Self::lmi); a rate that is not positive and finite; [`DesignError::Setting`] for a rate of more than
+    /// 30 per period, with which errors fall by rounding in one step.
+    pub fn with_decay_rate(plant: &StateSpace, period: f64, rate: f64) -> Result<Self, DesignError> {
+        check::positive("decay rate", rate)?;
+        Self::lmi_with(plant, period, rate, &GainOptions::default())
+    }
+
+    /// [`with_decay_rate`](Self::with_decay_rate), or [`lmi`](Self::lmi) for the rate 0, with a bound of the gain, the
+    /// least noise gain, or another solver.
+    ///
+    /// # Errors
+    /// As [`with_decay_rate`](Self::with_decay_rate); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
+    /// [`DesignError::Lmi`].
+    pub fn lmi_with(plant: &StateSpace, period: f64, rate: f64, options: &GainOptions) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        check::rate(rate)?;
+        check::positive("the period", period)?;
+        check::within("the decay rate times the period", rate * period, 0.0, MOST_DECAY)?;
+        let factor = (-rate * period).exp();
+        let Gain { l, p } = gain_lmi::gain_in_steps(plant, (rate, factor), options)?;
+        let f = check::closed_loop((&plant.a, &l, &plant.c))?;
+        // V falls by the factor iff that of F/factor falls at all.
+        let (p, certificate) =
+            proved_or_first(TimeDomain::Discrete, &(&f / factor), Ok(p), |p| theorem(plant, &l, p, factor))?;
+        let poles = eigenvalues(&f)?;
+        let observer = DiscreteLinearObserver::new(plant.clone(), l, period)?;
+        Ok(Self { observer, poles, p, factor, certificate, covariance: None, update: None })
+    }
+
     /// A given gain `l`, n x p, of a plant in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`.
     ///
     /// # Errors
@@ -269,12 +336,13 @@ impl DiscreteDesign {
         let first = equation.and_then(|mut equation| equation.solve(&DMatrix::identity(n, n)));
         let first = first.map(|found| found.p).map_err(DesignError::from);
         let (p, certificate) =
-            proved_or_first(TimeDomain::Discrete, &check::closed_loop(pair)?, first, |p| theorem(plant, &l, p))?;
+            proved_or_first(TimeDomain::Discrete, &check::closed_loop(pair)?, first, |p| theorem(plant, &l, p, 1.0))?;
         check::schur_stable("A - L C", (radius, certificate.is_proved()), pair)?;
         Ok(Self {
             observer: DiscreteLinearObserver::new(plant.clone(), l, period)?,
             poles,
             p,
+            factor: 1.0,
             certificate,
             covariance,
             update: None,
@@ -282,11 +350,17 @@ impl DiscreteDesign {
     }
 }
 
-/// The decrease of V, decided for these numbers.
-pub(crate) fn theorem(plant: &StateSpace, l: &DMatrix<f64>, p: &DMatrix<f64>) -> Result<Certificate, DesignError> {
+/// The decrease of V, by the square of a factor below 1 or by any, decided for these numbers.
+pub(crate) fn theorem(
+    plant: &StateSpace,
+    l: &DMatrix<f64>,
+    p: &DMatrix<f64>,
+    factor: f64,
+) -> Result<Certificate, DesignError> {
     Ok(Certificate::of([certificate::DiscreteConvergence {
         plant: matrices((&plant.a, &plant.b, &plant.c)),
         l: proof_matrix(l),
         p: proof_matrix(p),
+        factor: (factor < 1.0).then_some(factor),
     }])?)
 }

@@ -283,12 +283,14 @@ pub enum DesignError {
         /// The multipliers, verified for the rounded numbers.
         witness: Infeasibility,
     },
-    /// A constant disturbance that a state at rest hides: `rank [A E; C 0] < n + q`, decided exactly. The
-    /// direction is one of the kernel, with entries rounded at the end.
+    /// A constant disturbance that a state at rest hides: `rank [A E; C 0] < n + q`, in discrete time
+    /// `rank [A - I, E; C, 0] < n + q`, decided exactly. The direction is one of the kernel, with entries rounded at
+    /// the end.
     #[error(
-        "{}, so that [A E; C 0] has no full column rank (smallest singular value {}; {} for {}{})",
-        unseen(.d, .x), short(*.sigma_min), counted(.d.len(), "disturbance"), counted(*.outputs, "output"),
-        if is_zero_at_rest(.d, .x, *.outputs) { "; an invariant zero of (A, E, C) at 0" } else { "" }
+        "{}, so that {} has no full column rank (smallest singular value {}; {} for {}{})",
+        unseen(.d, .x, *.is_discrete), if *.is_discrete { "[A - I, E; C, 0]" } else { "[A E; C 0]" },
+        short(*.sigma_min), counted(.d.len(), "disturbance"), counted(*.outputs, "output"),
+        zero_at_rest(.d, .x, *.outputs, *.is_discrete)
     )]
     UnseenDisturbance {
         /// The disturbance.
@@ -297,8 +299,10 @@ pub enum DesignError {
         x: Vec<f64>,
         /// The number of outputs.
         outputs: usize,
-        /// The smallest singular value of `[A E; C 0]` in floating point.
+        /// The smallest singular value of this matrix in floating point.
         sigma_min: f64,
+        /// Whether the plant is in discrete time.
+        is_discrete: bool,
     },
     /// An unknown input that is not in the first derivative of the outputs: `rank(CE) < q`, decided exactly.
     #[error(
@@ -565,12 +569,13 @@ fn best_found(best: Option<f64>) -> String {
 }
 
 /// What the outputs do not see: a disturbance at a state at rest, a disturbance that does not act, or a state alone.
-fn unseen(d: &[f64], x: &[f64]) -> String {
+fn unseen(d: &[f64], x: &[f64], is_discrete: bool) -> String {
+    let rest = if is_discrete { "x" } else { "0" };
     match (vanishes(d), vanishes(x)) {
-        (true, _) => format!("no output sees the state x = ({}) at rest: A x = 0 and C x = 0", listed(x)),
+        (true, _) => format!("no output sees the state x = ({}) at rest: A x = {rest} and C x = 0", listed(x)),
         (false, true) => format!("the disturbance d = ({}) does not act: E d = 0", listed(d)),
         (false, false) => format!(
-            "no output sees the constant disturbance d = ({}): with x = ({}) both A x + E d = 0 and C x = 0",
+            "no output sees the constant disturbance d = ({}): with x = ({}) both A x + E d = {rest} and C x = 0",
             listed(d),
             listed(x)
         ),
@@ -578,8 +583,12 @@ fn unseen(d: &[f64], x: &[f64]) -> String {
 }
 
 /// Whether it is a zero of the plant from d to y.
-fn is_zero_at_rest(d: &[f64], x: &[f64], outputs: usize) -> bool {
-    d.len() <= outputs && !vanishes(d) && !vanishes(x)
+fn zero_at_rest(d: &[f64], x: &[f64], outputs: usize, is_discrete: bool) -> &'static str {
+    match d.len() <= outputs && !vanishes(d) && !vanishes(x) {
+        true if is_discrete => "; an invariant zero of (A, E, C) at 1",
+        true => "; an invariant zero of (A, E, C) at 0",
+        false => "",
+    }
 }
 
 fn vanishes(entries: &[f64]) -> bool {

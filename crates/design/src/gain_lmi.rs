@@ -2,8 +2,11 @@
 //!
 //! `P > 0`, `A_k'P + P A_k - YC - C'Y' + 2 rate P < 0` for every k, `L = P^-1 Y`. Homogeneous in (P, Y): the solver
 //! normalises them together.
+//!
+//! In discrete time `[factor^2 P, (P A_k - YC)'; *, P] > 0` for every k, which is `F_k'P F_k < factor^2 P` for
+//! `F_k = A_k - LC` by the Schur complement.
 
-use luenberger_lmi::{Problem, Solution, he};
+use luenberger_lmi::{Problem, Solution, block, he};
 use luenberger_plants::StateSpace;
 use nalgebra::DMatrix;
 
@@ -78,6 +81,46 @@ pub(crate) fn pose<'a>(
     }
 }
 
+/// L and P alone, in discrete time: `sqrt(e'Pe)` falls at each step by the factor, that of this rate.
+pub(crate) fn gain_in_steps(
+    plant: &StateSpace,
+    (rate, factor): (f64, f64),
+    options: &GainOptions,
+) -> Result<Gain, DesignError> {
+    check::plant(plant)?;
+    let limits = options.check(plant.c.nrows())?;
+    let units = NoiseUnits::of(&limits, std::slice::from_ref(&plant.a), &plant.c).in_steps();
+    let nearly = check::detectable_in_steps(&plant.a, &plant.c, (rate, factor))?;
+    let (a, c, limits) = (units.dynamics(&plant.a), units.outputs(&plant.c), limits.within(&units));
+    let mut lmi = Problem::new();
+    pose_in_steps(&mut lmi, std::iter::once((0, &a, &c)), c.shape(), factor * factor, &limits);
+    let solution = lmi.solve_with(&options.settings)?;
+    if solution.verdict.is_proved() {
+        let Gain { l, p } = gain_of(&solution)?;
+        return Ok(Gain { l: units.gain_back(&l), p: units.lyapunov_back(&p) });
+    }
+    let what = if options.only_rate() { WHAT_IN_STEPS } else { WHAT_IN_STEPS_WITHIN_LIMITS };
+    Err(DesignError::not_proved(what, Some(solution.verdict)).with_seen(nearly))
+}
+
+/// As [`pose`] in discrete time, for the `square` of the factor and p outputs of n states.
+pub(crate) fn pose_in_steps<'a>(
+    lmi: &mut Problem,
+    vertices: impl Iterator<Item = (usize, &'a DMatrix<f64>, &'a DMatrix<f64>)>,
+    (outputs, n): (usize, usize),
+    square: f64,
+    limits: &Checked,
+) {
+    let (p, y) = (lmi.symmetric("P", n), lmi.rectangular("Y", n, outputs));
+    lmi.constrain("P > 0", &p >> 0.0);
+    limits.constrain(lmi, &p, &y, n, outputs);
+    for (k, a, c) in vertices {
+        let (corner, name) = (&p * a - &y * c, decrease_at(k));
+        lmi.constrain(&name, block![[square * &p, corner.transpose()], [corner.clone(), &p]] >> 0.0);
+        limits.constrain_vertex_in_steps(lmi, &name, corner, (&p, &y), (n, outputs));
+    }
+}
+
 /// The name of the inequality of vertex k (from 0).
 pub(crate) fn decrease_at(k: usize) -> String {
     format!("decrease at vertex {}", k + 1)
@@ -101,3 +144,8 @@ pub(crate) fn within_limits(options: &GainOptions) -> &'static str {
 }
 
 pub(crate) const WHAT: &str = "P > 0, A'P + PA - YC - C'Y' + 2 rate P < 0";
+
+const WHAT_IN_STEPS: &str = "[factor^2 P, A'P - C'Y'; *, P] > 0";
+
+const WHAT_IN_STEPS_WITHIN_LIMITS: &str =
+    "[factor^2 P, A'P - C'Y'; *, P] > 0 with the bound of the gain and the noise asked for";

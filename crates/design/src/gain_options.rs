@@ -12,13 +12,19 @@
 //! The first inequality of (2) is `F P^-1 + P^-1 F' + L V L' < 0` for `F = A - L C`: measurement noise of intensity V
 //! leaves the error with a covariance of at most `P^-1 < Z`, at every vertex and for every motion between them. For one
 //! plant and no decay rate this bound is attained. (1) is sufficient: a gain between the bound found and g may exist
-//! where the inequality has no solution.
+//! where the inequality has no solution. In discrete time the first of (2) is
+//! ```text
+//! [ P          (PA - YC)'   0    ]
+//! [ PA - YC    P            Y    ] > 0,          as F P^-1 F' + L V L' < P^-1,                                (3)
+//! [ 0          Y'           V^-1 ]
+//! ```
+//! with the covariance V of the noise at a sample.
 //!
 //! Source: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory,
 //! SIAM 1994, sections 6.3 and 7.3.
 
 use luenberger_linalg::state_units;
-use luenberger_lmi::{Expression, Problem, Settings, Variable, block, he, identity, trace};
+use luenberger_lmi::{Expression, Problem, Settings, Variable, block, he, identity, trace, zeros};
 use nalgebra::{DMatrix, DVector};
 
 use crate::check;
@@ -44,8 +50,8 @@ pub struct GainOptions {
     pub settings: Settings,
     /// An upper bound of the spectral norm of L, (1).
     pub max_gain: Option<f64>,
-    /// The intensity V of the measurement noise, p x p: among the gains with the rate, the one with the least bound
-    /// `trace P^-1` of the error's variance, (2).
+    /// The intensity V of the measurement noise, p x p, in discrete time its covariance at a sample: among the gains
+    /// with the rate, the one with the least bound `trace P^-1` of the error's variance, (2) or (3).
     pub noise: Option<DMatrix<f64>>,
 }
 
@@ -144,6 +150,25 @@ impl Checked {
         }
     }
 
+    /// The same in discrete time, (3), where `corner` is `P A - Y C`.
+    pub(crate) fn constrain_vertex_in_steps(
+        &self,
+        lmi: &mut Problem,
+        name: &str,
+        corner: Expression,
+        (p, y): (&Variable, &Variable),
+        (n, outputs): (usize, usize),
+    ) {
+        if let Some(precision) = &self.precision {
+            let rows = block![
+                [p, corner.transpose(), zeros(n, outputs)],
+                [corner, p, y],
+                [zeros(outputs, n), y.transpose(), precision]
+            ];
+            lmi.constrain(&format!("covariance, {name}"), rows >> 0.0);
+        }
+    }
+
     /// `V^-1`, if noise is considered.
     pub(crate) fn precision(&self) -> Option<&DMatrix<f64>> {
         self.precision.as_ref()
@@ -181,6 +206,11 @@ impl NoiseUnits {
         let time = power(vertices.iter().map(|a| states.similar(a).norm()).fold(0.0, f64::max));
         let whitening = white / output;
         if whitening.iter().all(|x| x.is_finite()) { Self { states, time, output, whitening } } else { given }
+    }
+
+    /// The same in discrete time, where the step is the unit of time.
+    pub(crate) fn in_steps(self) -> Self {
+        Self { time: 1.0, ..self }
     }
 
     /// `D^-1 A D / t`.

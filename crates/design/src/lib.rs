@@ -98,7 +98,8 @@ pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use optimal_cubic::{EstimationProblem, OptimalCubicDesign};
 pub use periods::{GrowingTimes, Periods};
 pub use proportional_integral::{
-    bandwidth_poles, disturbances_with_rate, proportional_integral, with_disturbance, with_disturbance_chain,
+    bandwidth_poles, disturbances_with_rate, disturbances_with_sampled_rate, proportional_integral, with_disturbance,
+    with_disturbance_chain, with_sampled_disturbance_chain,
 };
 pub use reduced_order::ReducedOrderDesign;
 pub use sampled::SampledCubicDesign;

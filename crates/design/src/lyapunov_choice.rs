@@ -104,13 +104,21 @@ pub(crate) struct Equation {
     units: Powers,
 }
 
-enum Solver {
+/// `F'P + P F + Q = 0`, or `F'P F - P + Q = 0`.
+pub(crate) enum Solver {
     Lyapunov(Box<LyapunovEquation>),
     Stein(Box<SteinEquation>),
 }
 
 impl Solver {
-    fn solve(&mut self, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    pub(crate) fn new(time: TimeDomain, f: &DMatrix<f64>) -> Option<Self> {
+        Some(match time {
+            TimeDomain::Continuous => Self::Lyapunov(Box::new(LyapunovEquation::new(f).ok()?)),
+            TimeDomain::Discrete => Self::Stein(Box::new(SteinEquation::new(f).ok()?)),
+        })
+    }
+
+    pub(crate) fn solve(&mut self, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         match self {
             Self::Lyapunov(equation) => equation.solve(q).map(|found| found.p).ok(),
             Self::Stein(equation) => equation.solve(q).map(|found| found.p).ok(),
@@ -134,10 +142,7 @@ impl Equation {
                 TimeDomain::Discrete => f /= 0.5 * (1.0 + spectral_radius(&f).ok()?.min(1.0)),
             }
         }
-        let solver = match time {
-            TimeDomain::Continuous => Solver::Lyapunov(Box::new(LyapunovEquation::new(&f).ok()?)),
-            TimeDomain::Discrete => Solver::Stein(Box::new(SteinEquation::new(&f).ok()?)),
-        };
+        let solver = Solver::new(time, &f)?;
         Some(Self { f, solver, units: units.clone() })
     }
 

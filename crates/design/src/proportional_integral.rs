@@ -13,11 +13,17 @@
 //! rounding. For
 //! `|d^(k)| <= R` the error is bounded by [`ErrorBound`](crate::ErrorBound) with it among the disturbances.
 //!
+//! **In discrete time**, `x+ = A x + B u + E d` with the d of each sample, a constant d has `d+ = d`, and a polynomial
+//! of t the chain of integrators at its samples, `(d, h d', h^2/2 d'', ..)` summed up: `d+ = d + h d' + h^2/2 d'' +
+//! ..`, `d'+ = d' + h d'' + ..` for the period h. Its states are d and its derivatives in units of time, as in
+//! continuous time. The condition is that at z = 1, `rank [A - I, E; C, 0] = n + q`.
+//!
 //! **Extended-state observer** and **disturbance observer** are names of the same observer: with one input, `E = B` and
 //! the plant `1/a(s)`, `a(s)` of degree n, its estimate is `dhat = Q(s)(a(s) y - u)` with the filter
 //! `Q = l0/(s^(n+1) + .. + l0)` for k = 1, the denominator that of the poles of the observer: Ohnishi's disturbance
 //! observer with a Q-filter of relative degree n + 1 and `Q(0) = 1`. With all poles at `-w` (Gao's bandwidth)
-//! `Q = (w/(s + w))^(n+1)`.
+//! `Q = (w/(s + w))^(n+1)`; in discrete time with all at `exp(-w h)` (Miklosovic, Radke, Gao, American Control
+//! Conference 2006, which samples the chain with the input held as well).
 
 use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::proof_matrix;
@@ -75,10 +81,43 @@ pub fn with_disturbance_chain<'a>(
     e: impl Into<RealMatrixView<'a>>,
     order: usize,
 ) -> Result<StateSpace, DesignError> {
-    chain(plant, &check::owned(e), order)
+    chain(plant, &check::owned(e), order, None)
 }
 
-fn chain(plant: &StateSpace, e: &DMatrix<f64>, order: usize) -> Result<StateSpace, DesignError> {
+/// The same of a plant in discrete time, `x+ = A x + B u + E d`, sampled every `period`: the state
+/// (x, d, d', .., d^(k-1)) at the samples, for a d(t) with `d^(k) = 0`.
+///
+/// ```
+/// use luenberger_design::{DiscreteDesign, with_sampled_disturbance_chain};
+/// use luenberger_plants::StateSpace;
+/// use nalgebra::dmatrix;
+/// // x+ = x/2 + u + d with a constant d; both poles at zero.
+/// let plant = StateSpace::new(dmatrix![0.5], dmatrix![1.0], dmatrix![1.0])?;
+/// let both = with_sampled_disturbance_chain(&plant, &dmatrix![1.0], 1, 0.1)?;
+/// let design = DiscreteDesign::with_poles(&both, 0.1, &[0.0, 0.0])?;
+/// assert!((design.l() - dmatrix![1.5; 1.0]).amax() < 1e-12);
+/// # Ok::<(), luenberger_design::DesignError>(())
+/// ```
+/// Source: R. Miklosovic, A. Radke, Z. Gao, American Control Conference 2006.
+///
+/// # Errors
+/// As [`with_disturbance_chain`]; [`DesignError::NotPositive`] for the period.
+pub fn with_sampled_disturbance_chain<'a>(
+    plant: &StateSpace,
+    e: impl Into<RealMatrixView<'a>>,
+    order: usize,
+    period: f64,
+) -> Result<StateSpace, DesignError> {
+    check::positive("the period", period)?;
+    chain(plant, &check::owned(e), order, Some(period))
+}
+
+/// `h^k/k!` for k from 0 to the order: the parts of the derivatives of a disturbance in its next sample.
+fn parts(order: usize, h: f64) -> Vec<f64> {
+    (0..=order).scan(1.0, |part, k| Some(std::mem::replace(part, *part * h / (k + 1) as f64))).collect()
+}
+
+fn chain(plant: &StateSpace, e: &DMatrix<f64>, order: usize, period: Option<f64>) -> Result<StateSpace, DesignError> {
     check::plant(plant)?;
     check::within("the order of the chain of integrators", order as f64, 1.0, 16.0)?;
     let (n, p, q) = (plant.a.nrows(), plant.c.nrows(), e.ncols());
@@ -89,20 +128,32 @@ fn chain(plant: &StateSpace, e: &DMatrix<f64>, order: usize) -> Result<StateSpac
         (false, true) => plant.c[(i - n, j)],
         (false, false) => 0.0,
     });
-    if has_full_column_rank(&check::exactly(&system)?)? == Some(false) {
-        let (near, sigma_min) = least_seen(&system);
-        let direction = kernel_direction(&system)?.unwrap_or(near);
+    // At rest A x + E d is 0, in discrete time x.
+    let rest = if period.is_some() { 1.0 } else { 0.0 };
+    let at_rest = |i: usize, j: usize| if i == j && i < n { rest } else { 0.0 };
+    let identity = check::exactly(&DMatrix::from_fn(n + p, n + q, at_rest))?;
+    if has_full_column_rank(&check::exactly(&system)?.difference(&identity)?)? == Some(false) {
+        let still = DMatrix::from_fn(n + p, n + q, |i, j| system[(i, j)] - at_rest(i, j));
+        let (near, sigma_min) = least_seen(&still);
+        let direction = kernel_direction(&still)?.unwrap_or(near);
         let (x, d) = direction.split_at(n);
-        return Err(DesignError::UnseenDisturbance { d: d.to_vec(), x: x.to_vec(), outputs: p, sigma_min });
+        let (d, x) = (d.to_vec(), x.to_vec());
+        return Err(DesignError::UnseenDisturbance { d, x, outputs: p, sigma_min, is_discrete: period.is_some() });
     }
     let of_state = |m: &DMatrix<f64>, rows: usize, columns: usize| {
         DMatrix::from_fn(rows, columns, |i, j| m.get((i, j)).copied().unwrap_or(0.0))
     };
     let all = n + order * q;
+    let parts = period.map(|h| parts(order, h));
+    let motion = |i: usize, j: usize| match (&parts, j.checked_sub(i)) {
+        (None, Some(later)) if later == q => 1.0,
+        (Some(parts), Some(later)) if later.is_multiple_of(q) => parts[later / q],
+        _ => 0.0,
+    };
     let a = DMatrix::from_fn(all, all, |i, j| match (i < n, j < n) {
         (true, true) => plant.a[(i, j)],
         (true, false) if j < n + q => e[(i, j - n)],
-        (false, false) if j == i + q => 1.0,
+        (false, false) => motion(i, j),
         _ => 0.0,
     });
     let both = StateSpace::new(a, of_state(&plant.b, all, plant.b.ncols()), of_state(&plant.c, p, all))?;
@@ -142,6 +193,30 @@ pub fn disturbances_with_rate(of_plant: &DisturbanceBounds, rate: &[f64], order:
         }),
         d: DMatrix::from_fn(p, m + q, |i, j| if j < m { of_plant.d[(i, j)] } else { 0.0 }),
         bounds: of_plant.bounds.iter().chain(rate).copied().collect(),
+    }
+}
+
+/// The same at samples, with the period h: where `|d^(k)(t)| <= rate`, the derivatives of lower order j miss their
+/// values of the chain at the next sample by `rate h^(k-j)/(k-j)!` at most, each for itself.
+pub fn disturbances_with_sampled_rate(
+    of_plant: &DisturbanceBounds,
+    rate: &[f64],
+    order: usize,
+    period: f64,
+) -> DisturbanceBounds {
+    let (n, m, p) = (of_plant.e.nrows(), of_plant.bounds.len(), of_plant.d.nrows());
+    let parts = parts(order.max(1), period);
+    let missed = parts.iter().skip(1).rev().flat_map(|part| rate.iter().map(move |rate| rate * part));
+    let bounds: Vec<f64> = of_plant.bounds.iter().copied().chain(missed).collect();
+    let added = bounds.len() - m;
+    DisturbanceBounds {
+        e: DMatrix::from_fn(n + added, m + added, |i, j| match (i < n, j < m) {
+            (true, true) => of_plant.e[(i, j)],
+            (false, false) if i - n == j - m => 1.0,
+            _ => 0.0,
+        }),
+        d: DMatrix::from_fn(p, m + added, |i, j| if j < m { of_plant.d[(i, j)] } else { 0.0 }),
+        bounds,
     }
 }
 

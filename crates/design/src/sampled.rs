@@ -229,7 +229,7 @@ impl SampledCubicDesign {
             Lyapunov::FirstProved => {
                 let first = equation.solve(&(DMatrix::identity(n, n) * h)).map(|found| found.p);
                 let exact = check::closed_loop((&ad, &ld, &c))?;
-                let decreasing = |p: &DMatrix<f64>| discrete::theorem(plant, &ld, p);
+                let decreasing = |p: &DMatrix<f64>| discrete::theorem(plant, &ld, p, 1.0);
                 proved_or_first(TimeDomain::Discrete, &exact, first.map_err(DesignError::from), decreasing)?.0
             }
         };
@@ -290,6 +290,7 @@ impl SampledCubicDesign {
             plant: matrices((o.ad(), o.bd(), o.c())),
             l: proof_matrix(o.ld()),
             p: proof_matrix(&self.p),
+            factor: None,
         };
         Ok(CertificateFile::prove(title, theorem)?)
     }

@@ -112,7 +112,19 @@ pub(super) fn discrete_observer(document: &Value, random: &mut Random) -> Found 
     let (l, p) = (matrix(&document["observer"]["L"], random), matrix(&document["lyapunov"]["P"], random));
     ensure(p.is_positive(), said("P > 0"))?;
     margin_of(document, 0, &p)?;
-    margin_of(document, 1, &fall(&a.minus(&l.times(&c)), &p)?)
+    let f = a.minus(&l.times(&c));
+    let factor = &document["lyapunov"]["factor"];
+    if factor.is_null() {
+        return margin_of(document, 1, &fall(&f, &p)?);
+    }
+    // F/factor is Schur stable: factor^2 P - F'P F, and the circle of this radius.
+    let factor = single(factor);
+    ensure(factor.sign() > 0 && factor.minus(&Exact::number(1.0)).sign() < 0, said("0 < factor < 1"))?;
+    let m = p.scaled(&factor.times(&factor)).minus(&f.congruent(&p));
+    ensure(m.is_positive(), said("F'PF - factor^2 P < 0"))?;
+    let inverse = factor.solve(&Exact::number(1.0)).ok_or("a factor of 0")?;
+    ensure(f.scaled(&inverse).is_schur(), said("eigenvalues inside the circle of radius factor"))?;
+    margin_of(document, 1, &m)
 }
 
 /// `w M(g)` for g w = share, at which V has to fall: the map of one period of the sampled cubic observer.

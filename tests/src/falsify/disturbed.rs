@@ -137,7 +137,11 @@ fn facts(document: &Value, system: &Disturbed, vertices: usize, random: &mut Ran
     let room = rate.times(&level).scaled(&Exact::number(256.0)).minus(&spent);
     ensure(room.sign() >= 0, || "false: the level".to_owned())?;
     margin_of(document, next, &room)?;
-    // b^2 >= level (P^-1)_kk.
+    components(document, system, next + 1, &level)
+}
+
+/// `b^2 >= level (P^-1)_kk`, the facts from this place on.
+fn components(document: &Value, system: &Disturbed, first: usize, level: &Exact) -> Found {
     let n = system.p.rows;
     let inverse = system.p.solve(&Exact::identity(n)).ok_or("P is singular")?;
     for (k, bound) in floats(&document["bounds"]["limsup"]).into_iter().enumerate() {
@@ -145,8 +149,8 @@ fn facts(document: &Value, system: &Disturbed, vertices: usize, random: &mut Ran
         let room = square.minus(&level.times(&inverse.at(k, k)));
         ensure(room.sign() >= 0 && bound > 0.0, || format!("false: the bound of e{}", k + 1))?;
         let unit: Vec<f64> = (0..n * n).map(|at| if at == k * n + k { 1.0 } else { 0.0 }).collect();
-        let form = system.p.scaled(&square).minus(&Exact::from_f64(n, n, &unit).scaled(&level));
-        margin_of(document, next + 1 + k, &form)?;
+        let form = system.p.scaled(&square).minus(&Exact::from_f64(n, n, &unit).scaled(level));
+        margin_of(document, first + k, &form)?;
     }
     Ok(())
 }
@@ -284,6 +288,93 @@ fn simulated(document: &Value, random: &mut Random) -> Found {
             if (-2.0 * rate * time).exp() * start < 1e-4 * level {
                 for (k, bound) in limsup.iter().enumerate() {
                     ensure(e[k].abs() <= 1.001 * bound, || format!("|e{}| = {:e} beyond {bound:e}", k + 1, e[k]))?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Attempts in discrete time: one step from errors of many sizes under the disturbances that raise V most, exactly, and
+/// runs of thousands of steps.
+pub(super) fn in_steps(document: &Value, random: &mut Random) -> Found {
+    let vertices = document["plant"]["vertices"].as_array().ok_or("no vertices")?;
+    let (factor, level) = (binary64(&document["lyapunov"]["factor"]), binary64(&document["bounds"]["level"]));
+    ensure(factor > 0.0 && factor < 1.0 && level > 0.0 && !vertices.is_empty(), || {
+        "false: factor, level > 0, factor < 1".to_owned()
+    })?;
+    let (factor, exact_level) = (Exact::number(factor), Exact::number(level));
+    let square = factor.times(&factor);
+    let bounds = floats(&document["bounds"]["w"]);
+    for (k, vertex) in vertices.iter().enumerate() {
+        let single = is_single(&vertex["A"]) && is_single(&vertex["E"]) && is_single(&document["plant"]["D"]);
+        for draw in 0..if single { 1 } else { 6 } {
+            let system = Disturbed::of(document, vertex, random)?;
+            ensure(system.p.is_positive(), || "false: P > 0".to_owned())?;
+            if k == 0 && draw == 0 {
+                facts_in_steps(document, &system, vertices.len(), (&square, &exact_level))?;
+            }
+            let (flow, driven) = (system.p.times(&system.f), system.p.times(&system.g));
+            let zero = Exact::zeros(flow.rows, bounds.len());
+            let block = Exact::blocks(&[
+                vec![system.p.scaled(&square), zero.clone(), flow.transposed()],
+                vec![zero.transposed(), diagonal(&document["lyapunov"]["lambda"]), driven.transposed()],
+                vec![flow, driven, system.p.clone()],
+            ]);
+            ensure(block.is_positive(), || "false: the linear inequality".to_owned())?;
+            margin_of(document, 1 + k, &block)?;
+            for (e, w) in attacks(document, vertex, &bounds, level, random) {
+                let e = Exact::from_f64(e.len(), 1, &e);
+                let w = Exact::from_f64(w.len(), 1, &w);
+                let next = system.f.times(&e).plus(&system.g.times(&w));
+                let above = |e: &Exact| e.congruent(&system.p).minus(&exact_level);
+                let room = above(&e).times(&square).minus(&above(&next));
+                ensure(room.sign() >= 0, || "false: V+ - level <= factor^2 (V - level)".to_owned())?;
+            }
+        }
+    }
+    if random.once_in(24) { stepped(document, random) } else { Ok(()) }
+}
+
+/// The facts that no vertex has part in.
+fn facts_in_steps(document: &Value, system: &Disturbed, vertices: usize, (square, level): (&Exact, &Exact)) -> Found {
+    margin_of(document, 0, &system.p)?;
+    let w = floats(&document["bounds"]["w"]);
+    let spent = Exact::from_f64(w.len(), 1, &w).congruent(&diagonal(&document["lyapunov"]["lambda"]));
+    let room = Exact::number(1.0).minus(square).times(level).minus(&spent);
+    ensure(room.sign() >= 0, || "false: the level".to_owned())?;
+    margin_of(document, 1 + vertices, &room)?;
+    components(document, system, 2 + vertices, level)
+}
+
+/// Steps under the worst disturbance of each, from errors inside and outside the level.
+fn stepped(document: &Value, random: &mut Random) -> Found {
+    let Some(vertices) = document["plant"]["vertices"].as_array() else { return Ok(()) };
+    let systems: Option<Vec<Floats>> = vertices.iter().map(|vertex| Floats::of(document, vertex)).collect();
+    let Some(systems) = systems else { return Ok(()) };
+    let (factor, level) = (binary64(&document["lyapunov"]["factor"]), binary64(&document["bounds"]["level"]));
+    let limsup = floats(&document["bounds"]["limsup"]);
+    let first = &systems[0];
+    let energy = |e: &DVector<f64>| e.dot(&(&first.p * e));
+    for share in [0.01, 1.0, 100.0] {
+        let direction = DVector::from_vec(random.vector(first.p.nrows()));
+        let mut e = &direction * (share * level / energy(&direction)).sqrt();
+        let mut start = energy(&e);
+        for step in 0..3000 {
+            let system = &systems[random.below(systems.len())];
+            // The signs of G'P F e raise V in this step.
+            let pull = system.g.transpose() * (&system.p * (&system.f * &e));
+            let w = DVector::from_fn(pull.len(), |i, _| system.bounds[i].copysign(pull[i]));
+            e = &system.f * &e + &system.g * w;
+            start *= factor * factor;
+            let v = energy(&e);
+            if !v.is_finite() {
+                return Ok(());
+            }
+            ensure(v <= (start + level) * (1.0 + 1e-9), || format!("V = {v:e} at step {step}"))?;
+            if start < 1e-6 * level {
+                for (k, bound) in limsup.iter().enumerate() {
+                    ensure(e[k].abs() <= 1.00001 * bound, || format!("|e{}| = {:e} beyond {bound:e}", k + 1, e[k]))?;
                 }
             }
         }

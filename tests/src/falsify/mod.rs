@@ -45,6 +45,7 @@ const KINDS: &[(&str, Generator, Adversary)] = &[
     ("sampled-cubic-observer", seeds::sampled, adversary::sampled),
     ("unknown-input-observer", seeds::unknown_input, cubic::unknown_input),
     ("input-to-state-stability", seeds::input_to_state, disturbed::contradicted),
+    ("discrete-input-to-state-stability", seeds::discrete_input_to_state, disturbed::in_steps),
     ("interval-observer", seeds::interval, intervals::continuous),
     ("sampled-interval-observer", seeds::sampled_interval, intervals::sampled),
     ("super-twisting-observer", seeds::super_twisting, adversary::super_twisting),

@@ -196,6 +196,11 @@ pub(super) fn varying_periods(random: &mut Random) -> Option<CertificateFile> {
 }
 
 pub(super) fn discrete_observer(random: &mut Random) -> Option<CertificateFile> {
+    if random.once_in(3) {
+        let plant = plant(random, 3)?;
+        let design = DiscreteDesign::with_decay_rate(&plant, random.between(0.05, 0.5), random.between(0.1, 2.0));
+        return written(design.ok()?.certificate_file("discrete, at a rate"));
+    }
     written(sampled_design(random)?.linear_certificate_file("discrete"))
 }
 
@@ -247,6 +252,15 @@ pub(super) fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
         return written(bound.certificate_file("uncertain"));
     }
     written(ErrorBound::cubic(&design, &acting).ok()?.certificate_file("cubic"))
+}
+
+pub(super) fn discrete_input_to_state(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let (n, p) = (plant.a.nrows(), plant.c.nrows());
+    let h = random.between(0.05, 0.5);
+    let poles: Vec<f64> = (0..n).map(|k| random.between(-0.6, 0.9) + 0.01 * k as f64).collect();
+    let design = DiscreteDesign::with_poles(&plant, h, &poles).ok()?;
+    written(ErrorBound::discrete(&design.observer, &disturbances(n, p, random)).ok()?.certificate_file("in steps"))
 }
 
 pub(super) fn super_twisting(random: &mut Random) -> Option<CertificateFile> {

@@ -234,10 +234,10 @@ impl Linear {
 
     fn gain(&self, random: &mut Random, count: usize) -> String {
         let p = self.outputs();
-        let is_continuous = self.dt.is_none();
+        let speed = self.dt.map_or(self.speed(), f64::recip);
         match random.below(8) {
-            0 if is_continuous => "lmi = true".to_owned(),
-            1 if is_continuous => format!("decay_rate = {}", number(short(random, 0.05, 2.0) * self.speed())),
+            0 => "lmi = true".to_owned(),
+            1 => format!("decay_rate = {}", number(short(random, 0.05, 2.0) * speed)),
             2 => {
                 let w: Vec<f64> = (0..count).map(|_| magnitude(random, 2)).collect();
                 let v: Vec<f64> = (0..p).map(|_| magnitude(random, 2)).collect();
@@ -271,7 +271,7 @@ impl Linear {
         match kind {
             "luenberger" => {
                 _ = writeln!(text, "{}", self.gain(random, n));
-                if self.dt.is_none() && random.once_in(4) {
+                if random.once_in(4) {
                     _ = writeln!(text, "bounds = {}", self.bounds(random));
                 }
             }
@@ -323,11 +323,12 @@ impl Linear {
                     text.push_str("order = 2\n");
                 }
                 if kind == "extended-state" && random.once_in(2) {
-                    _ = writeln!(text, "bandwidth = {}", number(self.speed() * 2.0));
+                    let speed = self.dt.map_or(self.speed() * 2.0, |dt| 0.5 / dt);
+                    _ = writeln!(text, "bandwidth = {}", number(speed));
                 } else {
                     _ = writeln!(text, "{}", self.gain(random, n + order));
                 }
-                if kind == "proportional-integral" && random.once_in(4) {
+                if kind == "proportional-integral" && self.dt.is_none() && random.once_in(4) {
                     _ = writeln!(text, "gamma = {}", number(magnitude(random, 6)));
                 }
                 if random.once_in(4) {
@@ -413,7 +414,16 @@ const LINEAR: [&str; 13] = [
 ];
 
 /// Those of them for discrete time.
-const DISCRETE: [&str; 6] = ["luenberger", "kalman", "interval", "h-infinity", "h2", "sampled-cubic"];
+const DISCRETE: [&str; 8] = [
+    "luenberger",
+    "kalman",
+    "proportional-integral",
+    "extended-state",
+    "interval",
+    "h-infinity",
+    "h2",
+    "sampled-cubic",
+];
 
 fn linear_study(random: &mut Random, kind: &str) -> String {
     let is_discrete = DISCRETE.contains(&kind) && random.once_in(4);

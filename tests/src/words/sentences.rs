@@ -196,6 +196,10 @@ pub const STATEMENTS: &[Form] = &[
     form("e' = (A - L C) e: for all x(0) and xhat(0) the error {}.", Claim::Decay),
     form("e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.", Claim::DiscreteDecay),
     form(
+        "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0, at least as fast as {#}^k.",
+        Claim::DiscreteDecay,
+    ),
+    form(
         "For every disturbance d(t) the error of x {}, for all x(0) and xhat(0), with H and T = I - HC as real matrices.",
         Claim::UnknownInput,
     ),
@@ -252,6 +256,10 @@ pub const STATEMENTS: &[Form] = &[
     ),
     form(
         "Under all noise and disturbances within `bounds`, for every deviation of A and while the states keep theirs, the error in the end is at most {}, approached like exp(-{#} t).",
+        Claim::Ultimate,
+    ),
+    form(
+        "Under all noise and disturbances within `bounds`, the error in the end is at most {}, approached like {#}^k.",
         Claim::Ultimate,
     ),
     form("With the gains as stored it converges from every initial error.", Claim::CubicEverywhere),
@@ -502,7 +510,8 @@ pub const REASONS: &[Form] = &[
         Claim::Nothing,
     ),
     form("`jitter` and `misses` are for plants in continuous time", Claim::Nothing),
-    form("`decay_rate` and `lmi` are for plants in continuous time", Claim::Nothing),
+    form("a cubic term, `gamma`, is for plants in continuous time, and this one has dt = {#}", Claim::Nothing),
+    form("the decay rate times the period {}", Claim::Nothing),
     form("`rho` and `q` are for plants in continuous time", Claim::Nothing),
     form("the kind {}", Claim::Nothing),
 ];

@@ -139,6 +139,11 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     }
     let reduced = ReducedOrderDesign::with_poles(&third, &[-1.0, -2.0]).unwrap();
     files.push(reduced.certificate_file("a reduced-order observer").unwrap());
+    let held = DiscreteDesign::sampled(&example1, 0.1).unwrap();
+    let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.5], &[0.1]);
+    files.push(ErrorBound::discrete(&held.observer, &acting).unwrap().certificate_file("at samples").unwrap());
+    let fast = DiscreteDesign::with_decay_rate(held.observer.plant(), 0.1, 3.0).unwrap();
+    files.push(fast.certificate_file("with a factor").unwrap());
     let periods = Periods { shortest: 0.08, longest: 0.13, misses: 1 };
     for correction in [CubicGain::Radial(10.0), CubicGain::Gamma(3.0)] {
         let varying = VaryingPeriodDesign::new(&example1, &dmatrix![1.0], &correction, 0.1, &periods).unwrap();

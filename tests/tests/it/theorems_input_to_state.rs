@@ -284,7 +284,9 @@ fn the_conditions_that_fail_are_named() {
     assert!((zero.re - 1.0).abs() < 1e-12 && zero.im == 0.0, "{unstable}");
     // A drift of the position that the velocity cancels.
     let unseen = with_disturbance(&plant, &dmatrix![1.0; 0.0]).unwrap_err();
-    let DesignError::UnseenDisturbance { d, x, outputs: 1, sigma_min } = &unseen else { panic!("{unseen}") };
+    let DesignError::UnseenDisturbance { d, x, outputs: 1, sigma_min, is_discrete: false } = &unseen else {
+        panic!("{unseen}")
+    };
     assert!((x[1] + d[0]).abs() < 1e-12 && x[0] == 0.0 && *sigma_min < 1e-12, "{unseen}");
 }
 

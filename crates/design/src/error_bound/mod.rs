@@ -10,6 +10,10 @@
 //! G_i' = 0` for the columns of G. The objective is `sum d_i t_i` under `sum W_i^2/d_i = 2 alpha`, least at `d_i = W_i
 //! sum_j W_j sqrt(t_j) / (2 alpha sqrt(t_i))`. Each rate costs m Lyapunov equations; the rate is found by a search.
 //!
+//! **In discrete time**, `x+ = A x + B u + E w`, `e+ = F e + G w`: with a factor `q = exp(-alpha)` of a step `V(Fe +
+//! Gw) <= q^2 V + sum lambda_i w_i^2` iff `F Z F'/q^2 + G diag(lambda)^-1 G' <= Z`, so that `F Z_i F'/q^2 - Z_i + G_i
+//! G_i' = 0`, and `1 - q^2` takes the place of `2 alpha`.
+//!
 //! **Cubic observer, or a polytope of plants.** A semidefinite program for each rate. The stored N restricts P to `P =
 //! C'XC + T'YT`, `TN = 0`, where X is taken as a multiple of that of the design (for one output: any X). Then kappa is
 //! inversely proportional to X, mu is proportional, and the cubic part `27/128 kappa (sum mu_i W_i^2)^2` is linear in
@@ -20,10 +24,13 @@
 mod programs;
 mod reached;
 
-use luenberger_linalg::{LyapunovEquation, RealMatrixView, lambda_max, positive_definite, state_units, symmetric_part};
+use luenberger_linalg::{RealMatrixView, eigenvalues, lambda_max, positive_definite, state_units, symmetric_part};
 use luenberger_lmi::proof_matrix;
-use luenberger_observers::{CubicObserver, LinearObserver};
-use luenberger_proof::certificate::{Certificate, CubicTerm, DisturbedPlant, InputToStateStability};
+use luenberger_observers::{CubicObserver, DiscreteLinearObserver, LinearObserver, SampledObserver};
+use luenberger_proof::certificate::{
+    Certificate, CubicTerm, DiscreteInputToStateStability, DisturbedPlant, InputToStateStability,
+};
+use luenberger_proof::statement::TimeDomain;
 use luenberger_proof::{ProofError, Ring};
 use nalgebra::{DMatrix, DVector, Dyn};
 
@@ -32,9 +39,10 @@ use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
 use crate::powers::{Powers, shift};
-use reached::{Reached, golden};
+use reached::{Reached, equation, golden, spent};
 
-/// Disturbances and noise of a plant with their bounds: `x' = A x + B u + E w`, `y = C x + D w`, `|w_i(t)| <= W_i`.
+/// Disturbances and noise of a plant with their bounds: `x' = A x + B u + E w` (`x+` in discrete time), `y = C x + D
+/// w`, `|w_i(t)| <= W_i`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DisturbanceBounds {
     /// E, n x m: how the disturbances enter the states.
@@ -83,7 +91,8 @@ certified!(ErrorBound);
 
 /// A bound of the error under bounded disturbances, with its certificate.
 ///
-/// `V = e'Pe` obeys `V(t) <= exp(-2 rate t) V(0) + level`, and `limsup |e_k| <= limsup[k]`.
+/// `V = e'Pe` obeys `V(t) <= exp(-2 rate t) V(0) + level`, in discrete time at the samples, and `limsup |e_k| <=
+/// limsup[k]`.
 #[readonly::make]
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorBound {
@@ -130,6 +139,35 @@ impl ErrorBound {
     ) -> Result<Self, DesignError> {
         let system = ErrorSystem::new((&observer.a, &observer.l, &observer.c), disturbances)?;
         system.linear()?.certify(&system)
+    }
+
+    /// A bound of the error of a linear observer in discrete time, `x+ = A x + B u + E w`, `y = C x + D w`, for all w
+    /// of the samples within their bounds.
+    ///
+    /// Cost: about 60 m Stein equations of order n.
+    ///
+    /// ```
+    /// use luenberger_design::{DiscreteDesign, DisturbanceBounds, ErrorBound};
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    /// // e+ = e/2 + w - v/2 with |w| <= 1, |v| <= 1/5: at most (1 + 1/10)/(1 - 1/2) = 2.2 in the end.
+    /// let plant = StateSpace::new(dmatrix![1.0], dmatrix![0.0], dmatrix![1.0])?;
+    /// let design = DiscreteDesign::with_poles(&plant, 0.1, &[0.5])?;
+    /// let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![1.0], &[1.0], &[0.2]);
+    /// let bound = ErrorBound::discrete(&design.observer, &acting)?;
+    /// assert!(bound.certificate.is_proved() && (2.2..2.203).contains(&bound.limsup[0]));
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`linear`](Self::linear), with [`DesignError::NotSchur`] in place of [`DesignError::NotHurwitz`].
+    pub fn discrete(
+        observer: &DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>,
+        disturbances: &DisturbanceBounds,
+    ) -> Result<Self, DesignError> {
+        let (plant, period) = (observer.plant(), observer.period());
+        let system = ErrorSystem::at_samples((&plant.a, observer.l(), &plant.c), disturbances)?;
+        system.linear()?.certify_in_steps(&system, period)
     }
 
     /// A bound of the error of a cubic observer.
@@ -200,8 +238,10 @@ impl ErrorBound {
 pub(crate) struct ErrorSystem {
     /// A and E at each vertex.
     vertices: Vec<(DMatrix<f64>, DMatrix<f64>)>,
-    /// The largest real part of an eigenvalue of `A - L C` at the first of them.
-    abscissa: f64,
+    time: TimeDomain,
+    /// The decay rate of the slowest mode of `A - L C` at the first of them; in discrete time per step, at most
+    /// [`AT_ONCE`].
+    slowest: f64,
     c: DMatrix<f64>,
     d: DMatrix<f64>,
     l: DMatrix<f64>,
@@ -232,12 +272,36 @@ struct Candidate {
     limsup: Vec<f64>,
 }
 
+/// The decay in a step of a deadbeat observer, which has no slowest mode: a factor of 1/20.
+const AT_ONCE: f64 = 3.0;
+
 const WHAT: &str = "a bound of the error, [F'P + PF + 2 rate P, PG; *, -diag(lambda)] < 0,";
 
 impl ErrorSystem {
     pub(crate) fn new(
+        pair: (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+        disturbances: &DisturbanceBounds,
+    ) -> Result<Self, DesignError> {
+        Self::of(TimeDomain::Continuous, pair, disturbances, || Ok(-check::hurwitz("A - L C", pair)?))
+    }
+
+    fn at_samples(
+        pair: (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+        disturbances: &DisturbanceBounds,
+    ) -> Result<Self, DesignError> {
+        Self::of(TimeDomain::Discrete, pair, disturbances, || {
+            let poles = eigenvalues(&check::closed_loop(pair)?)?;
+            let radius = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+            check::schur_stable("A - L C", (radius, true), pair)?;
+            Ok((-radius.ln()).min(AT_ONCE))
+        })
+    }
+
+    fn of(
+        time: TimeDomain,
         (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
         disturbances: &DisturbanceBounds,
+        slowest: impl FnOnce() -> Result<f64, DesignError>,
     ) -> Result<Self, DesignError> {
         let (n, p, m) = (a.nrows(), c.nrows(), disturbances.bounds.len());
         check::matrix("A", a, (n, n))?;
@@ -248,9 +312,9 @@ impl ErrorSystem {
         if present.is_empty() {
             return Err(DesignError::NotPositive { what: "the largest bound of a disturbance", value: 0.0 });
         }
-        let abscissa = check::hurwitz("A - L C", (a, l, c))?;
         Ok(Self {
-            abscissa,
+            time,
+            slowest: slowest()?,
             vertices: vec![(a.clone(), disturbances.e.select_columns(&present))],
             c: c.clone(),
             d: disturbances.d.select_columns(&present),
@@ -273,7 +337,10 @@ impl ErrorSystem {
         let units = Powers(state_units(&f)?);
         let decreases = |found: &Candidate| {
             let half = &found.p * &f;
-            let decrease = -(&half + half.transpose() + &found.p * (2.0 * found.rate));
+            let decrease = match self.time {
+                TimeDomain::Continuous => -(&half + half.transpose() + &found.p * (2.0 * found.rate)),
+                TimeDomain::Discrete => &found.p * (-2.0 * found.rate).exp() - f.transpose() * half,
+            };
             positive_definite("P", &found.p).is_ok() && positive_definite("its decrease", &decrease).is_ok()
         };
         match self.linear_in(&Powers::given(f.nrows()), &f, &g) {
@@ -285,7 +352,7 @@ impl ErrorSystem {
     fn linear_in(&self, units: &Powers, f: &DMatrix<f64>, g: &DMatrix<f64>) -> Result<Candidate, DesignError> {
         let n = f.nrows();
         let (f, g) = (units.similar(f), units.rows(g));
-        let fastest = -self.abscissa;
+        let (time, fastest) = (self.time, self.slowest);
         check::positive("the decay rate of A - L C", fastest)?;
         let e = &self.vertices[0].1;
         if check::exact_closed_loop(e, &self.l, &self.d)?.as_slice().iter().all(Ring::is_zero) {
@@ -295,7 +362,7 @@ impl ErrorSystem {
         let shares: Vec<f64> = (0..24).map(|k| 0.02 * f64::powf(48.5, f64::from(k) / 23.0)).collect();
         let mut best = vec![f64::INFINITY; n];
         for share in &shares {
-            let Some(reached) = Reached::new(&f, &g, share * fastest) else { continue };
+            let Some(reached) = Reached::new(time, &f, &g, share * fastest) else { continue };
             for (k, best) in best.iter_mut().enumerate() {
                 *best = best.min(reached.component(k));
             }
@@ -313,17 +380,17 @@ impl ErrorSystem {
             return Err(unproved());
         }
         let cost = |share: f64| {
-            Reached::new(&f, &g, share * fastest).map_or(f64::INFINITY, |reached| reached.combined(&weights).1)
+            Reached::new(time, &f, &g, share * fastest).map_or(f64::INFINITY, |reached| reached.combined(&weights).1)
         };
         let start = shares.iter().copied().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(0.5);
         let share = golden(start / 1.2, (start * 1.2).min(0.985), 20, cost);
         let rate = share * fastest;
-        let reached = Reached::new(&f, &g, rate).ok_or_else(unproved)?;
+        let reached = Reached::new(time, &f, &g, rate).ok_or_else(unproved)?;
         let (d, _) = reached.combined(&weights);
         let mut z: DMatrix<f64> = reached.parts.iter().zip(&d).map(|(part, d)| part * *d).sum();
         // Directions that no disturbance reaches, so that P exists.
         let scaling = DMatrix::from_diagonal(&DVector::from_iterator(n, weights.iter().map(|w| 1e-9 / w)));
-        z += LyapunovEquation::new(&(&f + DMatrix::identity(n, n) * rate).transpose())?.solve(&scaling)?.p;
+        z += equation(time, &f, rate).and_then(|mut equation| equation.solve(&scaling)).ok_or_else(unproved)?;
         let z = symmetric_part(&z);
         // Rounding can take its definiteness, or the range of binary64.
         let inverse = z.clone().cholesky().map(|root| symmetric_part(&root.inverse()));
@@ -372,22 +439,53 @@ impl ErrorSystem {
     }
 }
 
+/// By how much numbers that are proved later are larger than computed.
+const UP: f64 = 1.0 + 1e-7;
+
 impl Candidate {
+    /// The bounds of the components for this bound of V.
+    fn limits(p: &DMatrix<f64>, level: f64) -> Result<Vec<f64>, DesignError> {
+        let n = p.nrows();
+        let z = check::solve_definite("P", p, &DMatrix::identity(n, n))?;
+        Ok((0..n).map(|k| (level * z[(k, k)]).sqrt() * UP).collect())
+    }
+
+    /// The bounds in discrete time, and the theorem.
+    fn certify_in_steps(self, system: &ErrorSystem, period: f64) -> Result<ErrorBound, DesignError> {
+        let Self { p, rate, lambda, .. } = self;
+        let factor = (-rate).exp();
+        let all: f64 = lambda.iter().zip(&system.bounds).map(|(lambda, w)| lambda * w * w).sum();
+        let level = all / spent(TimeDomain::Discrete, rate) * UP;
+        let limsup = Self::limits(&p, level)?;
+        let (a, e) = &system.vertices[0];
+        let theorem = DiscreteInputToStateStability {
+            vertices: vec![DisturbedPlant::exactly(&proof_matrix(a), &proof_matrix(e))?],
+            c: proof_matrix(&system.c),
+            d: DisturbedPlant::exactly(&proof_matrix(&system.d), &proof_matrix(&system.d))?.e,
+            l: proof_matrix(&system.l),
+            p: proof_matrix(&p),
+            factor,
+            lambda,
+            disturbances: system.bounds.clone(),
+            level,
+            limsup: limsup.clone(),
+        };
+        let certificate = Certificate::of([theorem])?;
+        Ok(ErrorBound { certificate, p, rate: rate / period, level, limsup, cubic_share: 0.0 })
+    }
+
     /// The bounds, rounded up from those of this P, and the theorem.
     fn certify(self, system: &ErrorSystem) -> Result<ErrorBound, DesignError> {
-        let n = self.p.nrows();
         let Self { p, rate, lambda, x, .. } = self;
-        let up = 1.0 + 1e-7;
         let of_linear: f64 = lambda.iter().zip(&system.bounds).map(|(lambda, w)| lambda * w * w).sum();
         let of_cubic = system.cubic.as_ref().map_or(0.0, |part| part.cost * x);
-        let level = (of_linear + of_cubic) / (2.0 * rate) * up;
-        let z = check::solve_definite("P", &p, &DMatrix::identity(n, n))?;
-        let limsup: Vec<f64> = (0..n).map(|k| (level * z[(k, k)]).sqrt() * up).collect();
+        let level = (of_linear + of_cubic) / (2.0 * rate) * UP;
+        let limsup = Self::limits(&p, level)?;
         let cubic = system.cubic.as_ref().map(|part| CubicTerm {
             n: proof_matrix(&part.n),
             theta: proof_matrix(&part.theta),
             x: proof_matrix(&symmetric_part(&(&part.x * x))),
-            kappa: part.kappa / x * up,
+            kappa: part.kappa / x * UP,
             mu: part.mu.iter().map(|mu| mu * x).collect(),
         });
         let exactly =

@@ -1,27 +1,45 @@
 //! What disturbances reach under a linear error system at one rate, in closed form: the head of `mod.rs`.
 
-use luenberger_linalg::LyapunovEquation;
+use luenberger_proof::statement::TimeDomain;
 use nalgebra::{DMatrix, DVectorView};
+
+use crate::lyapunov_choice::Solver;
+
+/// `(F + rate I)Z + Z(F + rate I)' + Q = 0`, or `(F/q)Z(F/q)' - Z + Q = 0` with `q = exp(-rate)`.
+pub(super) fn equation(time: TimeDomain, f: &DMatrix<f64>, rate: f64) -> Option<Solver> {
+    let slower = match time {
+        TimeDomain::Continuous => f + DMatrix::identity(f.nrows(), f.nrows()) * rate,
+        TimeDomain::Discrete => f / (-rate).exp(),
+    };
+    Solver::new(time, &slower.transpose())
+}
+
+/// What the disturbances may add to V, in parts of U: `2 rate`, or `1 - q^2`.
+pub(super) fn spent(time: TimeDomain, rate: f64) -> f64 {
+    match time {
+        TimeDomain::Continuous => 2.0 * rate,
+        TimeDomain::Discrete => -(-2.0 * rate).exp_m1(),
+    }
+}
 
 /// The matrices `Z_i` at one rate.
 pub(super) struct Reached {
     pub(super) parts: Vec<DMatrix<f64>>,
-    rate: f64,
+    spent: f64,
 }
 
 impl Reached {
-    pub(super) fn new(f: &DMatrix<f64>, g: &DMatrix<f64>, rate: f64) -> Option<Self> {
-        let n = f.nrows();
-        let mut equation = LyapunovEquation::new(&(f + DMatrix::identity(n, n) * rate).transpose()).ok()?;
-        let mut part = |g: DVectorView<'_, f64>| Some(equation.solve(&(g * g.transpose())).ok()?.p);
+    pub(super) fn new(time: TimeDomain, f: &DMatrix<f64>, g: &DMatrix<f64>, rate: f64) -> Option<Self> {
+        let mut equation = equation(time, f, rate)?;
+        let mut part = |g: DVectorView<'_, f64>| equation.solve(&(g * g.transpose()));
         let parts = g.column_iter().map(&mut part).collect::<Option<_>>()?;
-        Some(Self { parts, rate })
+        Some(Self { parts, spent: spent(time, rate) })
     }
 
     /// The bound of a component if nothing but it counts.
     pub(super) fn component(&self, k: usize) -> f64 {
         let sum: f64 = self.parts.iter().map(|part| part[(k, k)].max(0.0).sqrt()).sum();
-        sum / (2.0 * self.rate).sqrt()
+        sum / self.spent.sqrt()
     }
 
     /// The d of the least weighted sum of squares, and that sum. The columns of G include the bounds: all W are 1.
@@ -31,8 +49,8 @@ impl Reached {
         let roots: Vec<f64> = self.parts.iter().map(|part| cost(part).sqrt()).collect();
         let total: f64 = roots.iter().sum();
         // A disturbance without effect is given the multiplier of a small one.
-        let d = roots.iter().map(|root| total / (2.0 * self.rate * root.max(1e-9 * total))).collect();
-        (d, total * total / (2.0 * self.rate))
+        let d = roots.iter().map(|root| total / (self.spent * root.max(1e-9 * total))).collect();
+        (d, total * total / self.spent)
     }
 }
 

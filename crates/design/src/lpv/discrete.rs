@@ -29,7 +29,7 @@
 use core::fmt;
 
 use luenberger_linalg::{RealMatrixView, eigenvalues, lambda_max};
-use luenberger_lmi::{Problem, Settings, Solution, block, greatest_parameter_with, proof_matrix, zeros};
+use luenberger_lmi::{Problem, Settings, Solution, block, greatest_parameter_with, proof_matrix};
 use luenberger_observers::DiscreteNonlinearObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::Verdict;
@@ -262,24 +262,9 @@ fn pose(polytope: &Polytope, decay: f64, limits: &Checked, settings: &Settings) 
     let square = (-2.0 * decay).exp();
     let at = |active: &[usize]| {
         let mut lmi = Problem::new();
-        let (n, outputs) = (polytope.enclosure.a.rows(), polytope.enclosure.c.rows());
-        let (p, y) = (lmi.symmetric("P", n), lmi.rectangular("Y", n, outputs));
-        lmi.constrain("P > 0", &p >> 0.0);
-        limits.constrain(&mut lmi, &p, &y, n, outputs);
-        for &k in active {
-            let vertex = &polytope.vertices[k];
-            let corner = &p * &vertex.a - &y * &vertex.c;
-            let name = gain_lmi::decrease_at(k);
-            lmi.constrain(&name, block![[square * &p, corner.transpose()], [corner.clone(), &p]] >> 0.0);
-            if let Some(precision) = limits.precision() {
-                let rows = block![
-                    [&p, corner.transpose(), zeros(n, outputs)],
-                    [corner, &p, &y],
-                    [zeros(outputs, n), y.transpose(), precision]
-                ];
-                lmi.constrain(&format!("covariance, {name}"), rows >> 0.0);
-            }
-        }
+        let vertices = active.iter().map(|&k| (k, &polytope.vertices[k].a, &polytope.vertices[k].c));
+        let shape = (polytope.enclosure.c.rows(), polytope.enclosure.a.rows());
+        gain_lmi::pose_in_steps(&mut lmi, vertices, shape, square, limits);
         lmi
     };
     let halves = |solution: &Solution, vertex: &Vertex| {

@@ -7,6 +7,7 @@ mod bad_input;
 mod cost;
 mod deployed;
 mod designs;
+mod discrete;
 mod display;
 mod enclosure;
 mod extrapolation;

@@ -9,7 +9,9 @@
 //! | 1 | deflation of the Hessenberg form, Miminis and Paige |
 //! | more | eigenvectors of largest volume, Tits and Yang |
 //! | n | `K = B^+ (A - Lambda)`, directly |
+//! | more, and all poles at zero | the deadbeat gain of least norm |
 
+mod deadbeat;
 pub(crate) mod eigenvectors;
 pub(crate) mod extremes;
 pub(crate) mod poles;
@@ -81,6 +83,10 @@ impl fmt::Display for Placement {
 /// 1 each may be repeated at most rank(B) times (more would make the loop defective). With rank(B) = 1 any repetition
 /// is allowed; the gain is unique. Sign: `u = -K x`.
 ///
+/// All poles at zero are the exception: the *deadbeat* gain takes every state of `x+ = (A - B K) x` to zero in the
+/// fewest steps, the last one after as many as the largest controllability index. Of these gains it is the one of least
+/// Frobenius norm in the units chosen.
+///
 /// # Errors
 /// - [`LinalgError::Uncontrollable`] names the eigenvalue that no gain can move, with the direction that no input
 ///   excites.
@@ -110,7 +116,7 @@ impl fmt::Display for Placement {
 /// ```
 ///
 /// Source: Miminis and Paige, Int. J. Control 35, 1982; Kautsky, Nichols, Van Dooren, Int. J. Control 41, 1985; Tits
-/// and Yang, IEEE TAC 41, 1996.
+/// and Yang, IEEE TAC 41, 1996; for poles at zero Van Dooren, BIT 24, 1984.
 pub fn place<'a>(
     a: impl Into<RealMatrixView<'a>>,
     b: impl Into<RealMatrixView<'a>>,
@@ -139,7 +145,8 @@ fn controller(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Res
 ///
 /// `a` is n x n, `c` p x n, `poles` n numbers, real or complex, closed under conjugation, in any order. With rank(C) >
 /// 1 each may be repeated at most rank(C) times; with rank(C) = 1 any repetition is allowed. This is [`place`] of
-/// `(A', C')`, transposed.
+/// `(A', C')`, transposed. All poles at zero give the deadbeat observer: `(A - L C)^mu = 0`, mu the largest
+/// observability index.
 ///
 /// # Errors
 /// As [`place`], with [`LinalgError::Unobservable`], which names the eigenvalue that no gain can move and the direction
@@ -159,6 +166,21 @@ fn controller(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Res
 /// let residual = (&placed.gain - dmatrix![7.0; 10.0]).norm();
 /// println!("L = {}, residual {residual:e}, cond(X) = {}", placed.gain, placed.condition);
 /// assert!(residual < 1e-14);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// The position of a double integrator and a bias measured, sampled: the observability indices are 2 and 1, and the
+/// error of the deadbeat observer is zero after two steps.
+/// ```
+/// use luenberger_linalg::place_observer;
+/// use nalgebra::dmatrix;
+///
+/// let a = dmatrix![1.0, 0.1, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0];
+/// let c = dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0];
+/// let placed = place_observer(&a, &c, &[0.0; 3])?;
+/// let residual = (&placed.gain - dmatrix![2.0, 0.0; 10.0, 0.0; 0.0, 1.0]).norm();
+/// println!("L = {}, residual {residual:e}", placed.gain);
+/// assert!(residual < 1e-13 && (&a - &placed.gain * &c).pow(2).norm() < 1e-13);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 ///
@@ -285,25 +307,26 @@ fn assign(
     staircase: Option<Staircase>,
 ) -> Result<Assigned> {
     let (n, m) = b.shape();
-    if m > 1 && units.spread() <= NEARBY {
-        units.state.fill(0);
-    }
-    let scaled_a = units.dynamics(&a.transpose()).transpose();
-    let scaled_b = units.outputs(&b.transpose()).transpose();
+    let within =
+        |units: &Units| (units.dynamics(&a.transpose()).transpose(), units.outputs(&b.transpose()).transpose());
+    let (mut scaled_a, mut scaled_b) = within(&units);
+    let tolerance = if m == 1 { 0.0 } else { default_tolerance(n, m) * scaled_a.norm().hypot(scaled_b.norm()) };
+    let staircase = staircase.unwrap_or_else(|| Staircase::new(&scaled_a, &scaled_b, tolerance));
     let scaled = requested.in_time(-units.time);
     let (rank, scaled_gain, vectors) = if m == 1 {
-        let hessenberg = staircase.unwrap_or_else(|| Staircase::new(&scaled_a, &scaled_b, 0.0));
-        let (gain, vectors) = single_input::assign(&hessenberg, &scaled);
+        let (gain, vectors) = single_input::assign(&staircase, &scaled);
         (1, gain, vectors)
+    } else if requested.is_deadbeat(&staircase) {
+        let gain = deadbeat::assign(&scaled_a, &scaled_b, &staircase.stairs)?;
+        // The loop is defective: nothing is said of its eigenvectors.
+        (staircase.stairs[0], gain, Eigenvectors::reals_first(DMatrix::identity(n, n), n))
     } else {
-        let stairs = staircase.map_or_else(
-            || {
-                let tolerance = default_tolerance(n, m) * scaled_a.norm().hypot(scaled_b.norm());
-                Staircase::new(&scaled_a, &scaled_b, tolerance).stairs
-            },
-            |staircase| staircase.stairs,
-        );
-        assign_several(&scaled_a, &scaled_b, &scaled, &stairs).map_err(|error| error.in_time(units.time))?
+        if units.spread() <= NEARBY {
+            units.state.fill(0);
+            (scaled_a, scaled_b) = within(&units);
+        }
+        let found = assign_several(&scaled_a, &scaled_b, &scaled, &staircase.stairs);
+        found.map_err(|error| error.in_time(units.time))?
     };
     let gain = DMatrix::from_fn(m, n, |i, j| shift(scaled_gain[(i, j)], units.time - units.output[i] + units.state[j]));
     if gain.iter().any(|x| !x.is_finite()) {

@@ -2,6 +2,7 @@
 
 use nalgebra::Complex;
 
+use crate::staircase::Staircase;
 use crate::units::shift;
 use crate::{LinalgError, Result};
 
@@ -100,6 +101,12 @@ impl RequestedPoles {
             }
         }
         Ok(())
+    }
+
+    /// Whether all poles are at zero, of a controllable pair of which every closed loop with these poles is defective.
+    pub(super) fn is_deadbeat(&self, staircase: &Staircase) -> bool {
+        let at_zero = self.given.iter().all(|pole| pole.norm() == 0.0);
+        at_zero && staircase.rank == self.given.len() && self.allowed_by(&staircase.stairs).is_err()
     }
 
     /// Whether a closed loop with these poles and `rank` inputs is defective.

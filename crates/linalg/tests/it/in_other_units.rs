@@ -105,6 +105,14 @@ impl Plant {
         self
     }
 
+    /// Fewer outputs than states, but for one of each.
+    fn partly_seen(mut self) -> Self {
+        if self.a.nrows() <= self.c.nrows() {
+            self.c = self.c.rows(0, 1).into_owned();
+        }
+        self
+    }
+
     /// The last state unseen, or moved by no input.
     fn hidden(mut self) -> Self {
         let n = self.a.nrows();
@@ -234,6 +242,10 @@ properties! {
         // The condition that is made small is that in the units given, if these are near to balanced ones.
         let found = place(&x.a, &x.b, &x.poles)?;
         Ok(Answer::verdict("").spectrum(&found.poles, reached(&found)))
+    };
+    deadbeat_observers(x = x.partly_seen(), u = u): |x| {
+        let found = place_observer(&x.a, &x.c, &vec![0.0; x.a.nrows()])?;
+        Ok(Answer::verdict("").value(&found.gain, L, EXACT))
     };
     reduced_observers(x = x, u = u): |x| {
         let rank = x.c.nrows().min(x.a.nrows());

@@ -263,6 +263,41 @@ fn repetitions_of_several_poles_together_are_limited_by_the_indices() {
     assert!(placed.deviation < 1e-12 && placed.gain.norm() < 100.0, "{placed}");
 }
 
+/// Observability indices 2 and 2: `(A - L C)^2 = 0` for `L = A^2 [C; C A]^-1 [0; I]` alone, as in Ackermann's formula.
+#[test]
+fn the_deadbeat_gain_of_equal_indices_is_that_of_ackermann() {
+    let a = dmatrix![0.5, 1.0, -0.25, 0.0; 2.0, -1.0, 0.5, 1.0; 0.0, 0.75, 1.5, -2.0; 1.0, 0.0, 0.25, 0.5];
+    let c = dmatrix![1.0, 0.0, 2.0, 0.0; 0.0, 1.0, -1.0, 1.0];
+    let mut seen = DMatrix::zeros(4, 4);
+    seen.rows_mut(0, 2).copy_from(&c);
+    seen.rows_mut(2, 2).copy_from(&(&c * &a));
+    let last = dmatrix![0.0, 0.0; 0.0, 0.0; 1.0, 0.0; 0.0, 1.0];
+    let expected = a.pow(2) * seen.lu().solve(&last).unwrap();
+    let placed = place_observer(&a, &c, &[0.0; 4]).unwrap();
+    assert!((&placed.gain - &expected).norm() < 1e-12 * expected.norm(), "{} for {expected}", placed.gain);
+    assert!((&a - &placed.gain * &c).pow(2).norm() < 1e-12);
+    // Poles of a defective loop: the root of the rounding.
+    assert!(placed.condition.is_infinite() && placed.deviation < 1e-6, "{placed}");
+}
+
+/// Indices 3 and 1: the output 2 may correct more than one state, and the least gain corrects the one that it sees.
+/// `A^-1` does not exist: the first state is a shift register's.
+#[test]
+fn the_deadbeat_gain_is_the_least_one() {
+    let mut a = DMatrix::zeros(4, 4);
+    (a[(0, 1)], a[(1, 2)], a[(3, 3)]) = (1.0, 1.0, 1.0);
+    let c = dmatrix![1.0, 0.0, 0.0, 0.0; 0.0, 0.0, 0.0, 1.0];
+    let placed = place_observer(&a, &c, &[0.0; 4]).unwrap();
+    assert!((placed.gain - dmatrix![0.0, 0.0; 0.0, 0.0; 0.0, 0.0; 0.0, 1.0]).norm() < 1e-15);
+    // An output that is the sum of two others does not count.
+    let c = dmatrix![1.0, 0.0, 0.0, 0.0; 1.0, 0.0, 0.0, 1.0; 0.0, 0.0, 0.0, 1.0];
+    let placed = place_observer(&a, &c, &[0.0; 4]).unwrap();
+    assert!((&a - &placed.gain * &c).pow(3).norm() < 1e-14);
+    // Every state is measured: at once.
+    let placed = place_observer(&a, &DMatrix::identity(4, 4), &[0.0; 4]).unwrap();
+    assert!((placed.gain - a).norm() < 1e-14);
+}
+
 /// A mode that no input moves is an error even if it is asked for, real or a pair, with one input or two: no gain
 /// places it, it merely happens to be there.
 #[test]
@@ -448,6 +483,28 @@ proptest! {
         }
         // The same numbers again, whoever asks.
         prop_assert_eq!(&placed, &place_observer(&problem.a, &problem.c, &problem.poles).unwrap());
+    }
+
+    /// The deadbeat gain: the error is zero after as many steps as the largest observability index, which is the number
+    /// of rows of C, C A, .. that have the rank n together, over p; and not before.
+    #[test]
+    fn the_deadbeat_observer_takes_the_fewest_steps(problem in problem(3..=6, 2..=3)) {
+        let n = problem.a.nrows();
+        let mut rows = problem.c.clone();
+        let mut steps = 1;
+        while rows.rank(1e-9) < n {
+            let next = rows.rows(rows.nrows() - problem.c.nrows(), problem.c.nrows()) * &problem.a;
+            rows = DMatrix::from_fn(rows.nrows() + next.nrows(), n, |i, j| {
+                if i < rows.nrows() { rows[(i, j)] } else { next[(i - rows.nrows(), j)] }
+            });
+            steps += 1;
+        }
+        let placed = place_observer(&problem.a, &problem.c, &vec![0.0; n]).unwrap();
+        let closed = &problem.a - &placed.gain * &problem.c;
+        let size = observer_terms(&problem.a, &problem.c, &placed).powi(steps);
+        let after = |k: i32| closed.pow(k as u32).norm();
+        prop_assert!(after(steps) < 1e-10 * size, "{:e} after {steps} steps", after(steps));
+        prop_assert!(steps == 1 || after(steps - 1) > 1e-6 * after(1).max(1.0), "{:e}", after(steps - 1));
     }
 
     /// `eig(A - B K)` by duality: `place(A', C')` is the transpose.

@@ -39,6 +39,8 @@ use core::fmt;
 use sha2::{Digest, Sha256};
 
 use crate::definite::Direction;
+use crate::error::ProofError;
+use crate::label::Names;
 use crate::number::quoted;
 use crate::verdict::Verdict;
 use crate::wording::at_least;

@@ -119,7 +119,9 @@ impl Theorem {
             #[cfg(feature = "all-theorems")]
             Self::H2Filter(theorem) => theorem.0.time == TimeDomain::Discrete,
             #[cfg(feature = "all-theorems")]
-            Self::SampledIntervalEnclosure(_) | Self::DeployedObserver(_) => true,
+            Self::SampledIntervalEnclosure(_) | Self::DeployedObserver(_) | Self::DiscreteInputToStateStability(_) => {
+                true
+            }
             _ => false,
         };
         Some(if is_discrete { "x+ = A x + B u, y = C x" } else { "x' = A x + B u, y = C x" })
@@ -263,6 +265,29 @@ pub(super) fn has_disturbance(a: &Matrix<Interval>, c: &Matrix<Interval>, states
     let lower = (states..n).all(|i| (0..n).all(|j| is(&a[(i, j)], if j >= states && j == i + q { 1.0 } else { 0.0 })));
     let right = (0..states).all(|i| (states + q..n).all(|j| is(&a[(i, j)], 0.0)));
     lower && right && (0..c.rows()).all(|i| (states..n).all(|j| is(&c[(i, j)], 0.0)))
+}
+
+/// The blocks of the same chain at samples: `[A E 0; 0 S]`, `[C 0]`, S made of q columns of Jordan chains of the
+/// eigenvalue 1, whose solutions are all polynomials in k of a degree below the length.
+pub(super) fn has_sampled_disturbance(a: &Matrix<f64>, c: &Matrix<f64>, states: usize, order: usize) -> bool {
+    let n = a.rows();
+    let Some(chain) = n.checked_sub(states) else { return false };
+    if order == 0 || !chain.is_multiple_of(order) || chain == 0 {
+        return false;
+    }
+    let q = chain / order;
+    let fits = |i: usize, j: usize| {
+        let entry = a[(i, j)];
+        match j.checked_sub(i) {
+            Some(0) => entry == 1.0,
+            Some(later) if later == q => entry != 0.0,
+            Some(later) if later.is_multiple_of(q) => true,
+            _ => entry == 0.0,
+        }
+    };
+    let lower = (states..n).all(|i| (0..n).all(|j| if j < states { a[(i, j)] == 0.0 } else { fits(i, j) }));
+    let right = (0..states).all(|i| (states + q..n).all(|j| a[(i, j)] == 0.0));
+    lower && right && (0..c.rows()).all(|i| (states..n).all(|j| c[(i, j)] == 0.0))
 }
 
 /// `d' = 0` and so on, in words.

@@ -52,6 +52,13 @@ impl HiddenMotion {
         inside_circle(&self.motion, &self.divisor)
     }
 
+    /// The same by more than this factor at each step, which is above 0: all eigenvalues of `M / d` are smaller in
+    /// modulus.
+    pub fn falls_by(&self, factor: f64) -> Option<bool> {
+        let factor = Exact::from_f64(factor).filter(|_| factor > 0.0)?;
+        inside_circle(&self.motion, &self.divisor.mul(&factor))
+    }
+
     /// Whether these matrices belong to the pair `(A, C)`: `C V = 0`, `A V d = V M` and V of full rank, checked
     /// exactly.
     ///

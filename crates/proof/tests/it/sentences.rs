@@ -125,6 +125,7 @@ fn loop_of(feedback: f64) -> (SampledCubicConvergence, DiscreteConvergence) {
         },
         l: Matrix::from_rows([[1.0, feedback], [1.0, l]]),
         p: Matrix::from_rows([[4.5, -3.0], [-3.0, 3.6]]),
+        factor: None,
     };
     (observer, joined)
 }

@@ -202,7 +202,9 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<StoredObserver> {
     let (kind, point) = member.designed.runnable.live(study)?;
     let theorems = member.designed.certificate.iter().flat_map(luenberger_design::Certificate::theorems);
     // A bound of the error under disturbances is beside the theorem of convergence.
-    let theorems = theorems.filter(|of| !matches!(of.theorem(), Theorem::InputToStateStability(_)));
+    let theorems = theorems.filter(|of| {
+        !matches!(of.theorem(), Theorem::InputToStateStability(_) | Theorem::DiscreteInputToStateStability(_))
+    });
     let file = |of: &ProvedTheorem| {
         luenberger_live::verifies(of.theorem())
             .then(|| of.file(&member.requested.name).ok())

@@ -1,11 +1,12 @@
 //! Observers of the state and of a disturbance: the kinds `proportional-integral` and `extended-state`.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, ErrorBound, LinearDesign, Pair, SampledCubicDesign, disturbances_with_rate,
-    proportional_integral as handed_out, with_disturbance_chain,
+    CubicDesign, CubicGain, DesignError, DiscreteDesign, ErrorBound, LinearDesign, Pair, SampledCubicDesign,
+    disturbances_with_rate, disturbances_with_sampled_rate, proportional_integral as handed_out,
+    with_disturbance_chain, with_sampled_disturbance_chain,
 };
 use luenberger_live as live;
-use luenberger_observers::{CubicObserver, LinearObserver, ProportionalIntegralObserver};
+use luenberger_observers::{CubicObserver, DiscreteLinearObserver, LinearObserver, ProportionalIntegralObserver};
 use luenberger_plants::{Dimensions, StateSpace};
 use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::counted;
@@ -22,9 +23,12 @@ use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specifica
 use crate::synthesis::alternative::another_gain;
 use crate::synthesis::error_bound::{acting, bounded};
 use crate::synthesis::linear::{self, measurement};
-use crate::synthesis::{Designed, Plan, Sampling, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::synthesis::{
+    Designed, Plan, Sampling, asymptotic_rate, certified, discrete, matrix, number, poles, proved_of,
+};
 
-/// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`.
+/// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`, in discrete time
+/// `x+`.
 pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
 
 /// The most integrators in the model of a disturbance.
@@ -134,7 +138,7 @@ impl Specification for DisturbanceSpec {
             k => format!("_rate{k}"),
         };
         let of = |k: usize| (1..=self.e.ncols()).map(move |j| format!("d{j}{}", suffix(k)));
-        (0..self.chain.unwrap_or(1)).flat_map(of).collect()
+        (0..self.order()).flat_map(of).collect()
     }
 
     fn unknown_disturbance(&self) -> Option<&DMatrix<f64>> {
@@ -151,7 +155,7 @@ impl Specification for DisturbanceSpec {
     }
 
     fn remark_of_export(&self, _study: &Study, is_certified: bool) -> Option<String> {
-        let rate = match self.chain.unwrap_or(1) {
+        let rate = match self.order() {
             1 => "constant disturbances".to_owned(),
             chain => format!("disturbances whose derivative of order {chain} is 0"),
         };
@@ -165,6 +169,19 @@ impl Kind for DisturbanceSpec {
         self.designed(plan, plant)
     }
 
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
+        let plant = plan.linear()?;
+        if self.cubic.is_some() {
+            let hypothesis =
+                format!("a cubic term, `gamma`, is for plants in continuous time, and this one has dt = {dt}");
+            return Err(NoObserver::new(hypothesis).hint("no `gamma`"));
+        }
+        let both = with_sampled_disturbance_chain(plant, &self.e, self.order(), dt)?;
+        let found = discrete::decided(plan, &both, (&self.linear, dt))?;
+        let design = found.map_err(|error| error.of_pair(Pair::WithDisturbance))?;
+        self.designed_at_samples(plan, plant, (&design, dt))
+    }
+
     fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
         match cause {
             Cause::Design(DesignError::UnseenDisturbance { .. }) => {
@@ -172,7 +189,7 @@ impl Kind for DisturbanceSpec {
             }
             Cause::Design(DesignError::OfPair { pair: Pair::WithDisturbance, .. }) => {
                 let hint = Advice::hint("other units, or an output that depends more on the disturbance");
-                Some(another_gain(plan.study, plan.requested).and(hint))
+                Some(another_gain(plan.requested).and(hint))
             }
             _ => None,
         }
@@ -180,7 +197,15 @@ impl Kind for DisturbanceSpec {
 
     fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
         let Some(plant) = of.plant() else { return Ok(None) };
-        let both = with_disturbance_chain(plant, &self.e, self.chain.unwrap_or(1))?;
+        if let Some(dt) = of.plan.study.plant.dt {
+            if let Some(design) = of.designed.and_then(Designed::sampled) {
+                return Ok(Some(design.clone()));
+            }
+            let both = with_sampled_disturbance_chain(plant, &self.e, self.order(), dt)?;
+            let design = discrete::gain_of_step(&of.plan, &both, &self.linear, dt)?;
+            return Ok(Some(SampledDesign::Linear(Box::new(design))));
+        }
+        let both = with_disturbance_chain(plant, &self.e, self.order())?;
         let linear = of.linear(&both, &self.linear)?;
         Ok(Some(match &self.cubic {
             Some((theta, gamma)) => {
@@ -210,6 +235,30 @@ pub(super) fn cubic_of(
 }
 
 impl DisturbanceSpec {
+    /// The number of integrators in the model of each disturbance.
+    fn order(&self) -> usize {
+        self.chain.unwrap_or(1)
+    }
+
+    fn designed_at_samples(
+        &self,
+        plan: &Plan<'_>,
+        plant: &StateSpace,
+        (design, dt): (&DiscreteDesign, f64),
+    ) -> Result<Designed, NoObserver> {
+        let n = plant.a.nrows();
+        let all: Vec<String> = plan.reading().states.iter().cloned().chain(self.estimated_disturbances()).collect();
+        let represented = Represented::WithDisturbance { states: n, order: self.order() };
+        let reading = Reading { states: &all, plant: represented, ..plan.reading() };
+        let (report, _) = discrete::described(&reading, plant, design, (&self.linear, dt));
+        let observer = ProportionalIntegralObserver::of_samples(design.observer.clone(), Dyn(n))?;
+        let designed = discrete::designed(observer.into(), report, design);
+        let Some(bounds) = &plan.requested.bounds else { return Ok(designed) };
+        let acting = disturbances_with_sampled_rate(&acting(bounds), &self.rate, self.order(), dt);
+        let bound = ErrorBound::discrete(&design.observer, &acting)?;
+        Ok(bounded(designed, &bound, &reading, bounds))
+    }
+
     fn designed(&self, plan: &Plan<'_>, plant: &StateSpace) -> Result<Designed, NoObserver> {
         let names = self.estimated_disturbances();
         let acting = (plan.requested.bounds.as_ref(), self.rate.as_slice(), names.as_slice());
@@ -264,6 +313,14 @@ impl Running for WithDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::ProportionalIntegral { observer: Box::new(self.inner().clone()) }, None))
+    }
+}
+
+impl Running for WithDisturbance<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>> {
+    runs!(sampled);
+
+    fn disturbances(&self) -> usize {
+        disturbances(self)
     }
 }
 

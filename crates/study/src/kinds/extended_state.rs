@@ -12,9 +12,9 @@ use crate::tuning::{Context, Keys, Value, chain_settling, disturbance as unknown
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
     name: "extended-state",
-    about: "Extended-state observer (disturbance observer): the state and a disturbance d with some derivatives, x' = A x + B u + E d, for linear plants. Poles and gains are those of the plant with n + q order states.",
-    source: "Han 2009; Gao 2003; as a disturbance observer Ohnishi, Shibata and Murakami 1996",
-    plant: PlantClass::Linear(Time::CONTINUOUS),
+    about: "Extended-state observer (disturbance observer): the state and a disturbance d with some derivatives, x' = A x + B u + E d (x+ in discrete time), for linear plants. Poles and gains are those of the plant with n + q order states.",
+    source: "Han 2009; Gao 2003; in discrete time Miklosovic, Radke and Gao 2006; as a disturbance observer Ohnishi, Shibata and Murakami 1996",
+    plant: PlantClass::Linear(Time::ANY),
     keys: &[
         &[
             UNKNOWN,
@@ -26,7 +26,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
             optional(
                 "bandwidth",
                 Type::Number(Range::Positive),
-                "omega_o: all poles at -omega_o; with p outputs from -0.8 to -1.25 omega_o, p of them equal.",
+                "omega_o: all poles at -omega_o; with p outputs from -0.8 to -1.25 omega_o, p of them equal. In discrete time at exp(s dt) for these s.",
             ),
             optional(
                 "rate",

@@ -10,7 +10,7 @@ pub(crate) const POLES: Key = optional(
 pub(crate) const DECAY: Key = optional(
     "decay_rate",
     Type::Number(Range::Positive),
-    "Decay rate: every error decays at least as fast as exp(-decay_rate t). The gain is computed by a linear matrix inequality.",
+    "Decay rate: every error decays at least as fast as exp(-decay_rate t), in discrete time by exp(-decay_rate dt) at each step. The gain is computed by a linear matrix inequality.",
 );
 pub(crate) const LMI: Key =
     optional("lmi", Type::Switch, "true: the gain is that of the linear matrix inequality with the largest margin.");
@@ -22,7 +22,7 @@ pub(crate) const MAX_GAIN: Key = optional(
 pub(crate) const NOISE: Key = optional(
     "noise",
     Type::Weight,
-    "With decay_rate, lmi or fastest: intensity V of the measurement noise, p x p (sample variance times sampling period); among the gains with the rate, the one with the least noise gain is chosen.",
+    "With decay_rate, lmi or fastest: intensity V of the measurement noise, p x p (sample variance times sampling period), in discrete time its covariance at a sample; among the gains with the rate, the one with the least noise gain is chosen.",
 );
 pub(crate) const KALMAN: Key =
     optional("kalman", Type::Table(&NOISES), "Noise intensities; the gain is that of the stationary Kalman filter.");
@@ -106,7 +106,7 @@ pub(crate) const ERROR_BOUNDS: Key = optional(
     "Bounds of noise and disturbances: the certificate states a bound of each error in the end, and how fast it is reached.",
 );
 pub(crate) const UNKNOWN: Key =
-    required("e", Type::Rows, "E, n x q: the disturbance d enters as x' = A x + B u + E d.");
+    required("e", Type::Rows, "E, n x q: the disturbance d enters as x' = A x + B u + E d (x+ in discrete time).");
 pub(crate) const UNKNOWN_OF_ADVICE: Key = optional(
     "e",
     Type::Rows,
@@ -131,7 +131,7 @@ const ACTING: Table = Table {
         optional(
             "disturbance",
             Type::Numbers(Range::NotNegative),
-            "Bounds of disturbances w, x' = A x + B u + E w (default: none).",
+            "Bounds of disturbances w, x' = A x + B u + E w, x+ in discrete time (default: none).",
         ),
         optional(
             "e",

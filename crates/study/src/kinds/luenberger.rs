@@ -14,7 +14,7 @@ use crate::results::NoObserver;
 use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::operating_point::{in_deviations, page_point};
 use crate::synthesis::{Designed, Plan, discrete, linear};
-use crate::tuning::{self, Context, Keys, Value, intensity, noisy, rates};
+use crate::tuning::{self, Context, Keys, Value, covariance, intensity, noisy, rates};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -124,10 +124,8 @@ impl Running for DiscreteLinearObserver<f64, Dyn, Dyn, Dyn> {
 
 fn least_noise(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     tuning::linear(context)?;
-    if let Some(dt) = context.study.plant.dt {
-        return Err(format!("its matrix inequality is for plants in continuous time, and this one has dt = {dt}"));
-    }
     noisy(context)?;
-    let keys = |rate: f64| vec![("decay_rate", Value::Number(rate)), ("noise", intensity(context))];
+    let noise = || if context.study.plant.dt.is_some() { covariance(context) } else { intensity(context) };
+    let keys = |rate: f64| vec![("decay_rate", Value::Number(rate)), ("noise", noise())];
     Ok(rates(context.information.linear_rate).filter(|rate| *rate > 0.0).map(keys).collect())
 }

@@ -12,9 +12,9 @@ use crate::tuning::{Context, Keys, Value, disturbance as unknown, poles as tuned
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
     name: "proportional-integral",
-    about: "Observer of the state and of a constant or slowly varying disturbance d, x' = A x + B u + E d, for linear plants. Poles and gains are those of the plant with d among its states, n + q of them.",
+    about: "Observer of the state and of a constant or slowly varying disturbance d, x' = A x + B u + E d (x+ in discrete time), for linear plants. Poles and gains are those of the plant with d among its states, n + q of them.",
     source: "open problem of Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978",
-    plant: PlantClass::Linear(Time::CONTINUOUS),
+    plant: PlantClass::Linear(Time::ANY),
     keys: &[
         &[
             UNKNOWN,

@@ -95,7 +95,7 @@ impl Kind for UnknownInput {
     }
 
     fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
-        let another = || another_gain(plan.study, plan.requested);
+        let another = || another_gain(plan.requested);
         match cause {
             Cause::Design(DesignError::FixedPoles { .. }) => {
                 Some(another().and(Advice::hint("`poles` with these zeros among them")))

@@ -36,10 +36,6 @@ fn acting(
 ) -> Option<ActingBounds> {
     let (table, n, p) = (&entry.node, size.states, size.outputs);
     let is_interval = node.get("kind").and_then(Node::text) == Some("interval");
-    if reader.dt.is_some() && !is_interval {
-        let message = "`bounds` is for plants in continuous time, and `dt` makes this one discrete";
-        return reader.refuse(entry.span.clone(), message, "expected no `bounds`");
-    }
     let noise = match table.get("noise") {
         Some(noise) => reader.numbers(noise, "noise", p, "output"),
         None => Some(uniform_noise(root, p)),
@@ -65,6 +61,10 @@ fn acting(
         }
     };
     let uncertain = match ["states", "deviations", "m", "h"].iter().find_map(|key| table.entry(key)) {
+        Some(first) if reader.dt.is_some() => {
+            let message = format!("`{}` is for plants in continuous time, and `dt` makes this one discrete", first.key);
+            return reader.refuse(first.span.clone(), message, "expected bounds of noise and disturbances only");
+        }
         Some(first) if is_uncertain => Some(uncertain(table, first, n, reader)?),
         Some(first) => {
             let message = format!("`{}` is for the kinds luenberger and cubic", first.key);

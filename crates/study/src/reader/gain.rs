@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix};
 use super::tree::Node;
 use super::{Reader, check};
 use crate::study::{GainSpec, LinearSpec};
+use crate::tuning::sampled;
 
 /// At most one of these keys, or exactly one; an error names those that are present.
 pub(crate) fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
@@ -63,8 +64,8 @@ pub(crate) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
         let has_bandwidth = node.get("kind").and_then(Node::text) == Some("extended-state");
         alternatives(node, if has_bandwidth { &ways } else { &ways[1..] }, true, reader)?;
         if let Some(omega) = node.get("bandwidth") {
-            let poles = bandwidth_poles(n, p, omega.number()?);
-            Some(GainSpec::Poles(poles.into_iter().map(Complex::from).collect()))
+            let poles = bandwidth_poles(n, p, omega.number()?).into_iter().map(Complex::from);
+            Some(GainSpec::Poles(poles.map(|pole| sampled(pole, reader.dt)).collect()))
         } else if let Some(poles) = node.get("poles") {
             self::poles(poles, n, of_states, reader)
         } else if let Some(rate) = node.get("decay_rate") {

@@ -48,13 +48,12 @@ fn region_key(region: &Region) -> Option<String> {
 const LARGEST_MARGIN: &str = "the gain with the largest margin of its inequality";
 
 /// The kinds for a linear plant.
-fn for_linear(is_discrete: bool) -> Vec<Proposal> {
+fn for_linear() -> [Proposal; 2] {
     let why = "a filter for noise of these intensities, which are to be chosen";
-    let mut kinds = vec![Proposal::kind("kalman", unit_noise(), why)];
-    if !is_discrete {
-        kinds.push(Proposal::kind("luenberger", ["lmi = true".to_owned()], LARGEST_MARGIN));
-    }
-    kinds
+    [
+        Proposal::kind("kalman", unit_noise(), why),
+        Proposal::kind("luenberger", ["lmi = true".to_owned()], LARGEST_MARGIN),
+    ]
 }
 
 /// Noise of unit intensity.
@@ -66,7 +65,7 @@ fn unit_noise() -> [String; 2] {
 pub(crate) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
     let (plant, is_discrete) = (&study.plant, study.plant.dt.is_some());
     if plant.model.linear().is_some() {
-        return Advice::of(for_linear(is_discrete));
+        return Advice::of(for_linear());
     }
     let advised = study.advise.as_ref().and_then(|advise| advise.region.clone());
     let region = requested.kind.region().or(advised).and_then(|region| region_key(&region));
@@ -87,7 +86,7 @@ pub(crate) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
     kinds.push(Proposal::kind("extended-kalman", filter, "without a proof; w, v and period are to be chosen"));
     let timed = plant.model.structure().explicit_time().is_some();
     if study.operating_point.is_some() {
-        kinds.extend(for_linear(false));
+        kinds.extend(for_linear());
     } else if !is_discrete && !timed {
         if matches!(requested.kind.plant(), PlantClass::AtPoint(_)) {
             let why = "the same observer of the linearisation there, in deviations from it";
@@ -109,22 +108,22 @@ pub(crate) fn other_kinds(study: &Study, requested: &ObserverSpec) -> Advice {
 }
 
 /// The ways to a gain that the kind has beside its own one.
-pub(crate) fn another_gain(study: &Study, requested: &ObserverSpec) -> Advice {
+pub(crate) fn another_gain(requested: &ObserverSpec) -> Advice {
     match (requested.kind.gain(), requested.kind.takes_region()) {
-        (Some(gain), _) => other_gains(study, gain),
+        (Some(gain), _) => other_gains(gain),
         (None, true) if requested.kind.has_given_gain() => gain_for_region(),
         _ => Advice::default(),
     }
 }
 
 /// Another gain of a linear observer.
-pub(crate) fn other_gains(study: &Study, linear: &LinearSpec) -> Advice {
+pub(crate) fn other_gains(linear: &LinearSpec) -> Advice {
     // The last two are limits, which go with a gain by matrix inequality.
     const UNLIMITED: &[&str] =
         &["bandwidth", "poles", "decay_rate", "lmi", "kalman", "gain", "rho", "q", "max_gain", "noise"];
     const ALL: &[&str] = UNLIMITED.split_at(UNLIMITED.len() - 2).0;
     let mut ways = Vec::new();
-    if study.plant.dt.is_none() && !matches!(linear.gain, GainSpec::Lmi) {
+    if !matches!(linear.gain, GainSpec::Lmi) {
         ways.push(Proposal::keys(["lmi = true".to_owned()], ALL, LARGEST_MARGIN));
     }
     if !matches!(linear.gain, GainSpec::Kalman(_)) {

@@ -72,7 +72,7 @@ fn advice(study: &Study, requested: &ObserverSpec, cause: &Cause) -> Advice {
         Cause::Design(
             DesignError::NotHurwitz { .. } | DesignError::NotSchur { .. } | DesignError::StabilityUndecided { .. },
         )
-        | Cause::Lpv(LpvError::UnstableVertex { .. }) => another_gain(study, requested),
+        | Cause::Lpv(LpvError::UnstableVertex { .. }) => another_gain(requested),
         Cause::Design(DesignError::NothingReachesTheError) => {
             Advice::of([Proposal::keys([], &["bounds"], "nothing acts that would have to be bounded")])
         }
@@ -129,7 +129,7 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError, own: Opt
         UnseenModes::Decay | UnseenModes::Remain => ", and to working precision its unobservable modes are",
         UnseenModes::None | UnseenModes::Undecided => " to working precision: unobservable modes",
     };
-    let others = || another_gain(study, requested).and(other_kinds(study, requested));
+    let others = || another_gain(requested).and(other_kinds(study, requested));
     let advice = match unseen {
         UnseenModes::Decay if !are_all => others().and(Advice::hint(
             "an observer exists, since the plant as stored is detectable, and its gain is large: other units, or an output that depends more on these directions",
@@ -153,9 +153,9 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError, own: Opt
 fn instead_of(study: &Study, requested: &ObserverSpec, error: &DesignError) -> Advice {
     // The other kinds do not estimate a disturbance.
     let others = if requested.kind.unknown_disturbance().is_some() {
-        another_gain(study, requested)
+        another_gain(requested)
     } else {
-        another_gain(study, requested).and(other_kinds(study, requested))
+        another_gain(requested).and(other_kinds(study, requested))
     };
     let hint = match error {
         DesignError::Linalg(LinalgError::PoleMultiplicity { .. }) => "fewer repeated poles",

@@ -4,7 +4,8 @@
 //! `F X + X F' + L V L' = 0`; the noise gain is `sqrt(trace X)` for V = I. The noise of a study is held over its period
 //! h: with variance S it leaves the covariance of `Phi X Phi' - X + G S G' = 0`, `Phi = exp(F h)`,
 //! `G = int_0^h exp(F s) ds L`, at the end of each period; outputs are independent, and their covariances add. Of
-//! several Jacobians (vertices) the largest counts.
+//! several Jacobians (vertices) the largest counts. In discrete time the error obeys `e+ = F e - L v`, and white noise
+//! of covariance V at each sample leaves it with the covariance X of `F X F' - X + L V L' = 0`.
 
 use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order_hold};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -61,6 +62,14 @@ impl NoiseGain {
         let ratio = self.ratio.map(|ratio| number(Quantity::SpeedRatio, ratio));
         [number(Quantity::GainNorm, self.norm), number(Quantity::NoiseGain, self.gain)].into_iter().chain(ratio)
     }
+}
+
+/// Norm and noise gain of L in discrete time, for the stable `F = A - L C`.
+pub(crate) fn at_samples(f: &DMatrix<f64>, l: &DMatrix<f64>) -> [NamedNumber; 2] {
+    let white = stein(&f.transpose(), &symmetric_part(&(l * l.transpose())));
+    let gain = white.map_or(f64::NAN, |x| x.p.trace().max(0.0).sqrt());
+    let norm = l.clone().svd(false, false).singular_values.max();
+    [number(Quantity::GainNorm, norm), number(Quantity::NoiseGain, gain)]
 }
 
 /// The stationary covariance of the error with the noise of the study; none if it does not exist in floating point.

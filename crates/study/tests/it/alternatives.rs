@@ -171,9 +171,13 @@ fn a_linear_plant_is_offered_kinds_for_linear_plants() {
 
 #[test]
 fn a_discrete_plant_is_offered_kinds_for_discrete_time() {
-    let found = words(PLANTS[7].1, "kind = \"luenberger\"\ndecay_rate = 2");
-    assert_eq!(found.len(), 1, "{found:?}");
-    assert!(found[0].starts_with("kalman = { w = 1, v = 1 } in place of decay_rate: "), "{found:?}");
+    // L = 0 leaves the poles of the plant; -1 moves one of them beyond 1.
+    let found = words(PLANTS[7].1, "kind = \"luenberger\"\ngain = [[-1], [0]]");
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(found[0].starts_with("lmi = true in place of gain: "), "{found:?}");
+    assert!(found[1].starts_with("kalman = { w = 1, v = 1 } in place of gain: "), "{found:?}");
+    let found = words(PLANTS[7].1, "kind = \"cubic\"\npoles = [0.1, 0.2]\ngamma = 1");
+    assert!(found.iter().any(|words| words.starts_with("kind = \"luenberger\", lmi = true: ")), "{found:?}");
 }
 
 #[test]

@@ -162,8 +162,8 @@ fn mistakes_are_named() {
     mistake(&format!("{integral}lmi = true\nrate = [1]"), "`rate` has no effect without `bounds`");
     mistake(&format!("{integral}lmi = true\ntheta = 2"), "`theta` has no effect without a cubic term");
     mistake("kind = \"unknown-input\"\nlmi = true", "`e`");
-    let text = "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 0.1\n[[observer]]\nkind = \"luenberger\"\npoles = [0.1]\nbounds = { noise = [1] }\n";
-    assert!(read(text).unwrap_err().to_string().contains("`bounds` is for plants in continuous time"));
+    let text = "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 0.1\n[[observer]]\nkind = \"luenberger\"\npoles = [0.1]\nbounds = { noise = [1], states = [1], m = [[1]], h = [[0.1]] }\n";
+    assert!(read(text).unwrap_err().to_string().contains("`states` is for plants in continuous time"));
 }
 
 const PENDULUM: &str = r#"[plant]

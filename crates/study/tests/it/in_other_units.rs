@@ -40,6 +40,22 @@ struct Plant {
     b: DMatrix<f64>,
     c: DMatrix<f64>,
     e: DMatrix<f64>,
+    /// The period in discrete time.
+    dt: Option<f64>,
+}
+
+impl Plant {
+    /// In discrete time, with its input and its disturbance held over a short period, to first order.
+    fn in_steps(self) -> Self {
+        let dt = 0.125;
+        let a = DMatrix::identity(self.a.nrows(), self.a.nrows()) + self.a * dt;
+        Self { a, b: self.b * dt, e: self.e * dt, dt: Some(dt), ..self }
+    }
+
+    /// The units of its matrices: in discrete time the step is the unit of time.
+    fn units(&self, units: &Units) -> Units {
+        if self.dt.is_some() { units.clone().discrete() } else { units.clone() }
+    }
 }
 
 fn plants() -> [Plant; 3] {
@@ -50,6 +66,7 @@ fn plants() -> [Plant; 3] {
             b: dmatrix![0.0; 1.0],
             c: dmatrix![1.0, 0.0],
             e: dmatrix![0.0; 1.0],
+            dt: None,
         },
         // A motor with its current; angle measured.
         Plant {
@@ -57,6 +74,7 @@ fn plants() -> [Plant; 3] {
             b: dmatrix![0.0; 0.0; 1.0],
             c: dmatrix![1.0, 0.0, 0.0],
             e: dmatrix![0.0; 1.0; 0.0],
+            dt: None,
         },
         // Three tanks in a row, the levels of two of them measured.
         Plant {
@@ -64,6 +82,7 @@ fn plants() -> [Plant; 3] {
             b: dmatrix![1.0, 0.0; 0.0, 0.0; 0.0, 1.0],
             c: dmatrix![1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
             e: dmatrix![0.0; 1.0; 0.0],
+            dt: None,
         },
     ]
 }
@@ -104,26 +123,29 @@ fn list(m: &DMatrix<f64>) -> String {
     format!("[{}]", m.iter().map(|x| format!("{x:e}")).collect::<Vec<_>>().join(", "))
 }
 
-fn rates(count: usize, units: &Units, first: f64) -> String {
-    let rates = (0..count).map(|k| format!("{:e}", units.frequency((-first - 0.75 * k as f64).into(), 1).re));
-    format!("poles = [{}]", rates.collect::<Vec<_>>().join(", "))
+fn rates(plant: &Plant, count: usize, units: &Units, first: f64) -> String {
+    let pole = |k: usize| {
+        let rate = -first - 0.75 * k as f64;
+        plant.dt.map_or_else(|| units.frequency(rate.into(), 1).re, |dt| (rate * dt).exp())
+    };
+    format!("poles = [{}]", (0..count).map(|k| format!("{:e}", pole(k))).collect::<Vec<_>>().join(", "))
 }
 
 fn poles(plant: &Plant, units: &Units) -> String {
-    rates(plant.a.nrows(), units, 2.0)
+    rates(plant, plant.a.nrows(), units, 2.0)
 }
 
 /// The zero of the tanks from their disturbance is -1.5.
 fn poles_with_a_zero(plant: &Plant, units: &Units) -> String {
-    rates(plant.a.nrows(), units, 1.5)
+    rates(plant, plant.a.nrows(), units, 1.5)
 }
 
 fn poles_of_a_reduced_order(plant: &Plant, units: &Units) -> String {
-    rates(plant.a.nrows() - plant.c.nrows(), units, 2.0)
+    rates(plant, plant.a.nrows() - plant.c.nrows(), units, 2.0)
 }
 
 fn poles_with_a_disturbance(plant: &Plant, units: &Units) -> String {
-    rates(plant.a.nrows() + 1, units, 2.0)
+    rates(plant, plant.a.nrows() + 1, units, 2.0)
 }
 
 fn bandwidth(_: &Plant, units: &Units) -> String {
@@ -144,6 +166,7 @@ fn cubic(_: &Plant, _: &Units) -> String {
 }
 
 fn noise(plant: &Plant, units: &Units) -> String {
+    let units = plant.units(units);
     // Variances of the measurements.
     format!(
         "noise = {}",
@@ -153,6 +176,7 @@ fn noise(plant: &Plant, units: &Units) -> String {
 
 fn intensities(plant: &Plant, units: &Units) -> String {
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
+    let units = plant.units(units);
     format!(
         "w = {}\nv = {}",
         rows(&units.apply(&(DMatrix::identity(n, n) * 0.5 + DMatrix::from_element(n, n, 0.25)), W, 1)),
@@ -161,7 +185,7 @@ fn intensities(plant: &Plant, units: &Units) -> String {
 }
 
 fn disturbance(plant: &Plant, units: &Units) -> String {
-    format!("e = {}", rows(&units.apply(&plant.e, E, 1)))
+    format!("e = {}", rows(&plant.units(units).apply(&plant.e, E, 1)))
 }
 
 fn functional(plant: &Plant, units: &Units) -> String {
@@ -225,13 +249,32 @@ const CASES: [Case; 15] = [
     case("h-infinity", &[energy], None),
 ];
 
+const IN_STEPS: [Case; 8] = [
+    case("luenberger", &[poles], Some(Accuracy::OneOutput(COMPUTED))),
+    case("luenberger", &[poles, noise_bound], Some(Accuracy::OneOutput(COMPUTED))),
+    case("luenberger", &[program], None),
+    case("luenberger", &[decay_rate], None),
+    case("luenberger", &[decay_rate, noise], Some(Accuracy::OneUnit(PROGRAM))),
+    case("kalman", &[intensities], Some(Accuracy::Any(COMPUTED))),
+    case("proportional-integral", &[poles_with_a_disturbance, disturbance], None),
+    case("extended-state", &[bandwidth, disturbance], None),
+];
+
+/// The plants in continuous time and in discrete time, each with its cases.
+fn all() -> Vec<(Plant, &'static [Case])> {
+    let continuous = plants().map(|plant| (plant, &CASES[..]));
+    continuous.into_iter().chain(plants().map(|plant| (plant.in_steps(), &IN_STEPS[..]))).collect()
+}
+
 /// The study of one observer in these units.
 fn study(plant: &Plant, case: &Case, units: &Units) -> String {
+    let own = plant.units(units);
     let mut text = format!(
-        "[plant]\na = {}\nb = {}\nc = {}\n[[observer]]\nname = \"it\"\nkind = \"{}\"\n",
-        rows(&units.apply(&plant.a, A, 1)),
-        rows(&units.apply(&plant.b, B, 1)),
-        rows(&units.apply(&plant.c, C, 1)),
+        "[plant]\na = {}\nb = {}\nc = {}\n{}[[observer]]\nname = \"it\"\nkind = \"{}\"\n",
+        rows(&own.apply(&plant.a, A, 1)),
+        rows(&own.apply(&plant.b, B, 1)),
+        rows(&own.apply(&plant.c, C, 1)),
+        plant.dt.map_or_else(String::new, |dt| format!("dt = {:e}\n", units.duration(dt))),
         case.kind
     );
     for setting in case.settings {
@@ -289,8 +332,8 @@ proptest! {
     #[test]
     fn designs_do_not_depend_on_units(units in units()) {
         let mut wrong = String::new();
-        for (k, plant) in plants().iter().enumerate() {
-            for case in &CASES {
+        for (k, (plant, cases)) in all().iter().enumerate() {
+            for case in *cases {
                 let units = match case.gain {
                     // The real T of the theorem is known up to intervals, which may leave it undecided in units further
                     // apart.
@@ -301,7 +344,7 @@ proptest! {
                     _ => units.clone(),
                 };
                 let (first, other) = (answer(plant, case, &own()), answer(plant, case, &units));
-                if let Some(found) = difference(&first, &other, &units) {
+                if let Some(found) = difference(&first, &other, &plant.units(&units)) {
                     _ = writeln!(wrong, "plant {k}, {}: {found}\n{}", case.kind, study(plant, case, &units));
                 }
             }
@@ -313,8 +356,8 @@ proptest! {
 /// The cases are no refusals.
 #[test]
 fn designs_in_their_own_units_are_proved() {
-    for plant in &plants() {
-        for case in &CASES {
+    for (plant, cases) in &all() {
+        for case in *cases {
             let verdict = match (case.kind, plant.a.nrows()) {
                 // An unknown input must enter an output's derivative.
                 ("unknown-input", _) if (&plant.c * &plant.e).amax() == 0.0 => continue,

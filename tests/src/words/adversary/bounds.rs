@@ -19,12 +19,14 @@ impl Subject<'_> {
         }
         let limits = listed(sentence.hole(0));
         let Some(designed) = self.designed else { return Ok(Held::Unchecked) };
-        if designed.runnable.of::<LinearObserver<f64, Dyn, Dyn, Dyn>>().is_none() {
+        let is_discrete = self.is_discrete();
+        if !is_discrete && designed.runnable.of::<LinearObserver<f64, Dyn, Dyn, Dyn>>().is_none() {
             return self.ultimate_simulated(bounds, &limits, sentence.number(1));
         }
+        // In discrete time L of an observer of a disturbance has further rows, and is left.
         let Some((a, l, c)) = self.error() else { return Ok(Held::Unchecked) };
         let g = acting(bounds, &l);
-        let Some(peaks) = linear::peak_gains(&(&a - &l * &c), &g, false) else { return Ok(Held::Unchecked) };
+        let Some(peaks) = linear::peak_gains(&(&a - &l * &c), &g, is_discrete) else { return Ok(Held::Unchecked) };
         for (i, limit) in limits.iter().enumerate().take(peaks.nrows()) {
             let found: f64 = peaks.row(i).iter().sum();
             if found > limit * (1.0 + 1e-6) {

@@ -40,13 +40,23 @@ impl Subject<'_> {
         let mut both = DMatrix::zeros(size, size);
         both.view_mut((0, 0), (n, n)).copy_from(&a);
         both.view_mut((0, n), (n, q)).copy_from(e);
-        for k in 1..order {
-            (0..q).for_each(|j| both[(n + (k - 1) * q + j, n + k * q + j)] = 1.0);
+        // d+ = d + h d' + .., or d' and so on.
+        let part = |later: usize| match self.plant.dt {
+            Some(h) => (1..=later).fold(1.0, |part, k| part * h / k as f64),
+            None => f64::from(u8::from(later == 1)),
+        };
+        for (k, i) in (0..order).flat_map(|k| (k..order).map(move |i| (k, i))) {
+            (0..q).for_each(|j| both[(n + k * q + j, n + i * q + j)] = part(i - k));
         }
         let mut seen = DMatrix::zeros(c.nrows(), size);
         seen.view_mut((0, 0), (c.nrows(), n)).copy_from(&c);
-        let rate = of_sentence(sentence, sentence.holes.len().saturating_sub(1));
-        stable(&both, &l, &seen, rate, false, said)
+        let last = sentence.holes.len().saturating_sub(1);
+        if self.is_discrete() {
+            let factor = sentence.hole(last).rsplit_once(' ').and_then(|(_, factor)| factor.strip_suffix("^k"));
+            let factor = factor.and_then(|factor| factor.parse().ok()).unwrap_or(1.0);
+            return stable(&both, &l, &seen, factor, true, said);
+        }
+        stable(&both, &l, &seen, of_sentence(sentence, last), false, said)
     }
 
     pub(super) fn in_loop(&self) -> Verdict {

@@ -117,8 +117,12 @@ impl Subject<'_> {
         }
         let Some(Matrices { a, c, .. }) = self.matrices() else { return Ok(Held::Unchecked) };
         let least = self.own.get("decay_rate").and_then(Value::number).unwrap_or(0.0);
-        let shifted = &a + DMatrix::identity(a.nrows(), a.nrows()) * (least * (1.0 + 1e-9));
-        if linear::is_detectable(&shifted, &c, false) {
+        let least_or_more = least * (1.0 + 1e-9);
+        let shifted = match self.plant.dt {
+            Some(dt) => &a * (least_or_more * dt).exp(),
+            None => &a + DMatrix::identity(a.nrows(), a.nrows()) * least_or_more,
+        };
+        if linear::is_detectable(&shifted, &c, self.is_discrete()) {
             return Err(wrong(format!("infeasible, and the unseen modes decay faster than {least}, exactly")));
         }
         Ok(Held::Computed)

@@ -172,11 +172,11 @@ pub(super) const SOURCES: &[Source] = &[
                 "n + q => e[(i, j - n)]",
                 "n + q => -e[(i, j - n)]",
             ),
-            mutant("extended state: d' = -d_rate", Sign, "if j == i + q => 1.0", "if j == i + q => -1.0"),
+            mutant("extended state: d' = -d_rate", Sign, "if later == q => 1.0", "if later == q => -1.0"),
             mutant(
                 "proportional-integral: no rank condition",
                 Hypothesis,
-                "has_full_column_rank(&check::exactly(&system)?)? == Some(false)",
+                "has_full_column_rank(&check::exactly(&system)?.difference(&identity)?)? == Some(false)",
                 "false",
             ),
         ],
@@ -192,10 +192,10 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "error bound: sqrt(U) (P^-1)_kk",
                 Dropped,
-                "(level * z[(k, k)]).sqrt() * up",
-                "level.sqrt() * z[(k, k)] * up",
+                "(level * z[(k, k)]).sqrt() * UP",
+                "level.sqrt() * z[(k, k)] * UP",
             ),
-            mutant("error bound: 2 alpha dropped", Constant, "/ (2.0 * rate) * up", "/ rate * up"),
+            mutant("error bound: 2 alpha dropped", Constant, "/ (2.0 * rate) * UP", "/ rate * UP"),
         ],
     },
     Source {

@@ -35,6 +35,7 @@ use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, names}
 use crate::definite::Sense;
 use crate::error::ProofError;
 use crate::interval::Interval;
+use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::number::Datum;
 use crate::ring::Ring;
@@ -112,6 +113,68 @@ pub struct InputToStateStability {
 
 const POSITIVE: &str = "a rate, a level and the bound of an error are positive";
 
+/// The numbers of both theorems, in continuous and in discrete time.
+pub(super) struct Bounds<'a> {
+    /// The multipliers lambda of the disturbances.
+    pub(super) lambda: &'a [f64],
+    /// The bounds W of the disturbances.
+    pub(super) disturbances: &'a [f64],
+    /// The bound of V in the limit.
+    pub(super) level: f64,
+    /// The bounds of the components of the error in the limit.
+    pub(super) limsup: &'a [f64],
+}
+
+impl Bounds<'_> {
+    pub(super) fn check(&self, order: usize) -> Result<(), ProofError> {
+        positive("the level, which should be positive,", self.level)?;
+        for bound in self.limsup {
+            positive("a bound of the error, which should be positive,", *bound)?;
+        }
+        for bound in self.disturbances {
+            not_negative("the bound of a disturbance, which should be 0 or more,", *bound)?;
+        }
+        has_length("lambda", self.lambda, self.disturbances.len())?;
+        has_length("the bounds", self.limsup, order)
+    }
+
+    /// `sum weights_i W_i^2`.
+    pub(super) fn weighted<R: Ring>(&self, weights: &[f64]) -> Result<R, ProofError> {
+        let mut sum = R::zero();
+        for (weight, w) in weights.iter().zip(self.disturbances) {
+            let w = number::<R>(*w, "the level")?;
+            sum = sum.add(&number::<R>(*weight, "the level")?.mul(&w.mul(&w)));
+        }
+        Ok(sum)
+    }
+
+    /// `limsup_i^2 P > level 1_i 1_i'` for each i, P by its name among the names.
+    pub(super) fn components(&self, names: &Names<'_>, p: &str) -> Result<Vec<Fact>, ProofError> {
+        let order = self.limsup.len();
+        let component = |(i, &limsup): (usize, &f64)| {
+            let unit =
+                Matrix::from_fn(order, order, |row, column| if (row, column) == (i, i) { self.level } else { 0.0 });
+            let names = names.clone().number("b", limsup).matrix("U", &unit);
+            let verdict = names.decide(&format!("b^2 {p} - U > 0"))?;
+            Ok(Fact::new(format!("limsup |e_{}| <= limsup[{i}]", i + 1), verdict))
+        };
+        self.limsup.iter().enumerate().map(component).collect()
+    }
+
+    /// `|w_1| <= 0.1, |w_2| <= 2`: bounds that are presumed, rounded down.
+    pub(super) fn presumed(&self) -> String {
+        let bounds = self.disturbances.iter().enumerate();
+        bounds.map(|(i, bound)| format!("|w_{}| <= {}", i + 1, if_at_most(*bound, 6))).collect::<Vec<_>>().join(", ")
+    }
+
+    /// `limsup |e_1| <= 0.1`: bounds that are concluded, rounded up.
+    pub(super) fn concluded(&self) -> String {
+        let limits = self.limsup.iter().enumerate();
+        let limits = limits.map(|(i, bound)| format!("limsup |e_{}| <= {}", i + 1, at_most(*bound, 4)));
+        limits.collect::<Vec<_>>().join(", ")
+    }
+}
+
 fn positive(what: &'static str, value: f64) -> Result<(), ProofError> {
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(ProofError::Sign { what, value }) }
 }
@@ -120,30 +183,27 @@ fn not_negative(what: &'static str, value: f64) -> Result<(), ProofError> {
     if value >= 0.0 && value.is_finite() { Ok(()) } else { Err(ProofError::Sign { what, value }) }
 }
 
+fn has_length(what: &'static str, list: &[f64], expected: usize) -> Result<(), ProofError> {
+    if list.len() == expected {
+        return Ok(());
+    }
+    Err(ProofError::DimensionMismatch { what, expected: (expected, 1), found: (list.len(), 1) })
+}
+
 impl InputToStateStability {
     fn check(&self) -> Result<(), ProofError> {
         positive("the rate, which should be positive,", self.rate)?;
-        positive("the level, which should be positive,", self.level)?;
-        for bound in &self.limsup {
-            positive("a bound of the error, which should be positive,", *bound)?;
-        }
-        for bound in &self.disturbances {
-            not_negative("the bound of a disturbance, which should be 0 or more,", *bound)?;
-        }
         if let Some(term) = &self.cubic {
             not_negative("kappa, which should be 0 or more,", term.kappa)?;
+            has_length("mu", &term.mu, self.disturbances.len())?;
         }
-        let (order, count) = (self.p.rows(), self.disturbances.len());
-        self.d.expect_shape("D", (self.c.rows(), count))?;
-        let mu = self.cubic.as_ref().map_or(count, |term| term.mu.len());
-        let lengths =
-            [("lambda", self.lambda.len(), count), ("the bounds", self.limsup.len(), order), ("mu", mu, count)];
-        for (what, length, expected) in lengths {
-            if length != expected {
-                return Err(ProofError::DimensionMismatch { what, expected: (expected, 1), found: (length, 1) });
-            }
-        }
-        Ok(())
+        self.d.expect_shape("D", (self.c.rows(), self.disturbances.len()))?;
+        self.bounds().check(self.p.rows())
+    }
+
+    fn bounds(&self) -> Bounds<'_> {
+        let Self { lambda, disturbances, level, limsup, .. } = self;
+        Bounds { lambda, disturbances, level: *level, limsup }
     }
 
     /// The name of the Lyapunov matrix: P itself, or the matrix near it for which the stored N is exact.
@@ -161,20 +221,12 @@ struct Level<'a>(&'a InputToStateStability);
 
 impl Expression for Level<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let InputToStateStability { disturbances, lambda, cubic, rate, level, .. } = self.0;
-        let number = |x: f64| number::<R>(x, "the level");
-        let weighted = |weights: &[f64]| {
-            let mut sum = R::zero();
-            for (weight, w) in weights.iter().zip(disturbances) {
-                let w = number(*w)?;
-                sum = sum.add(&number(*weight)?.mul(&w.mul(&w)));
-            }
-            Ok::<R, ProofError>(sum)
-        };
+        let InputToStateStability { lambda, cubic, rate, level, .. } = self.0;
+        let (bounds, number) = (self.0.bounds(), |x: f64| number::<R>(x, "the level"));
         let reached = number(256.0)?.mul(&number(*rate)?.mul(&number(*level)?));
-        let mut spent = number(128.0)?.mul(&weighted(lambda)?);
+        let mut spent = number(128.0)?.mul(&bounds.weighted(lambda)?);
         if let Some(term) = cubic {
-            let square = weighted(&term.mu)?;
+            let square = bounds.weighted::<R>(&term.mu)?;
             spent = spent.add(&number(27.0)?.mul(&number(term.kappa)?.mul(&square.mul(&square))));
         }
         Matrix::from_row_major(1, 1, vec![reached.sub(&spent)])
@@ -207,14 +259,7 @@ impl Statement for InputToStateStability {
             spent.push_str(" + 27/128 kappa (sum mu_i w_i^2)^2");
         }
         facts.push(Fact::new(format!("{spent} <= 2 rate level"), Level(self).decide(Sense::PositiveSemidefinite)?));
-        for (i, &limsup) in self.limsup.iter().enumerate() {
-            let order = self.p.rows();
-            let unit =
-                Matrix::from_fn(order, order, |row, column| if (row, column) == (i, i) { self.level } else { 0.0 });
-            let names = names.clone().number("b", limsup).matrix("U", &unit);
-            let verdict = names.decide(&format!("b^2 {p} - U > 0"))?;
-            facts.push(Fact::new(format!("limsup |e_{}| <= limsup[{i}]", i + 1), verdict));
-        }
+        facts.extend(self.bounds().components(&names, p)?);
         Ok(facts)
     }
 
@@ -253,19 +298,13 @@ impl Statement for InputToStateStability {
             ("", "", "")
         };
         let e = if self.vertices.len() == 1 { "E" } else { "E(t)" };
-        let bounds: Vec<String> = (self.disturbances.iter().enumerate())
-            .map(|(i, bound)| format!("|w_{}| <= {}", i + 1, if_at_most(*bound, 6)))
-            .collect();
-        let limits: Vec<String> = (self.limsup.iter().enumerate())
-            .map(|(i, bound)| format!("limsup |e_{}| <= {}", i + 1, at_most(*bound, 4)))
-            .collect();
         format!(
             "For {plant}, all disturbances w with {}, and the observer xhat' = {a} xhat + Bu + L r{term}, r = y - C xhat, with the gains exactly as stored, the error e = x - xhat obeys e' = ({a} - LC)e + ({e} - LD)w{flow}; V = e'{}e{metric} satisfies V(t) <= exp(-2 rate t) V(0) + level with rate = {} and level = {}, from every e(0); and {}.{}",
-            bounds.join(", "),
+            self.bounds().presumed(),
             self.metric(),
             at_least(self.rate, 4),
             at_most(self.level, 4),
-            limits.join(", "),
+            self.bounds().concluded(),
             enclosed(self.entries(), ""),
         )
     }
@@ -301,7 +340,7 @@ members! { DisturbedPlant, first: Option<(usize, usize)> { {
 } } }
 
 impl DisturbedPlant {
-    fn read_list(list: &Field<'_>) -> Result<Vec<Self>, FileError> {
+    pub(super) fn read_list(list: &Field<'_>) -> Result<Vec<Self>, FileError> {
         let mut first = None;
         list.some_of(|item| {
             let plant: Self = item.part_of(first)?;
@@ -310,7 +349,7 @@ impl DisturbedPlant {
         })
     }
 
-    fn sizes(vertices: &[Self]) -> (usize, usize) {
+    pub(super) fn sizes(vertices: &[Self]) -> (usize, usize) {
         vertices.first().map_or((0, 0), |first| first.e.shape())
     }
 }

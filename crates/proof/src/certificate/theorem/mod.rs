@@ -10,6 +10,7 @@ mod cubic;
 mod definiteness;
 mod deployed;
 mod discrete;
+mod discrete_input_to_state;
 mod discrete_polytope;
 mod feedback;
 mod filter_problem;
@@ -59,6 +60,7 @@ pub use cubic::{CubicConvergence, Region};
 pub use definiteness::{Definiteness, Sign};
 pub use deployed::{ClaimedBall, DeployedObserver, LARGEST_DEPLOYED};
 pub use discrete::DiscreteConvergence;
+pub use discrete_input_to_state::DiscreteInputToStateStability;
 pub use discrete_polytope::DiscreteJacobianPolytope;
 pub use feedback::FeedbackLoop;
 pub use filter_problem::FilterProblem;
@@ -234,6 +236,8 @@ theorems! {
         ReducedOrderConvergence,
         /// A bound of the error under bounded disturbances and noise.
         InputToStateStability,
+        /// The same in discrete time.
+        DiscreteInputToStateStability,
         /// The interval observer in continuous time.
         IntervalEnclosure,
         /// The sampled interval observer, with the rounding of its steps.
