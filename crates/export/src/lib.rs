@@ -243,6 +243,11 @@ impl Export {
         self.update.is_some()
     }
 
+    /// Whether the estimate after a step is that of its sample, and not for the next one.
+    pub fn is_of_sample(&self) -> bool {
+        self.is_filter() || matches!(&self.observer, ExportableObserver::Step(step) if step.is_of_sample())
+    }
+
     /// Whether the step includes a feedback.
     pub fn has_feedback(&self) -> bool {
         self.feedback.is_some()

@@ -89,7 +89,7 @@ pub use norm_filter::NormFilterSpec;
 pub use optimal_cubic::OptimalCubic;
 pub use peb::PebObserver;
 pub use pebo::Pebo;
-pub use reduced_order::{ReducedOrder, ReducedOrderObserver};
+pub use reduced_order::{ReducedOrder, ReducedOrderObserver, WithFeedthrough};
 pub use sampled_cubic::{SampledCubic, VaryingPeriods};
 pub use sliding_mode::SlidingModeSpec;
 pub use ukf::UnscentedSpec;
