@@ -2,41 +2,56 @@
 
 use std::sync::Arc;
 
-use luenberger_design::{DecoupledPlant, GainOptions, Pair, UnknownInputDesign};
+use luenberger_design::{
+    DecoupledPlant, DesignError, DiscreteDesign, GainOptions, Pair, TimeDomain, UnknownInputDesign,
+};
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Recorded, Recording};
 use luenberger_live as live;
-use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverError, UnknownInputObserver};
+use luenberger_observers::{
+    CubicObserver, DiscreteForm, LinearObserver, Observer, ObserverError, SampledObserver, UnknownInputObserver,
+};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
+use luenberger_proof::wording::counted;
 use luenberger_sim::AnyObserver;
-use nalgebra::{DMatrix, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{cubic, cubic_of, matrices, unknown};
 use super::keys::{DECAY, GAIN, GAMMA, KALMAN, LMI, MAX_GAIN, NOISE, POLES, Q, RHO, THETA, UNKNOWN};
 use super::{Kind, of as kind};
-use crate::designed::{Refusal, Runnable, Running, StepOf, continuous, rows};
+use crate::designed::{NonlinearStep, Refusal, Runnable, Running, StepOf, continuous, rows, sampled};
+use crate::keys::{Key, Type, optional};
 use crate::reader::{Given, Reader, gain};
-use crate::results::DesignReport;
 use crate::results::report::eigenvalue;
-use crate::steps::recorded::{cast, recorded, refused};
+use crate::results::{DesignReport, NamedMatrix};
+use crate::steps::recorded::{cast, recorded, refused, step_at_samples};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
+use crate::synthesis::discrete::gain_of;
 use crate::synthesis::explain::Misfit;
 use crate::synthesis::linear::{measurement, of};
-use crate::synthesis::{Designed, NoDesign, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::synthesis::{
+    Designed, NoDesign, Plan, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of,
+};
 use crate::tuning::{Context, Keys, Value, disturbance as of_study, linear as is_linear, rates};
 
 /// An observer whose error does not depend on a disturbance.
 pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
 
+const OF_OUTPUTS: Key = optional(
+    "f",
+    Type::Rows,
+    "F, p x q: the disturbance enters the outputs as y = C x + D u + F d; its columns that are not 0 are independent (default: 0).",
+);
+
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
     name: "unknown-input",
-    about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, for linear plants with rank(C E) = q and stable invariant zeros of (A, E, C).",
-    source: "open problem of Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994",
-    plant: PlantClass::Linear(Time::CONTINUOUS),
-    keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
+    about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, which may enter the outputs, y = C x + D u + F d, for linear plants with rank [C E, F; F, 0] = q + rank(F) and stable invariant zeros of (A, E, C, F).",
+    source: "open problem of Share Pasand, Luenberger-type cubic observers; Hautus 1983; Darouach, Zasadzinski and Xu 1994",
+    plant: PlantClass::Linear(Time::ANY),
+    keys: &[UNKNOWN, OF_OUTPUTS, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
     kind: kind::<UnknownInput>,
     read,
     takes_long: false,
@@ -56,7 +71,16 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
     let e = unknown(node, size, reader);
     let linear = gain::linear(node, size, reader);
     let cubic = cubic(node, size, reader);
-    Some(UnknownInput { e: e?, linear: linear?, cubic: cubic.ok()? }.into())
+    let e = e?;
+    let f = match node.get("f") {
+        Some(f) => {
+            let (outputs, inputs) = (counted(size.outputs, "output"), counted(e.ncols(), "column"));
+            let why = format!("the plant has {outputs}, and `e` has {inputs}");
+            reader.matrix(f, "f", (Some(size.outputs), Some(e.ncols())), &why)?
+        }
+        None => DMatrix::zeros(size.outputs, e.ncols()),
+    };
+    Some(UnknownInput { e, f, linear: linear?, cubic: cubic.ok()? }.into())
 }
 
 /// An observer whose error does not depend on a disturbance, linear or cubic.
@@ -64,6 +88,8 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 pub struct UnknownInput {
     /// E, n x q.
     pub e: DMatrix<f64>,
+    /// F, p x q.
+    pub f: DMatrix<f64>,
     /// Its linear part, for the plant without the disturbance.
     pub linear: LinearSpec,
     /// theta, p x p, and gamma of a cubic term.
@@ -85,6 +111,10 @@ impl Specification for UnknownInput {
         Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
     }
 
+    fn updates(&self, dt: Option<f64>) -> bool {
+        dt.is_some()
+    }
+
     fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
         let (theta, _) = self.cubic.as_ref()?;
         Some(Self { cubic: Some((theta.clone(), gamma)), ..self.clone() }.into())
@@ -96,40 +126,56 @@ impl Kind for UnknownInput {
         let plant = plan.linear()?;
         plan.explained(designed((&plant, &plan.reading()), self, &plan.options()))
     }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoDesign> {
+        let plant = plan.linear()?;
+        let found = DecoupledPlant::of_outputs(&plant, &self.e, &self.f, TimeDomain::Discrete);
+        let decoupled = plan.explained(found.map_err(Misfit::from))?;
+        if self.cubic.is_some() {
+            return plan.explained(Err(DesignError::CubicOfOutputs.into()));
+        }
+        let design = match &self.linear.gain {
+            GainSpec::Poles(poles) if self.linear.weight.is_none() => {
+                decoupled.with_poles_in_discrete_time(dt, poles).map_err(Misfit::from)
+            }
+            _ => gain_of(plan, &decoupled.reduced, (&self.linear, dt))?.map_err(|misfit| match misfit {
+                Misfit::Design(error) => error.of_pair(Pair::Decoupled).into(),
+                other => other,
+            }),
+        };
+        plan.explained(design.and_then(|design| in_discrete_time(&decoupled, &design, (&plan.reading(), dt))))
+    }
 }
 
 fn designed(
     (plant, reading): (&StateSpace, &Reading<'_>),
-    UnknownInput { e, linear: gain, cubic }: &UnknownInput,
+    UnknownInput { e, f, linear: gain, cubic }: &UnknownInput,
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let decoupled = DecoupledPlant::new(plant, e)?;
-    let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
+    let decoupled = DecoupledPlant::of_outputs(plant, e, f, TimeDomain::Continuous)?;
     let linear = match &gain.gain {
         GainSpec::Poles(poles) => decoupled.with_poles_and_weight(poles, gain.weight.clone().unwrap_or_default())?,
         _ => of(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
     };
     let cubic = cubic_of(&linear, cubic.as_ref())?;
+    let mut all = matrices(&linear, cubic.as_ref());
     let (runnable, certificate) = match &cubic {
         None => {
             let design = UnknownInputDesign::linear(&decoupled, &linear)?;
+            all.extend(of_the_observer(&design.observer, decoupled.f.amax() > 0.0));
             (Runnable::from(design.observer.clone()), design.certificate.clone())
         }
         Some(cubic) => {
             let design = UnknownInputDesign::cubic(&decoupled, cubic)?;
+            let reduced = &decoupled.reduced;
+            all.extend([matrix("H", &decoupled.h), matrix("TA", &reduced.a), matrix("TB", &reduced.b)]);
             (design.observer.clone().into(), design.certificate.clone())
         }
     };
     let speed = -linear.spectral_abscissa();
-    let fixed = match zeros.as_slice() {
-        [] => String::new(),
-        zeros => format!("The invariant zeros of (A, E, C) are among the poles, whatever L is: {}.", zeros.join(", ")),
-    };
-    let mut all = matrices(&linear, cubic.as_ref());
-    all.extend([matrix("H", &decoupled.h), matrix("TA", &decoupled.reduced.a), matrix("TB", &decoupled.reduced.b)]);
     let report = DesignReport {
         statement: proved_of(&certificate, reading)
-            .remark(fixed)
+            .remark(fixed(&decoupled))
             .remark(measurement(plant))
             .remark(asymptotic_rate(speed)),
         matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
@@ -138,6 +184,83 @@ fn designed(
         ..certified(&certificate, &[])
     };
     Ok(Designed::new(runnable, report, Some(certificate)))
+}
+
+/// The poles that no gain moves, in words.
+fn fixed(decoupled: &DecoupledPlant) -> String {
+    let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
+    let of = if decoupled.f.amax() > 0.0 { "(A, E, C, F)" } else { "(A, E, C)" };
+    match zeros.as_slice() {
+        [] => String::new(),
+        zeros => format!("The invariant zeros of {of} are among the poles, whatever L is: {}.", zeros.join(", ")),
+    }
+}
+
+/// H, TA and TB, and J where it is not L.
+fn of_the_observer(
+    observer: &WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>,
+    is_fed: bool,
+) -> impl Iterator<Item = NamedMatrix> {
+    let inner = observer.inner();
+    let j = is_fed.then(|| matrix("J", &inner.l));
+    let all = [matrix("H", observer.h()), matrix("TA", &inner.a), matrix("TB", &inner.b)];
+    j.into_iter().chain(all)
+}
+
+/// The observer of a plant in discrete time.
+fn in_discrete_time(
+    decoupled: &DecoupledPlant,
+    linear: &DiscreteDesign,
+    (reading, dt): (&Reading<'_>, f64),
+) -> Result<Designed, Misfit> {
+    let design = UnknownInputDesign::discrete(decoupled, linear)?;
+    let (plant, radius) = (&decoupled.plant, linear.spectral_radius());
+    let mut all = vec![matrix("L", linear.l()), matrix("P", &linear.p)];
+    all.extend(of_the_observer(&design.observer, decoupled.f.amax() > 0.0));
+    let report = DesignReport {
+        statement: proved_of(&design.certificate, reading)
+            .remark("The estimate at a sample has the measurement of that sample, xhat(k) = z(k) + H y(k).")
+            .remark(fixed(decoupled))
+            .remark(measurement(plant))
+            .remark(asymptotic_factor(radius)),
+        matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
+        poles: poles(&linear.poles),
+        numbers: vec![number("period", dt), number("largest modulus of a pole", radius)],
+        ..certified(&design.certificate, &[])
+    };
+    let observer = DiscreteForm::predicting(design.observer.clone(), plant.clone(), dt)?;
+    let runnable: AtSamples = observer;
+    Ok(Designed::new(runnable.into(), report, Some(design.certificate.clone())))
+}
+
+/// The observer of a plant in discrete time.
+type AtSamples = DiscreteForm<WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>, f64, Dyn, Dyn, Dyn, Dyn, Dyn>;
+
+impl Running for AtSamples {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(self)
+    }
+
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, Refusal> {
+        let (observer, states) = (self.observer(), &of.study.plant.states);
+        let names = states.iter().cloned().chain(states.iter().map(|state| format!("z_{state}"))).collect();
+        // The start is at u = 0, with the output that the first estimate predicts.
+        let xhat = DVector::from_column_slice(&of.observer.initial);
+        let size = observer.dimensions();
+        let (u, y) = (DVector::zeros(size.inputs), DVector::zeros(size.outputs));
+        let state = self.initial(0.0, &xhat, &u, &y);
+        let start = xhat.iter().chain(state.iter().take(size.state)).copied().collect();
+        let c = &observer.inner().c;
+        let make = || without_disturbance(observer, over_recorded(observer.inner()));
+        let predicted = |xhat: &[Recorded]| (cast(c) * DVector::from_column_slice(xhat)).as_slice().to_vec();
+        step_at_samples(of, make, (names, start), predicted).map(Some)
+    }
+}
+
+/// The same over the scalar that records.
+fn over_recorded(of: &LinearObserver<f64, Dyn, Dyn, Dyn>) -> LinearObserver<Recorded, Dyn, Dyn, Dyn> {
+    let LinearObserver { a, b, c, d, l } = of;
+    LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) }
 }
 
 /// What the step has in addition to the observer in continuous time.
@@ -154,9 +277,7 @@ impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
     }
 
     fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, Refusal> {
-        let LinearObserver { a, b, c, d, l } = self.inner();
-        let inner = LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) };
-        recorded(recording, &without_disturbance(self, inner).map_err(refused)?)
+        recorded(recording, &without_disturbance(self, over_recorded(self.inner())).map_err(refused)?)
     }
 
     fn remark_of_step(&self) -> &'static str {
@@ -199,6 +320,9 @@ where
 fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     let e = of_study(context)?;
     is_linear(context)?;
+    if let Some(dt) = context.study.plant.dt {
+        return Err(format!("its matrix inequality is for plants in continuous time, and this one has dt = {dt}"));
+    }
     let keys = |rate: f64| vec![("e", Value::rows(e)), ("decay_rate", Value::Number(rate))];
     Ok(rates(context.information.linear_rate).filter(|rate| *rate > 0.0).map(keys).collect())
 }

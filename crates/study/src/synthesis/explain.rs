@@ -184,8 +184,14 @@ pub(crate) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 DesignError::QuietOutput { .. } => {
                     Advice::hint("`noise` in `bounds` with a bound above 0 for each output, or `poles`")
                 }
-                DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. } => {
+                DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { is_fed: false, .. } => {
                     with_slow_disturbance(requested)
+                }
+                DesignError::UnmatchedInOutputs { .. } | DesignError::UnstableZero { is_fed: true, .. } => {
+                    Advice::hint("a further output, without the disturbance, whose derivative depends on it")
+                }
+                DesignError::CubicOfOutputs => {
+                    Advice::of([Proposal::keys([], &["gamma", "theta"], "the linear observer")])
                 }
                 _ => Advice::default(),
             };

@@ -57,4 +57,5 @@ mod templates;
 mod trajectories;
 mod truth;
 mod units;
+mod unknown_input;
 mod varying_periods;
