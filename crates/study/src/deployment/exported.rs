@@ -45,6 +45,10 @@ pub fn exported(
     };
     let export = Export::new(&names::identifier(&observer.name), exportable, scalar, &initial, columns)?;
     match update {
+        // Its gains are not those of a Kalman filter.
+        Some(k) if observer.kind.whole_gain().is_none() => {
+            export.with_update(&k).map(|export| export.titled("Reduced-order observer in filter form"))
+        }
         Some(k) => export.with_update(&k),
         None => Ok(export),
     }
