@@ -121,11 +121,11 @@ fn of_one(
             }
             continue;
         };
-        let further = outside(&stacked(&[&search.c, &search.k]), &rows.t, search.floor(1.0))?;
-        if further.nrows() + 1 == order {
-            let functions = stacked(&[k, &search.in_given_units(&further)]);
-            match functional(a, b, c, &functions, first) {
-                Ok(observer) => return Ok(Ok(LeastFunctionalObserver { observer, functions, is_least })),
+        if order == 1 {
+            match functional(a, b, c, k, first) {
+                Ok(observer) => {
+                    return Ok(Ok(LeastFunctionalObserver { observer, functions: k.clone(), is_least }));
+                }
                 Err(error) if is_refusal(&error) => {}
                 Err(error) => return Err(error),
             }
