@@ -142,6 +142,18 @@ impl DecoupledPlant {
         Ok(Self { plant: of.clone(), e, f, time, h, reduced, zeros: found.zeros, inverse })
     }
 
+    /// L without the part that acts on no output of the pair that is left: of it a program knows no size, and in J it
+    /// cancels. `l'(I - S S^+) = 0` in the rows of the outputs iff `l'W l = 0` for the block W of the projector there.
+    fn acting(&self, l: &DMatrix<f64>) -> DMatrix<f64> {
+        let Some(inverse) = &self.inverse else { return l.clone() };
+        let (p, q) = self.f.shape();
+        let w = DMatrix::identity(p, p) - &self.f * inverse.view((0, p), (q, p));
+        let eigen = symmetric_part(&w).symmetric_eigen();
+        let floor = 16.0 * p as f64 * f64::EPSILON * (1.0 + self.f.norm() * inverse.norm());
+        let kept = DMatrix::from_diagonal(&eigen.eigenvalues.map(|x| if x > floor { 1.0 } else { 0.0 }));
+        l * (&eigen.eigenvectors * kept * eigen.eigenvectors.transpose())
+    }
+
     /// `[H J]` for this L, n x 2p.
     fn injections(&self, l: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
         let (p, q) = (self.plant.c.nrows(), self.e.ncols());
@@ -284,11 +296,12 @@ impl DecoupledPlant {
         &self,
         (l, p, rate): (&DMatrix<f64>, &DMatrix<f64>, f64),
     ) -> Result<UnknownInputDesign<LinearObserver<f64, Dyn, Dyn, Dyn>>, DesignError> {
+        let l = &self.acting(l);
         let observer = self.observer(l)?;
         // The design proves its P for the T in double precision.
         let f = check::closed_loop((&self.reduced.a, l, &self.reduced.c))?;
         let (_, certificate) = proved_or_first(self.time, &f, Ok(p.clone()), |p| self.theorem((l, p, rate), None))?;
-        Ok(UnknownInputDesign { observer, certificate })
+        Ok(UnknownInputDesign { observer, gain: l.clone(), certificate })
     }
 }
 
@@ -358,6 +371,8 @@ certified!(
 pub struct UnknownInputDesign<O> {
     /// The observer, ready to run.
     pub observer: UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>,
+    /// The gain L of the reduced plant, n x p, that of the certificate.
+    pub gain: DMatrix<f64>,
     /// The certificate.
     pub certificate: Certificate,
 }
@@ -430,7 +445,7 @@ impl UnknownInputDesign<CubicObserver<f64, Dyn, Dyn, Dyn>> {
             x: proof_matrix(&symmetric_part(&x)),
         };
         let certificate = of.theorem((&o.l, &design.p, design.rate), Some(term))?;
-        Ok(Self { observer, certificate })
+        Ok(Self { observer, gain: o.l.clone(), certificate })
     }
 
     /// The observer gain L of the reduced plant, n x p.

@@ -162,6 +162,7 @@ fn designed(
     let (runnable, certificate) = match &cubic {
         None => {
             let design = UnknownInputDesign::linear(&decoupled, &linear)?;
+            all[0] = matrix("L", &design.gain);
             all.extend(of_the_observer(&design.observer, decoupled.f.amax() > 0.0));
             (Runnable::from(design.observer.clone()), design.certificate.clone())
         }
@@ -215,7 +216,7 @@ fn in_discrete_time(
 ) -> Result<Designed, Misfit> {
     let design = UnknownInputDesign::discrete(decoupled, linear)?;
     let (plant, radius) = (&decoupled.plant, linear.spectral_radius());
-    let mut all = vec![matrix("L", linear.l()), matrix("P", &linear.p)];
+    let mut all = vec![matrix("L", &design.gain), matrix("P", &linear.p)];
     all.extend(of_the_observer(&design.observer, decoupled.f.amax() > 0.0));
     let report = DesignReport {
         statement: proved_of(&design.certificate, reading)

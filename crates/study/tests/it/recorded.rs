@@ -198,7 +198,8 @@ fn at_samples(designed: &Designed, of: &ObserverSpec, samples: &Samples) -> Vec<
     let mut state = runnable.initial(0.0, &first, &vec![0.0; size.inputs], &vec![0.0; size.outputs]).unwrap();
     let mut found = Vec::new();
     for (u, y) in samples {
-        let xhat = runnable.estimate(0.0, &state, u, y).unwrap();
+        let mut xhat = vec![0.0; size.estimate];
+        runnable.any().correct(&state, u, y, &mut xhat);
         state = runnable.motion(0.0, &state, u, y).unwrap();
         found.push([&xhat[..], &state[..state.len() - xhat.len()]].concat());
     }

@@ -291,9 +291,10 @@ impl Subject<'_> {
             let signs = &signs[k % signs.len()].1;
             let d = DVector::from_fn(e.ncols(), |j, _| signs[j] * (1.0 + (k as f64).sin()));
             let y = output(&x, &d);
-            let xhat = designed.runnable.estimate(0.0, &state, u.as_slice(), y.as_slice());
             let next = designed.runnable.motion(0.0, &state, u.as_slice(), y.as_slice());
-            let (Some(xhat), Some(next)) = (xhat, next) else { return Ok(Held::Unchecked) };
+            let Some(next) = next else { return Ok(Held::Unchecked) };
+            let mut xhat = vec![0.0; x.len()];
+            designed.runnable.any().correct(&state, u.as_slice(), y.as_slice(), &mut xhat);
             last = (&x - DVector::from_vec(xhat)).norm();
             (transient, largest) = (transient.max(last), largest.max(x.norm()));
             state = next;
