@@ -563,6 +563,37 @@ def unknown_input_observer(file):
     return words.unknown_input_observer(n, b.columns, e.columns, c.rows, bool(field), rate), facts
 
 
+def decoupling_observer(file):
+    """`e' = (TA - JC)e` or e+, HF = 0 and TE = JF for `[H G] = [E - LF, 0](S'S)^-1 S'`, J = L + G, S = [CE F1; F 0]."""
+    is_discrete = file.take("time").word("continuous", "discrete") == "discrete"
+    a, b, c = read_plant(file)
+    n, p = a.rows, c.rows
+    e = file.take("E").matrix_with_rows(n)
+    if not e.columns:
+        file.take("E").fail("is empty")
+    f = file.take("F").matrix(p, e.columns)
+    with file.object("observer") as observer:
+        l = observer.take("L").matrix(n, p)
+    with file.object("lyapunov") as proof:
+        lyapunov_matrix = proof.take("P").symmetric(n)
+    fed = [j for j in range(f.columns) if any(f[i, j] for i in range(p))]
+    fed = Matrix.of([[f[i, j] for j in fed] for i in range(p)], len(fed))
+    s = blocks([[c @ e, fed], [f, Matrix.zeros(p, fed.columns)]])
+    gram = s.T @ s
+    name = "(TA - JC)'P(TA - JC) - P < 0" if is_discrete else "(TA - JC)'P + P(TA - JC) < 0"
+
+    def decrease(margin):
+        if sign(gram) != DEFINITE:
+            raise NotShown("there is no H")
+        both = blocks([[e - l @ f, Matrix.zeros(n, fed.columns)]]) @ inverse(gram) @ s.T
+        flow = a - l @ c - both @ blocks([[c @ a], [c]])
+        form = stein(flow, lyapunov_matrix) if is_discrete else lyapunov(flow, lyapunov_matrix)
+        at_least(form, margin, strict=True)
+
+    facts = [("S'S > 0", positive(gram)), ("P > 0", positive(lyapunov_matrix)), (name, decrease)]
+    return words.decoupling_observer(is_discrete, n, b.columns, e.columns, p), facts
+
+
 def reduced_order_observer(file):
     """`v' = Fv`, v = w - Tx, with the rational F = T A (C'C + T'T)^-1 T'."""
     a, b, c = read_plant(file)
@@ -916,6 +947,7 @@ KINDS = {
     "unknown-input-observer": unknown_input_observer,
     "input-to-state-stability": input_to_state_stability,
     "discrete-input-to-state-stability": discrete_input_to_state_stability,
+    "decoupling-observer": decoupling_observer,
     "reduced-order-observer": reduced_order_observer,
     "h-infinity-filter": h_infinity_filter,
     "h2-filter": h2_filter,

@@ -234,6 +234,21 @@ pub(crate) fn plant(plant: &StateSpace) -> Result<(), DesignError> {
     Ok(())
 }
 
+/// A plant with fewer outputs than states, none of them dependent on others: what a reduced-order observer takes.
+pub(crate) fn something_unmeasured(of: &StateSpace) -> Result<(), DesignError> {
+    plant(of)?;
+    let (n, p) = (of.a.nrows(), of.c.nrows());
+    if p >= n {
+        return Err(DesignError::NothingUnmeasured { states: n, outputs: p });
+    }
+    let rows = DMatrix::from_fn(p, n, |i, j| of.c[(i, j)] / of.c.row(i).norm().max(f64::MIN_POSITIVE));
+    let sigma_min = rows.svd(false, false).singular_values.min();
+    if sigma_min <= n as f64 * f64::EPSILON {
+        return Err(DesignError::DependentOutputs { sigma_min });
+    }
+    Ok(())
+}
+
 /// A finite decay rate, zero or more.
 pub(crate) fn rate(rate: f64) -> Result<(), DesignError> {
     if rate >= 0.0 && rate.is_finite() { Ok(()) } else { Err(DesignError::BadRate { rate }) }

@@ -11,7 +11,7 @@
 //! 1999).
 
 use luenberger_linalg::{
-    Kalman, RealMatrixView, SteinEquation, discrete_process_noise, eigenvalues, place_observer,
+    Kalman, RealMatrixView, SteinEquation, discrete_process_noise, eigenvalues, place_observer, reduced_order_observer,
     sampled_measurement_covariance, symmetric_part, zero_order_hold,
 };
 use luenberger_lmi::proof_matrix;
@@ -95,6 +95,44 @@ impl DiscreteDesign {
         }
         let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
         Self::certified(plant, period, l, None)
+    }
+
+    /// The reduced-order observer in discrete time: `w+ = F w + G y + H u`, `xhat = M w + N y` with n - p `poles`
+    /// inside the unit circle, closed under conjugation.
+    ///
+    /// With `F = TAM` and `G = TAN` it is the observer in filter form with the gain `K = N` of the
+    /// [update](Self::update_gain) and `L = A N`, since `w = T xhat(k|k-1)`: of its n poles p are 0, and
+    /// `C xhat(k|k) = y(k)`. It runs in that form, whose prediction also replaces an output that is missing.
+    ///
+    /// ```
+    /// use luenberger_design::DiscreteDesign;
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    /// // x1+ = x1 + x2/2, x2+ = x2, y = x1: w = x2 - l x1, w+ = (1 - l/2) w + .., and N = (1, l).
+    /// let plant = StateSpace::new(dmatrix![1.0, 0.5; 0.0, 1.0], dmatrix![0.0; 0.5], dmatrix![1.0, 0.0])?;
+    /// let design = DiscreteDesign::reduced_order(&plant, 0.5, &[0.25])?;
+    /// let k = design.update_gain().expect("the filter form");
+    /// assert!((k - dmatrix![1.0; 1.5]).amax() < 1e-14 && design.certificate.is_proved());
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    /// # Errors
+    /// [`DesignError::PoleOutside`]; [`DesignError::NothingUnmeasured`] for p >= n, [`DesignError::DependentOutputs`];
+    /// [`DesignError::Linalg`] names the mode that no output sees, or a number of poles that is not n - p;
+    /// [`DesignError::Observer`] for the period.
+    ///
+    /// Source: G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2.4.
+    pub fn reduced_order<Z: Into<Complex<f64>> + Copy>(
+        plant: &StateSpace,
+        period: f64,
+        poles: &[Z],
+    ) -> Result<Self, DesignError> {
+        let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
+        if let Some(&pole) = poles.iter().find(|pole| pole.norm() >= 1.0) {
+            return Err(DesignError::PoleOutside { pole });
+        }
+        check::something_unmeasured(plant)?;
+        let n = reduced_order_observer(&plant.a, &plant.b, &plant.c, &poles)?.n;
+        Self::certified(plant, period, &plant.a * &n, None).map(|design| Self { update: Some(n), ..design })
     }
 
     /// The stationary Kalman predictor for process noise of covariance `w` (n x n, positive semidefinite) and
@@ -286,14 +324,14 @@ impl DiscreteDesign {
         self.covariance.as_ref()
     }
 
-    /// The gain `K = P C' (C P C' + V)^-1` of the measurement update, of a design by [`kalman`](Self::kalman):
-    /// `L = A K`, unless the noises are correlated.
+    /// The gain K of the measurement update: of a design by [`kalman`](Self::kalman) `K = P C' (C P C' + V)^-1`, with
+    /// `L = A K` unless the noises are correlated; of one by [`reduced_order`](Self::reduced_order) N, with `L = A N`.
     pub fn update_gain(&self) -> Option<&DMatrix<f64>> {
         self.update.as_ref()
     }
 
-    /// The Kalman filter in filter form, whose estimate at a sample uses the measurement of that sample, of a design by
-    /// [`kalman`](Self::kalman).
+    /// The observer in filter form, whose estimate at a sample uses the measurement of that sample, of a design by
+    /// [`kalman`](Self::kalman) or [`reduced_order`](Self::reduced_order).
     ///
     /// ```
     /// use luenberger_design::DiscreteDesign;

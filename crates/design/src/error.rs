@@ -5,6 +5,7 @@ use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
+use luenberger_proof::statement::TimeDomain;
 use luenberger_proof::wording::{at_most, counted, entry, shortest};
 use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
@@ -369,15 +370,40 @@ pub enum DesignError {
         /// The smallest singular value of D.
         sigma_min: f64,
     },
-    /// (A, E, C) is not strongly detectable.
+    /// (A, E, C), or (A, E, C, F), is not strongly detectable.
     #[error(
-        "to working precision (A, E, C) has the invariant zero {}, which is not in the open left half plane: every observer whose error does not depend on the unknown input has it as a pole",
-        complex(*.zero)
+        "to working precision (A, E, C{}) has the invariant zero {}, which is not {}: every observer whose error does not depend on the unknown input has it as a pole",
+        if *is_fed { ", F" } else { "" }, complex(*.zero),
+        match time { TimeDomain::Continuous => "in the open left half plane", TimeDomain::Discrete => "inside the unit circle" }
     )]
     UnstableZero {
         /// The zero.
         zero: Complex<f64>,
+        /// The time of the plant.
+        time: TimeDomain,
+        /// Whether the unknown input enters the outputs.
+        is_fed: bool,
     },
+    /// An unknown input in the outputs that cannot be decoupled: `[C E, F1; F, 0]` does not have full column rank.
+    #[error(
+        "S = [C E, F1; F, 0] does not have full column rank, smallest singular value {}: {} not 0 have to be independent, and no combination of the unknown inputs may be hidden from y and from what y has of its own derivative; here d = ({}) is",
+        short(*.sigma_min),
+        if *fed == 1 { "the 1 column F1 of F that is".to_owned() } else { format!("the {fed} columns F1 of F that are") },
+        listed(.d)
+    )]
+    UnmatchedInOutputs {
+        /// The unknown input.
+        d: Vec<f64>,
+        /// The number of columns of F that are not 0.
+        fed: usize,
+        /// The smallest singular value.
+        sigma_min: f64,
+    },
+    /// A cubic term of an unknown-input observer whose innovation has the unknown input, or in discrete time.
+    #[error(
+        "the cubic term of an unknown-input observer is for plants in continuous time whose outputs do not have the unknown input: the innovation r = C e + F d would add it to the error"
+    )]
+    CubicOfOutputs,
     /// Poles of an unknown-input observer without the invariant zeros of (A, E, C).
     #[error(
         "to working precision the invariant zeros of (A, E, C) that no gain moves, {}, are among the poles of every unknown-input observer, and the poles specified do not contain them",

@@ -44,7 +44,8 @@ pub struct ReducedOrderDesign {
 impl ReducedOrderDesign {
     /// The observer whose error has these poles, n - p of them in the open left half plane, closed under conjugation.
     ///
-    /// A feedthrough D has no part in it: the observer takes y - D u for y.
+    /// A feedthrough D has no part in it: the observer takes y - D u for y. For a plant in discrete time use
+    /// [`DiscreteDesign::reduced_order`](crate::DiscreteDesign::reduced_order).
     ///
     /// ```
     /// use luenberger_design::ReducedOrderDesign;
@@ -59,20 +60,11 @@ impl ReducedOrderDesign {
     /// that is not n - rank(C); [`DesignError::NothingUnmeasured`] where that is 0;
     /// [`DesignError::DependentOutputs`] where C has dependent rows.
     pub fn with_poles<Z: Into<Complex<f64>> + Copy>(plant: &StateSpace, poles: &[Z]) -> Result<Self, DesignError> {
-        check::plant(plant)?;
-        let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
         if let Some(&pole) = poles.iter().find(|pole| pole.re >= 0.0) {
             return Err(DesignError::UnstablePole { pole });
         }
-        if p >= n {
-            return Err(DesignError::NothingUnmeasured { states: n, outputs: p });
-        }
-        let rows = DMatrix::from_fn(p, n, |i, j| plant.c[(i, j)] / plant.c.row(i).norm().max(f64::MIN_POSITIVE));
-        let sigma_min = rows.svd(false, false).singular_values.min();
-        if sigma_min <= n as f64 * f64::EPSILON {
-            return Err(DesignError::DependentOutputs { sigma_min });
-        }
+        check::something_unmeasured(plant)?;
         let observer = reduced_order_observer(&plant.a, &plant.b, &plant.c, &poles)?;
         let order = observer.f.nrows();
         let first = lyapunov(&observer.f, &DMatrix::identity(order, order));

@@ -109,12 +109,14 @@ pub struct Export {
     test_steps: usize,
     feedback: Option<DMatrix<f64>>,
     update: Option<DMatrix<f64>>,
+    title: Option<&'static str>,
 }
 
 impl Export {
     /// The kind of observer in words, with the feedback.
     pub(crate) fn kind(&self) -> String {
         let observer = match self.observer {
+            _ if self.title.is_some() => self.title.unwrap_or_default(),
             ExportableObserver::Linear(_) if self.is_filter() => "Stationary Kalman filter",
             ExportableObserver::Linear(_) => "Sampled linear observer",
             ExportableObserver::Cubic(_) => "Sampled cubic observer",
@@ -174,6 +176,7 @@ impl Export {
             test_steps: golden::STEPS,
             feedback: None,
             update: None,
+            title: None,
         })
     }
 
@@ -240,9 +243,20 @@ impl Export {
         Ok(self)
     }
 
+    /// Under this title, in words, in place of that of its form.
+    #[must_use]
+    pub fn titled(self, title: &'static str) -> Self {
+        Self { title: Some(title), ..self }
+    }
+
     /// Whether the estimate uses the measurement of its sample.
     pub fn is_filter(&self) -> bool {
         self.update.is_some()
+    }
+
+    /// Whether the estimate after a step is that of its sample, and not for the next one.
+    pub fn is_of_sample(&self) -> bool {
+        self.is_filter() || matches!(&self.observer, ExportableObserver::Step(step) if step.is_of_sample())
     }
 
     /// Whether the step includes a feedback.

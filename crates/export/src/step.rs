@@ -1,7 +1,8 @@
 //! An observer whose step is straight-line code, `z+ = g(t, z, u, y)`, and whose estimate is its whole state.
 //!
-//! The interval observer, whose state is the estimate with its bounds, and sliding-mode observers are exported in this
-//! form. The step is recorded from the observer that runs.
+//! The interval observer, whose state is the estimate with its bounds, sliding-mode observers, and observers in
+//! discrete time whose estimate has the measurement of its sample are exported in this form. The step is recorded from
+//! the observer that runs.
 
 use luenberger_expression::{Recorded, Recording, RecordingError, Routine};
 use luenberger_observers::{ObserverDimensions, ObserverError, SampledObserver};
@@ -16,6 +17,7 @@ pub struct RecordedStep<T> {
     output: Routine,
     size: ObserverDimensions,
     period: T,
+    is_of_sample: bool,
 }
 
 impl<T: RealField + Copy> RecordedStep<T> {
@@ -37,7 +39,19 @@ impl<T: RealField + Copy> RecordedStep<T> {
             step(t, z, u, y)
         })?;
         let output = recording.program((size.state, 0), |t, z, _| output(t, z))?;
-        Ok(Self { step, output, size, period })
+        Ok(Self { step, output, size, period, is_of_sample: false })
+    }
+
+    /// The same, whose state begins with the estimate at the sample of the step, with its measurement, and not for the
+    /// next one.
+    #[must_use]
+    pub fn of_sample(self) -> Self {
+        Self { is_of_sample: true, ..self }
+    }
+
+    /// Whether it is such a step.
+    pub fn is_of_sample(&self) -> bool {
+        self.is_of_sample
     }
 
     /// The same with another scalar.
@@ -46,7 +60,7 @@ impl<T: RealField + Copy> RecordedStep<T> {
         if !(period.is_finite() && period > U::zero()) {
             return Err(ObserverError::Period { period: period.to_subset_unchecked() });
         }
-        Ok(RecordedStep { step, output, size: self.size, period })
+        Ok(RecordedStep { step, output, size: self.size, period, is_of_sample: self.is_of_sample })
     }
 
     /// g and h as straight-line code.

@@ -119,7 +119,7 @@ fn reduced(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Comple
         n: (v1 + v2 * l) * read,
         f,
     };
-    let residual = inner.residual(&plant, &DMatrix::identity(n, n));
+    let residual = inner.residual((&plant.a, &plant.c), &DMatrix::identity(n, n));
     let units = &plant.units;
     // w has no unit of its own, x = D z, y = R y_s.
     let t = DMatrix::from_fn(n - rank, n, |i, j| shift(inner.t[(i, j)], -units.state[j]));
@@ -144,8 +144,8 @@ fn reduced(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Comple
 /// 2. `rank [s K - K A; C A; C] = rank [C A; C; K]` for every complex s: no motion of z is hidden (for an observer that
 ///    merely converges, for `Re s >= 0`).
 ///
-/// Where the first fails, an observer of a larger order may exist: add rows to K (with `K A` among them it always ends
-/// at the whole state). The plant need not be observable.
+/// Where the first fails, an observer of a larger order may exist, for further functions beside these:
+/// [`least_functional_observer`](crate::least_functional_observer). The plant need not be observable.
 ///
 /// # Errors
 /// [`LinalgError::NotFunctional`] names the first condition and the row of `K A` that misses most,
@@ -183,7 +183,7 @@ pub fn functional_observer<'a>(
     functional(&owned(a), &owned(b), &owned(c), &owned(k), &poles)
 }
 
-fn functional(
+pub(crate) fn functional(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
     c: &DMatrix<f64>,
@@ -249,20 +249,7 @@ fn functional(
     without_blind(&mut e, c);
     without_blind(&mut j, c);
     let inner = Matrices { t: &ks - &e * &plant.c, g: j + &f * &e, m: DMatrix::identity(q, q), n: e, f };
-    let residual = inner.residual(&plant, &ks);
-    // z = R_k z_s: the states of the observer have the units of z.
-    let units = &plant.units;
-    let t = DMatrix::from_fn(q, n, |i, j| shift(inner.t[(i, j)], asked[i] - units.state[j]));
-    checked(FunctionalObserver {
-        h: &t * b,
-        t,
-        f: DMatrix::from_fn(q, q, |i, j| shift(inner.f[(i, j)], asked[i] - asked[j] + units.time)),
-        g: DMatrix::from_fn(q, p, |i, k| shift(inner.g[(i, k)], asked[i] + units.time - units.output[k])),
-        m: inner.m,
-        n: DMatrix::from_fn(q, p, |i, k| shift(inner.n[(i, k)], asked[i] - units.output[k])),
-        placement,
-        residual,
-    })
+    inner.in_given_units((&plant.a, &plant.c), &ks, (&plant.units, &asked), (b, placement))
 }
 
 /// An output that sees no state has no unit and no part in an observer: rounding would give it one.
@@ -315,18 +302,40 @@ fn checked(observer: FunctionalObserver) -> Result<FunctionalObserver> {
 }
 
 /// The observer in the plant's units.
-struct Matrices {
-    t: DMatrix<f64>,
-    f: DMatrix<f64>,
-    g: DMatrix<f64>,
-    m: DMatrix<f64>,
-    n: DMatrix<f64>,
+pub(crate) struct Matrices {
+    pub(crate) t: DMatrix<f64>,
+    pub(crate) f: DMatrix<f64>,
+    pub(crate) g: DMatrix<f64>,
+    pub(crate) m: DMatrix<f64>,
+    pub(crate) n: DMatrix<f64>,
 }
 
 impl Matrices {
-    fn residual(&self, plant: &Scaled, asked: &DMatrix<f64>) -> f64 {
+    /// An observer of functions, M the identity, in the units given: `z = R_k z_s`, and its states have the units of z.
+    pub(crate) fn in_given_units(
+        self,
+        (a, c): (&DMatrix<f64>, &DMatrix<f64>),
+        functions: &DMatrix<f64>,
+        (units, asked): (&Units, &[i32]),
+        (b, placement): (&DMatrix<f64>, Placement),
+    ) -> Result<FunctionalObserver> {
+        let (q, p, n) = (self.t.nrows(), c.nrows(), a.nrows());
+        let residual = self.residual((a, c), functions);
+        let t = DMatrix::from_fn(q, n, |i, j| shift(self.t[(i, j)], asked[i] - units.state[j]));
+        checked(FunctionalObserver {
+            h: &t * b,
+            t,
+            f: DMatrix::from_fn(q, q, |i, j| shift(self.f[(i, j)], asked[i] - asked[j] + units.time)),
+            g: DMatrix::from_fn(q, p, |i, k| shift(self.g[(i, k)], asked[i] + units.time - units.output[k])),
+            m: self.m,
+            n: DMatrix::from_fn(q, p, |i, k| shift(self.n[(i, k)], asked[i] - units.output[k])),
+            placement,
+            residual,
+        })
+    }
+
+    fn residual(&self, (a, c): (&DMatrix<f64>, &DMatrix<f64>), asked: &DMatrix<f64>) -> f64 {
         let Self { t, f, g, m, n } = self;
-        let (a, c) = (&plant.a, &plant.c);
         let relative = |x: f64, terms: f64| if x == 0.0 { 0.0 } else { x / terms };
         let motion = (t * a - f * t - g * c).norm();
         let read = (m * t + n * c - asked).norm();
@@ -343,15 +352,15 @@ fn cleaned(m: &DMatrix<f64>, size: f64) -> DMatrix<f64> {
 }
 
 /// `M = U S V'` with the whole of U and V.
-struct Singular {
-    u: DMatrix<f64>,
-    sigma: Vec<f64>,
-    v: DMatrix<f64>,
-    rank: usize,
+pub(crate) struct Singular {
+    pub(crate) u: DMatrix<f64>,
+    pub(crate) sigma: Vec<f64>,
+    pub(crate) v: DMatrix<f64>,
+    pub(crate) rank: usize,
 }
 
 impl Singular {
-    fn of(m: &DMatrix<f64>) -> Result<Self> {
+    pub(crate) fn of(m: &DMatrix<f64>) -> Result<Self> {
         let (rows, columns) = m.shape();
         let tolerance = default_tolerance(rows, columns);
         let svd = Mat::from_fn(rows, columns, |i, j| m[(i, j)]).svd().map_err(|_| LinalgError::NotConverged {

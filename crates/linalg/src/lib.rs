@@ -21,7 +21,7 @@
 //! | `rank [A - lambda I, B; C, D]`, invariant zeros | [`invariant_zeros`] |
 //! | `T^-1 A T, T^-1 B, C T`, Kalman's four parts | [`kalman_decomposition`] |
 //! | `eig(A - B K)`, `eig(A - L C)` | [`place`], [`place_observer`], with zeros in the gain [`place_structured`], [`place_observer_structured`] |
-//! | `T A - F T = G C`, `M T + N C = K`, observers of lower order | [`reduced_order_observer`], [`functional_observer()`] |
+//! | `T A - F T = G C`, `M T + N C = K`, observers of lower order | [`reduced_order_observer`], [`functional_observer()`], [`least_functional_observer`] |
 //! | `e^A`, `x+ = Ad x + Bd u`, `xhat+ = Fd xhat + Bd u + Ld y` | [`expm`], [`zero_order_hold`], [`zero_order_hold_observer`] |
 //! | `x' = A x + B u` to `x+ = Ad x + Bd u` and back: zero- and first-order hold, Tustin, impulse, matched | [`c2d`], [`d2c`], [`c2d_matched`], [`logm`] |
 //! | `V = R h`, `Qd = int_0^h e^{As} W e^{A's} ds`: noise in continuous and discrete time | [`measurement_intensity`], [`discrete_process_noise`] and their inverses |
@@ -104,6 +104,7 @@ pub mod factored;
 mod forward_error;
 mod frequency_response;
 pub mod functional_observer;
+mod functional_order;
 pub mod generalized;
 mod kernel;
 mod least_visible;
@@ -142,6 +143,7 @@ pub use distance::{UnobservabilityDistance, distance_to_unobservability};
 pub use error::LinalgError;
 pub use factored::{Factored, lyapunov_factor, stein_factor};
 pub use functional_observer::{FunctionalObserver, functional_observer, reduced_order_observer};
+pub use functional_order::{LeastFunctionalObserver, least_functional_observer};
 pub use generalized::{GeneralizedLyapunov, GeneralizedStein, generalized_lyapunov, generalized_stein};
 pub use lyapunov::{Lyapunov, LyapunovEquation, lyapunov};
 pub use nalgebra;

@@ -3,11 +3,101 @@
 //! The input is known, so that neither gain nor error equation changes. An observer without D does not pay for it: its
 //! right-hand side is to the last bit what it is for `y = C x`.
 
-use crate::dense::entry;
 use luenberger_plants::PlantError;
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::dense::entry;
+use crate::error::ObserverError;
+use crate::observer::{Observer, ObserverDimensions};
+
+/// The observer `O` of the plant without its feedthrough, which reads `y - D u` for y: of observers without an
+/// innovation of their own, such as those of lower order.
+///
+/// ```
+/// use luenberger_observers::{FeedthroughObserver, FunctionalObserver, Observer};
+/// use nalgebra::{Vector1, matrix, vector};
+/// // The double integrator, y = x1 + u/2, z = x2: w' = -4 w - 16 (y - u/2) + u, zhat = w + 4 (y - u/2).
+/// let of_state = FunctionalObserver::new(matrix![-4.0], matrix![-16.0], matrix![1.0], matrix![4.0])?;
+/// let observer = FeedthroughObserver::new(of_state, Some(matrix![0.5]))?;
+/// let (u, y) = (Vector1::new(1.0), vector![2.5]);
+/// let w = observer.initial(0.0, &vector![1.0], &u, &y);
+/// assert_eq!(w, vector![-7.0]);
+/// assert_eq!(observer.derivative(0.0, &w, &u, &y), vector![28.0 - 32.0 + 1.0]);
+/// assert_eq!(observer.estimate(0.0, &w, &u, &y), vector![1.0]);
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeedthroughObserver<O, T: RealField + Copy, M: Dim, P: Dim>
+where
+    DefaultAllocator: Allocator<P, M>,
+{
+    inner: O,
+    d: Option<OMatrix<T, P, M>>,
+}
+
+impl<O, T: RealField + Copy, M: Dim, P: Dim> FeedthroughObserver<O, T, M, P>
+where
+    O: Observer<T, Input = OVector<T, M>, Output = OVector<T, P>>,
+    DefaultAllocator: Allocator<P, M> + Allocator<M> + Allocator<P>,
+{
+    /// `inner`, of the plant with y = C x, for y = C x + D u; D is p x m, none for 0.
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`]: a shape that does not fit, entries that are not finite.
+    pub fn new(inner: O, d: Option<OMatrix<T, P, M>>) -> Result<Self, ObserverError> {
+        let size = inner.dimensions();
+        let d = d.map(|d| checked(d, (size.outputs, size.inputs))).transpose()?;
+        Ok(Self { inner, d })
+    }
+
+    /// The observer that reads `y - D u`.
+    pub fn inner(&self) -> &O {
+        &self.inner
+    }
+
+    /// D, p x m, if there is one.
+    pub fn d(&self) -> Option<&OMatrix<T, P, M>> {
+        self.d.as_ref()
+    }
+
+    /// `y - D u`.
+    fn of_state(&self, u: &OVector<T, M>, y: &OVector<T, P>) -> OVector<T, P> {
+        without(self.d.as_ref(), u, y.clone())
+    }
+}
+
+impl<O, T: RealField + Copy, M: Dim, P: Dim> Observer<T> for FeedthroughObserver<O, T, M, P>
+where
+    O: Observer<T, Input = OVector<T, M>, Output = OVector<T, P>>,
+    DefaultAllocator: Allocator<P, M> + Allocator<M> + Allocator<P>,
+{
+    type State = O::State;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = O::Estimate;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        self.inner.dimensions()
+    }
+
+    fn derivative(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        self.inner.derivative(t, state, u, &self.of_state(u, y))
+    }
+
+    fn estimate(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
+        self.inner.estimate(t, state, u, &self.of_state(u, y))
+    }
+
+    fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {
+        self.inner.initial(t, estimate, u, &self.of_state(u, y))
+    }
+
+    fn is_affine(&self) -> bool {
+        self.inner.is_affine()
+    }
+}
 
 /// `value - D u`, for a value that is y or `y - C xhat`; the value itself where there is no D.
 pub(crate) fn without<T: RealField + Copy, M: Dim, P: Dim>(

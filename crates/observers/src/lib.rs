@@ -37,6 +37,8 @@
 //! | [`proportional_integral`] | a disturbance estimated with the state |
 //! | [`unknown_input`] | an estimate that does not depend on an unknown disturbance |
 //! | [`functional`] | functions of the state alone, by fewer states |
+//! | [`discrete_form`] | the equations of an observer in continuous time, in discrete time |
+//! | [`feedthrough`] | the input in the outputs, `y - D u` in place of y |
 //! | [`interval`] | bounds that enclose the state |
 //! | [`sliding_mode`] | super-twisting observer and robust exact differentiator, with an implicit step |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
@@ -58,6 +60,7 @@ pub mod cubic_sampled;
 mod dense;
 pub mod deviation;
 pub mod diagnosis;
+pub mod discrete_form;
 pub mod discrete_kalman;
 pub mod discrete_linear;
 pub mod discrete_luenberger;
@@ -65,7 +68,7 @@ pub mod error;
 pub mod estimator;
 #[cfg(feature = "alloc")]
 mod exponential;
-mod feedthrough;
+pub mod feedthrough;
 pub mod filters;
 pub mod fixed_point;
 pub mod functional;
@@ -111,10 +114,12 @@ pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
 pub use deviation::{DeviationObserver, StaticDeviationObserver};
 pub use diagnosis::{Diagnose, Diagnosis};
+pub use discrete_form::{DiscreteForm, StaticDiscreteForm};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use discrete_linear::{DiscreteLinearObserver, StaticDiscreteLinearObserver};
 pub use discrete_luenberger::{DiscreteNonlinearObserver, StaticDiscreteNonlinearObserver};
 pub use error::{ObserverError, Point};
+pub use feedthrough::FeedthroughObserver;
 pub use fixed_point::{
     FixedPointFormat, FixedPointFormats, FixedPointGains, FixedPointObserver, FixedPointState, StaticFixedPointObserver,
 };

@@ -57,4 +57,4 @@ def test_bad_input_has_a_clear_error():
     with pytest.raises(lg.InvalidArgument, match="poles"):
         lg.observer("luenberger", SYS, poles=[np.nan, -1])
     with pytest.raises(lg.NotApplicable, match="is for plants in continuous time"):
-        lg.observer("reduced-order", lg.ss([[0.5, 1], [0, 0.5]], [[0], [1]], [[1, 0]], dt=0.1), poles=[-3])
+        lg.observer("high-gain", lg.ss([[0.5, 1], [0, 0.5]], [[0], [1]], [[1, 0]], dt=0.1), r=0.1)

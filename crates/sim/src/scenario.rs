@@ -280,6 +280,18 @@ impl<'a> Scenario<'a> {
         self.entry(name, Arc::new(Continuous::new(observer)), initial, Estimated::Functions(k.clone()))
     }
 
+    /// A sampled-data observer of the functions `z = K x`, with their first estimate.
+    #[must_use]
+    pub fn sampled_functional_observer(
+        self,
+        name: &str,
+        observer: impl SampledObserver<f64> + Send + Sync + 'a,
+        initial: &[f64],
+        k: &DMatrix<f64>,
+    ) -> Self {
+        self.entry(name, Arc::new(Sampled(observer)), initial, Estimated::Functions(k.clone()))
+    }
+
     /// An observer that is corrected at samples of varying periods, some of them missed, and its estimate at the start.
     /// The trajectory has the [`samples`](crate::ObserverTrajectory::samples).
     ///

@@ -211,9 +211,9 @@ impl<'t> Errors<'t> {
         };
         let first = match (&samples, &own.at_samples) {
             (Some((times, _)), Some(at_samples)) => {
-                let x = trajectory.state_at(times[0])?;
-                let error = |(j, &i): (usize, &usize)| x[i] - at_samples.predicted[(0, j)];
-                Some(own.states.iter().enumerate().map(error).collect())
+                let wanted = trajectory.wanted_at(observer, times[0])?;
+                let error = |(j, x): (usize, f64)| x - at_samples.predicted[(0, j)];
+                Some(wanted.into_iter().enumerate().map(error).collect())
             }
             _ => None,
         };

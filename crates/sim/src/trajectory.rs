@@ -391,6 +391,12 @@ impl Trajectory {
         Ok((times, errors))
     }
 
+    /// What an observer estimates, states of the plant or functions of them, at the time `t`.
+    pub(crate) fn wanted_at(&self, observer: &str, t: f64) -> Result<Vec<f64>, SimError> {
+        let row = self.dense.at(t)?;
+        Ok(self.place(observer)?.of.iter().map(|place| row[*place]).collect())
+    }
+
     /// The samples as comma-separated values: a head of names, then one line per requested time with `t`, states,
     /// inputs, outputs, the estimates of each observer and the integrals. Numbers are read back as they are.
     pub fn to_csv(&self) -> String {

@@ -9,7 +9,7 @@
 use luenberger_random::Random;
 use serde_json::Value;
 
-use super::document::{is_single, matrix, number, symmetric};
+use super::document::{float_matrix, is_single, matrix, number, symmetric};
 use super::exact::Exact;
 
 pub(super) type Found = Result<(), String>;
@@ -190,6 +190,43 @@ pub(super) fn super_twisting(document: &Value, random: &mut Random) -> Found {
     }
     let seen = Exact::from_f64(2, 2, &[1.0, 0.0, 0.0, 0.0]);
     margin_of(document, 2, &p.scaled(&c.times(&c)).minus(&seen))
+}
+
+/// `H F = 0` and `T E = J F` with rational numbers, and TA - JC stable.
+pub(super) fn decoupling(document: &Value, random: &mut Random) -> Found {
+    let plant = &document["plant"];
+    let (a, c) = (matrix(&plant["A"], random), matrix(&plant["C"], random));
+    let (e, f) = (matrix(&document["E"], random), matrix(&document["F"], random));
+    let (l, p) = (matrix(&document["observer"]["L"], random), matrix(&document["lyapunov"]["P"], random));
+    let columns = float_matrix(&document["F"]);
+    let fed: Vec<usize> = (0..columns.ncols()).filter(|j| columns.column(*j).iter().any(|x| *x != 0.0)).collect();
+    let pick = Exact::from_f64(
+        columns.ncols(),
+        fed.len(),
+        &(0..columns.ncols())
+            .flat_map(|i| fed.iter().map(move |j| if i == *j { 1.0 } else { 0.0 }))
+            .collect::<Vec<f64>>(),
+    );
+    let (outputs, count) = (c.rows, fed.len());
+    let upper = if count == 0 { vec![c.times(&e)] } else { vec![c.times(&e), f.times(&pick)] };
+    let lower = if count == 0 { vec![f.clone()] } else { vec![f.clone(), Exact::zeros(outputs, count)] };
+    let s = Exact::blocks(&[upper, lower]);
+    let gram = s.transposed().times(&s);
+    ensure(gram.is_positive(), said("S has full column rank"))?;
+    margin_of(document, 0, &gram)?;
+    let left = e.minus(&l.times(&f));
+    let wanted = if count == 0 { left } else { Exact::blocks(&[vec![left, Exact::zeros(a.rows, count)]]) };
+    let both = wanted.times(&gram.solve(&s.transposed()).ok_or("S'S is singular")?);
+    let (h, j) = (both.view(0, 0, a.rows, outputs), l.plus(&both.view(0, outputs, a.rows, outputs)));
+    ensure(h.times(&f).is_zero(), said("HF = 0"))?;
+    let t = Exact::identity(a.rows).minus(&h.times(&c));
+    ensure(t.times(&e).minus(&j.times(&f)).is_zero(), said("TE = JF"))?;
+    ensure(p.is_positive(), said("P > 0"))?;
+    margin_of(document, 1, &p)?;
+    let flow = t.times(&a).minus(&j.times(&c));
+    let change =
+        if document["time"] == "discrete" { fall(&flow, &p)? } else { decays(&flow, &p, &Exact::zeros(1, 1))? };
+    margin_of(document, 2, &change)
 }
 
 /// `M T + N C = I` and `T A = F T + G C` with rational numbers, and F stable.

@@ -49,6 +49,7 @@ const KINDS: &[(&str, Generator, Adversary)] = &[
     ("interval-observer", seeds::interval, intervals::continuous),
     ("sampled-interval-observer", seeds::sampled_interval, intervals::sampled),
     ("super-twisting-observer", seeds::super_twisting, adversary::super_twisting),
+    ("decoupling-observer", seeds::decoupling, adversary::decoupling),
     ("reduced-order-observer", seeds::reduced_order, adversary::reduced_order),
     ("h-infinity-filter", filters::h_infinity, filters::gain_contradicted),
     ("h2-filter", filters::h2, filters::variance_contradicted),

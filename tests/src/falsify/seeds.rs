@@ -18,7 +18,7 @@ use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Datum, Definiteness, DiscreteJacobianPolytope, Equation, HurwitzStability,
     Region, SchurStability, Sign, StructuredCubicConvergence, Theorem, Vertex,
 };
-use luenberger_proof::statement::{Deviation, Format, Formats, Operation, Step};
+use luenberger_proof::statement::{Deviation, Format, Formats, Operation, Step, TimeDomain};
 use luenberger_proof::{Interval, Matrix};
 use luenberger_random::Random;
 use nalgebra::DMatrix;
@@ -329,6 +329,28 @@ pub(super) fn unknown_input(random: &mut Random) -> Option<CertificateFile> {
     let gain = CubicGain::General(accretive(p, random));
     let cubic = CubicDesign::new(&design, &weight(p, random), &gain).ok()?;
     written(UnknownInputDesign::cubic(&decoupled, &cubic).ok()?.certificate_file("cubic"))
+}
+
+/// One unknown input, in both times; in the outputs of one with two outputs at least, or in none.
+pub(super) fn decoupling(random: &mut Random) -> Option<CertificateFile> {
+    let time = if random.once_in(2) { TimeDomain::Discrete } else { TimeDomain::Continuous };
+    let plant = plant(random, 4)?;
+    let (n, p) = (plant.a.nrows(), plant.c.nrows());
+    let e = random.matrix(n, 1);
+    let f = if time == TimeDomain::Discrete && random.once_in(2) { DMatrix::zeros(p, 1) } else { random.matrix(p, 1) };
+    let decoupled = DecoupledPlant::of_outputs(&plant, &e, &f, time).ok()?;
+    let (w, v) = (DMatrix::identity(n, n), DMatrix::identity(p, p));
+    let design = match time {
+        TimeDomain::Continuous => {
+            let linear = LinearDesign::kalman(&decoupled.reduced, &w, &v).ok()?;
+            UnknownInputDesign::linear(&decoupled, &linear).ok()?
+        }
+        TimeDomain::Discrete => {
+            let linear = DiscreteDesign::kalman(&decoupled.reduced, 1.0, &w, &v).ok()?;
+            UnknownInputDesign::discrete(&decoupled, &linear).ok()?
+        }
+    };
+    written(design.certificate_file("decoupling"))
 }
 
 pub(super) fn reduced_order(random: &mut Random) -> Option<CertificateFile> {

@@ -343,6 +343,9 @@ impl Linear {
             }
             "unknown-input" => {
                 _ = writeln!(text, "e = {}\n{}", rows(&filled(random, n, 1, 3)), self.gain(random, n));
+                if random.once_in(3) {
+                    _ = writeln!(text, "f = {}", rows(&filled(random, p, 1, 3)));
+                }
                 if random.once_in(4) {
                     _ = writeln!(text, "gamma = {}", number(magnitude(random, 6)));
                 }
@@ -363,7 +366,12 @@ impl Linear {
             "reduced-order" => _ = writeln!(text, "poles = {}", self.poles(random, n.saturating_sub(p))),
             "functional" => {
                 let q = 1 + random.below(n);
-                _ = writeln!(text, "k = {}\npoles = {}", rows(&filled(random, q, n, 3)), self.poles(random, q));
+                if random.once_in(3) {
+                    let (k, poles) = (rows(&filled(random, q.min(2), n, 3)), self.poles(random, n));
+                    _ = writeln!(text, "k = {k}\npoles = {poles}\norder = \"least\"");
+                } else {
+                    _ = writeln!(text, "k = {}\npoles = {}", rows(&filled(random, q, n, 3)), self.poles(random, q));
+                }
             }
             _ => {
                 // h2 and h-infinity: process noise, measurement noise.
@@ -414,7 +422,7 @@ const LINEAR: [&str; 13] = [
 ];
 
 /// Those of them for discrete time.
-const DISCRETE: [&str; 8] = [
+const DISCRETE: [&str; 11] = [
     "luenberger",
     "kalman",
     "proportional-integral",
@@ -423,6 +431,9 @@ const DISCRETE: [&str; 8] = [
     "h-infinity",
     "h2",
     "sampled-cubic",
+    "functional",
+    "reduced-order",
+    "unknown-input",
 ];
 
 fn linear_study(random: &mut Random, kind: &str) -> String {

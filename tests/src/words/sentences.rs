@@ -40,6 +40,8 @@ pub enum Claim {
     Disturbance,
     /// Every disturbance is decoupled.
     UnknownInput,
+    /// The same at samples.
+    UnknownInputOfSamples,
     /// Bounds that enclose the state.
     Encloses,
     /// The same at samples.
@@ -202,6 +204,24 @@ pub const STATEMENTS: &[Form] = &[
     form(
         "For every disturbance d(t) the error of x {}, for all x(0) and xhat(0), with H and T = I - HC as real matrices.",
         Claim::UnknownInput,
+    ),
+    form(
+        "For every disturbance d(t) the error of x {}, for all x(0) and xhat(0), with H, J and T = I - HC as real matrices.",
+        Claim::UnknownInput,
+    ),
+    form(
+        "For every disturbance d(k) the error of x tends to 0, for all x(0) and xhat(0), with H, J and T = I - HC as real matrices.",
+        Claim::UnknownInputOfSamples,
+    ),
+    form("The estimate at a sample has the measurement of that sample, xhat(k) = z(k) + H y(k).", Claim::Nothing),
+    form(
+        "The estimate is xhat(k|k) = xhat(k|k-1) + N (y(k) - C xhat(k|k-1)); e is the error of the prediction xhat(k|k-1), and w = T xhat(k|k-1) has n - p entries: p of the poles are 0.",
+        Claim::Nothing,
+    ),
+    form("The order is {#}: {}, and {}.", Claim::Nothing),
+    form(
+        "State of the step: the estimate at the sample, then the state of the observer for the next one.",
+        Claim::Nothing,
     ),
     form(
         "w' = F w + G y + H u, xhat = M w + N y with {#} of {#} states: for all x(0) and w(0) the error {}, with M, N, F and G as real matrices.",
@@ -433,6 +453,20 @@ pub const REASONS: &[Form] = &[
         "(A, E, C) has the invariant zero {}, which is not in the open left half plane: every observer whose error does not depend on the unknown input has it as a pole",
         Claim::UnstableZero,
     ),
+    form(
+        "(A, E, C, F) has the invariant zero {}, which is not in the open left half plane: every observer whose error does not depend on the unknown input has it as a pole",
+        Claim::UnstableZero,
+    ),
+    form(
+        "(A, E, C) has the invariant zero {}, which is not inside the unit circle: every observer whose error does not depend on the unknown input has it as a pole",
+        Claim::UnstableZero,
+    ),
+    form(
+        "(A, E, C, F) has the invariant zero {}, which is not inside the unit circle: every observer whose error does not depend on the unknown input has it as a pole",
+        Claim::UnstableZero,
+    ),
+    form("S = [C E, F1; F, 0] does not have full column rank, {}: {}", Claim::Nothing),
+    form("the cubic term of an unknown-input observer is for plants in continuous time {}: {}", Claim::Nothing),
     form(
         "the invariant zeros of (A, E, C) that no gain moves, {}, are among the poles of every unknown-input observer, and the poles specified do not contain them",
         Claim::Nothing,

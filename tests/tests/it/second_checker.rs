@@ -190,8 +190,8 @@ fn enclosing() -> Vec<CertificateFile> {
     files
 }
 
-/// Unknown-input observers, linear and cubic, of a plant with two outputs.
-fn without_disturbance() -> [CertificateFile; 2] {
+/// Unknown-input observers of a plant with two outputs: linear and cubic, of a disturbance in the outputs, of samples.
+fn without_disturbance() -> [CertificateFile; 4] {
     let plant = StateSpace::new(
         dmatrix![0.0, 1.0, 0.3; -1.0, -0.4, 0.1; 0.2, 0.0, -0.7],
         DMatrix::zeros(3, 0),
@@ -201,9 +201,17 @@ fn without_disturbance() -> [CertificateFile; 2] {
     let decoupled = DecoupledPlant::new(&plant, &dmatrix![0.3; 1.0; 0.0]).unwrap();
     let design = LinearDesign::lmi(&decoupled.reduced).unwrap();
     let cubic = CubicDesign::new(&design, &DMatrix::identity(2, 2), &CubicGain::Gamma(2.0)).unwrap();
+    let (e, f) = (dmatrix![0.3; 1.0; 0.0], dmatrix![0.5; 1.0]);
+    let fed = DecoupledPlant::of_outputs(&plant, &e, &f, TimeDomain::Continuous).unwrap();
+    let of_outputs = LinearDesign::lmi(&fed.reduced).unwrap();
+    let slow = StateSpace::new(&plant.a / 4.0, plant.b.clone(), plant.c.clone()).unwrap();
+    let samples = DecoupledPlant::of_outputs(&slow, &e, &f, TimeDomain::Discrete).unwrap();
+    let at_samples = DiscreteDesign::kalman(&samples.reduced, 1.0, &DMatrix::identity(3, 3), &DMatrix::identity(2, 2));
     [
         UnknownInputDesign::linear(&decoupled, &design).unwrap().certificate_file("unknown input").unwrap(),
         UnknownInputDesign::cubic(&decoupled, &cubic).unwrap().certificate_file("unknown input").unwrap(),
+        UnknownInputDesign::linear(&fed, &of_outputs).unwrap().certificate_file("of the outputs").unwrap(),
+        UnknownInputDesign::discrete(&samples, &at_samples.unwrap()).unwrap().certificate_file("of samples").unwrap(),
     ]
 }
 

@@ -2,8 +2,11 @@
 //! Statement and proof: docs/theory-cubic.md.
 
 use luenberger_design::{
-    GainOptions, GeneralizedPlant, NormFilterDesign, NormTarget, ReducedOrderDesign, SystemNorm, TimeDomain,
+    DiscreteDesign, GainOptions, GeneralizedPlant, NormFilterDesign, NormTarget, ReducedOrderDesign, SystemNorm,
+    TimeDomain,
 };
+use luenberger_observers::SampledObserver;
+use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{FilterProblem, H2Filter, HInfinityFilter, Theorem};
 use nalgebra::{Complex, DMatrix, DVector};
 use proptest::prelude::*;
@@ -197,6 +200,36 @@ proptest! {
         prop_assert!((&found - &expected).norm() < 1e-3 * size, "{found} and {expected}");
         let error = &o.m * &w + &o.n * (&plant.c * &x) - &x;
         prop_assert!((&error - &o.m * &found).norm() < 1e-8 * size * (1.0 + o.m.norm()), "{error}");
+    }
+
+    /// In discrete time the estimate is that of `w+ = F w + G y + H u`, `xhat = M w + N y` with `w = T xhat(k|k-1)`,
+    /// its error falls by the poles asked for, and C xhat = y.
+    #[test]
+    fn a_reduced_order_observer_of_samples_is_a_filter(
+        plant in partly_measured_plant(2..=6), x0 in matrix(6, 1), first in matrix(6, 1), u0 in matrix(6, 1),
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let size = plant.a.norm();
+        let plant = StateSpace::new(&plant.a / size, plant.b.clone(), plant.c.clone()).unwrap();
+        let poles: Vec<f64> = (0..n - p).map(|k| 0.1 + 0.1 * k as f64).collect();
+        let design = DiscreteDesign::reduced_order(&plant, 1.0, &poles).unwrap();
+        prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
+        let filter = design.filter().unwrap();
+        let o = luenberger_linalg::reduced_order_observer(&plant.a, &plant.b, &plant.c, &poles).unwrap();
+        let u = DVector::from_fn(plant.b.ncols(), |i, _| u0[(i, 0)]);
+        let (mut x, mut state) = (DVector::from_fn(n, |i, _| x0[(i, 0)]), DVector::from_fn(n, |i, _| first[(i, 0)]));
+        let mut w = &o.t * &state;
+        let rounding = 1e-11 * (1.0 + o.m.norm() * o.t.norm()) * (1.0 + o.n.norm()) * (1.0 + plant.c.norm());
+        for _ in 0..20 {
+            let y = &plant.c * &x;
+            let (found, expected) = (filter.estimate_at(&state, &u, &y), &o.m * &w + &o.n * &y);
+            let scale = rounding * (1.0 + x.norm() + w.norm() + state.norm());
+            prop_assert!((&found - &expected).norm() <= scale, "{found} and {expected}");
+            prop_assert!((&plant.c * &found - &y).norm() <= scale * (1.0 + plant.c.norm()));
+            w = &o.f * &w + &o.g * &y + &o.h * &u;
+            filter.step(0.0, &mut state, &u, &y);
+            x = &plant.a * &x + &plant.b * &u;
+        }
     }
 
     /// Another T with other poles is refuted where the rate is larger than that of F.

@@ -2,11 +2,11 @@
 //! systems under the worst disturbances that a search finds. Statement and proof: docs/theory-cubic.md.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DecoupledPlant, DesignError, DisturbanceBounds, ErrorBound, LinearDesign,
-    UnknownInputDesign, proportional_integral, with_disturbance,
+    CubicDesign, CubicGain, DecoupledPlant, DesignError, DiscreteDesign, DisturbanceBounds, ErrorBound, LinearDesign,
+    TimeDomain, UnknownInputDesign, proportional_integral, with_disturbance,
 };
 use luenberger_observers::Observer;
-use luenberger_plants::double_integrator;
+use luenberger_plants::{StateSpace, double_integrator};
 use luenberger_proof::certificate::{InputToStateStability, Theorem};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
@@ -197,7 +197,7 @@ proptest! {
         let decoupled = match DecoupledPlant::new(&plant, &e) {
             Ok(decoupled) => decoupled,
             // The zeros of a random plant may be anywhere.
-            Err(DesignError::UnstableZero { zero }) => {
+            Err(DesignError::UnstableZero { zero, .. }) => {
                 prop_assert!(zero.re >= 0.0);
                 return Err(TestCaseError::reject("a zero in the right half plane"));
             }
@@ -235,6 +235,61 @@ proptest! {
         prop_assert!((slope(&d) - slope(&(-3.0 * &d))).norm() <= scale);
         let rise = (&design.p * &error).dot(&expected);
         prop_assert!(rise < 0.0 || error.norm() == 0.0, "V rises: {rise}");
+    }
+
+    /// Theorem H': the error of `z' = TA xhat + TBu + J r`, or z+, obeys `e' = (TA - JC)e` whatever d is in the states
+    /// and in the outputs, and V falls. With more outputs than unknown inputs a random plant has no zeros; with one
+    /// output its zeros are those of A - E C/F, which are made stable.
+    #[test]
+    fn an_unknown_input_in_the_outputs_does_not_reach_the_error(
+        plant in observable_plant(1..=6), e in matrix(6, 1), f in matrix(6, 1), x in matrix(6, 1), xhat in matrix(6, 1),
+        d in -20.0..20.0_f64, is_discrete: bool,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let time = if is_discrete { TimeDomain::Discrete } else { TimeDomain::Continuous };
+        let e = e.rows(0, n).into_owned();
+        let f = f.rows(0, p).map(|x| if x < 0.0 { x - 0.5 } else { x + 0.5 });
+        let size = plant.a.norm() + 0.5;
+        let plant = if p == 1 {
+            let own = if is_discrete { &plant.a / (2.0 * size) } else { &plant.a - DMatrix::identity(n, n) * size };
+            StateSpace::new(own + &e * &plant.c / f[(0, 0)], plant.b.clone(), plant.c.clone()).unwrap()
+        } else {
+            plant
+        };
+        let decoupled = DecoupledPlant::of_outputs(&plant, &e, &f, time).unwrap();
+        let (w, v) = (DMatrix::identity(n, n), DMatrix::identity(p, p));
+        let design = match time {
+            TimeDomain::Continuous => {
+                UnknownInputDesign::linear(&decoupled, &LinearDesign::kalman(&decoupled.reduced, &w, &v).unwrap())
+            }
+            TimeDomain::Discrete => {
+                let linear = DiscreteDesign::kalman(&decoupled.reduced, 1.0, &w, &v).unwrap();
+                UnknownInputDesign::discrete(&decoupled, &linear)
+            }
+        }
+        .unwrap();
+        prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
+        let (observer, h, j) = (&design.observer, design.observer.h(), design.l());
+        let t = DMatrix::identity(n, n) - h * &plant.c;
+        let rounding = 1e-9 * (1.0 + h.norm() + j.norm()) * (1.0 + e.norm()) * (1.0 + f.norm()) * (1.0 + plant.c.norm());
+        prop_assert!((h * &f).norm() <= rounding && (&t * &e - j * &f).norm() <= rounding);
+        let flow_of_error = &t * &plant.a - j * &plant.c;
+        let column = |m: &DMatrix<f64>, n: usize| DVector::from_fn(n, |i, _| m[(i, 0)]);
+        let (mut x, mut z) = (column(&x, n), column(&xhat, n));
+        let u = DVector::from_element(plant.b.ncols(), 0.7);
+        // Three steps in discrete time, or the right-hand side at three states.
+        for k in 0..3 {
+            let d = DVector::from_element(1, d * f64::from(k - 1));
+            let y = &plant.c * &x + &f * &d;
+            let error = &x - observer.estimate(0.0, &z, &u, &y);
+            let flow = &plant.a * &x + &plant.b * &u + &e * &d;
+            let next = observer.derivative(0.0, &z, &u, &y);
+            let found = &flow - &next - h * (&plant.c * &flow);
+            let expected = &flow_of_error * &error;
+            let scale = rounding * (1.0 + x.norm() + z.norm() + d.norm()) * (1.0 + plant.a.norm() + plant.b.norm());
+            prop_assert!((&found - &expected).norm() <= scale, "{found} and {expected}");
+            (x, z) = (flow, next);
+        }
     }
 
     /// The proportional-integral observer estimates any constant disturbance: with x = xhat and d = dhat it rests, and
@@ -280,7 +335,7 @@ fn the_conditions_that_fail_are_named() {
     assert!(dependent.ends_with("the columns of E are linearly dependent: leave one out"), "{dependent}");
     // C (sI - A)^-1 E = (s - 1)/s^2 for E = (1, -1).
     let unstable = DecoupledPlant::new(&plant, &dmatrix![1.0; -1.0]).unwrap_err();
-    let DesignError::UnstableZero { zero } = &unstable else { panic!("{unstable}") };
+    let DesignError::UnstableZero { zero, .. } = &unstable else { panic!("{unstable}") };
     assert!((zero.re - 1.0).abs() < 1e-12 && zero.im == 0.0, "{unstable}");
     // A drift of the position that the velocity cancels.
     let unseen = with_disturbance(&plant, &dmatrix![1.0; 0.0]).unwrap_err();

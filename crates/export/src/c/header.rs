@@ -85,7 +85,7 @@ pub(crate) fn header(export: &Export) -> String {
     };
     let estimate = if is_varying {
         "Estimate at the last sample, or prediction."
-    } else if export.is_filter() {
+    } else if export.is_of_sample() {
         "Estimate at the last sample, with its measurement."
     } else {
         "Estimate for the next sample."
@@ -174,6 +174,11 @@ fn observer_step(export: &Export, upper: &str) -> String {
     let has_inputs = !export.names.inputs.is_empty();
     let (about, estimate) = if export.is_filter() {
         ("One step: the estimate at this sample, with its measurement, and the prediction for the next one.", "at this")
+    } else if export.is_of_sample() {
+        (
+            "One step: the estimate at this sample, with its measurement, and the internal state for the next one.",
+            "at this",
+        )
     } else {
         ("One step, from the sample at t to the estimate at t + period.", "for the next")
     };

@@ -279,7 +279,7 @@ pub(super) fn documentation(export: &Export) -> String {
     _ = writeln!(
         text,
         "<p>The communication step has to be a multiple of the sampling period; the inputs are held over it. The estimate\nis that {}.</p>\n<p>{}</p>\n</body>\n</html>",
-        if export.is_filter() { "at the last sample, with its measurement" } else { "for the end of the step" },
+        if export.is_of_sample() { "at the last sample, with its measurement" } else { "for the end of the step" },
         attribute(&export.digests().join(". "))
     );
     text

@@ -1,7 +1,8 @@
 //! The observer's equations hold, its poles are where they were asked for, and it follows the plant.
 
 use luenberger_linalg::{
-    FunctionalObserver, LinalgError, eigenvalues, functional_observer, place_observer, reduced_order_observer,
+    FunctionalObserver, LinalgError, eigenvalues, functional_observer, least_functional_observer, place_observer,
+    reduced_order_observer,
 };
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
@@ -232,4 +233,110 @@ proptest! {
         prop_assert!(o.residual < 1e-12 && o.placement.deviation < 1e-7, "{:e} {:e}", o.residual, o.placement.deviation);
         prop_assert!(place_observer(&plant.a, &plant.c, &requested).is_ok());
     }
+}
+
+/// Chains of integrators `x1' = x2, ..`, the first state of each measured.
+fn chains(lengths: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
+    let n = lengths.iter().sum();
+    let (mut a, mut c) = (DMatrix::zeros(n, n), DMatrix::zeros(lengths.len(), n));
+    let mut head = 0;
+    for (k, length) in lengths.iter().enumerate() {
+        c[(k, head)] = 1.0;
+        for i in head + 1..head + length {
+            a[(i - 1, i)] = 1.0;
+        }
+        head += length;
+    }
+    (a, c)
+}
+
+/// Luenberger 1966: one function needs nu - 1 states, nu the observability index, which is the length of the longest
+/// chain; and fewer where `K p(A)` is in the rows of C, .., C A^q.
+#[test]
+fn one_function_needs_as_many_states_as_the_longest_chain_less_one() {
+    for (lengths, k, order) in [
+        (vec![3], vec![0.0, 1.0, 2.0], 2),
+        (vec![2, 2, 2], vec![0.0, 1.0, 0.0, 2.0, 0.0, -1.0], 1),
+        (vec![3, 3], vec![0.5, 1.0, 2.0, 0.0, -1.0, 1.0], 2),
+        (vec![4, 2], vec![0.0, 1.0, 1.0, 3.0, 0.0, 1.0], 3),
+        // x3 is no part of it.
+        (vec![2, 3], vec![1.0, 4.0, 2.0, 0.0, 0.0], 1),
+        (vec![4], vec![0.0, 0.0, 0.0, 1.0], 3),
+    ] {
+        let (a, c) = chains(&lengths);
+        let (n, b) = (a.nrows(), DMatrix::from_element(a.nrows(), 1, 1.0));
+        let k = DMatrix::from_row_slice(1, n, &k);
+        let poles = real(&[-1.0, -1.5, -2.0, -2.5, -3.0, -3.5][..n]);
+        let found = least_functional_observer(&a, &b, &c, &k, &poles).unwrap();
+        assert_eq!((found.functions.nrows(), found.is_least), (order, true), "{lengths:?} {k}");
+        assert_eq!(found.functions.rows(0, 1), k);
+        assert_observer(&a, &b, &c, &found.functions, &found.observer, 1e-11);
+        assert_poles(&found.observer.f, &poles[..order], 1e-9);
+    }
+}
+
+/// z = x2 + x3 - 2 x4 of a chain of four: `K (A + 1)(A + 2)` has the entry `k2 + 3 k3 + 2 k4 = 0` at x4, so that an
+/// observer of order 2 has the poles -1 and -2 and no others. It is found for those, where it exists.
+#[test]
+fn an_order_that_has_these_poles_alone_is_not_taken_for_others() {
+    let (a, c) = chains(&[4]);
+    let (b, k) = (DMatrix::zeros(4, 0), dmatrix![0.0, 1.0, 1.0, -2.0]);
+    let found = least_functional_observer(&a, &b, &c, &k, &real(&[-3.0, -4.0, -5.0])).unwrap();
+    assert_eq!((found.functions.nrows(), found.is_least), (3, true));
+    let found = least_functional_observer(&a, &b, &c, &k, &real(&[-1.0, -2.0, -5.0])).unwrap();
+    assert_eq!((found.functions.nrows(), found.is_least), (2, true));
+    assert_observer(&a, &b, &c, &found.functions, &found.observer, 1e-13);
+    assert_poles(&found.observer.f, &real(&[-1.0, -2.0]), 1e-13);
+}
+
+#[test]
+fn several_functions_share_their_states() {
+    let (a, c) = chains(&[3, 3]);
+    let b = DMatrix::zeros(6, 0);
+    let poles = real(&[-1.0, -2.0, -3.0, -4.0, -5.0, -6.0]);
+    // x2 and x3, whose rates are x3 and 0: nothing is missing.
+    let k = dmatrix![0.0, 1.0, 0.0, 0.0, 0.0, 0.0; 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    let found = least_functional_observer(&a, &b, &c, &k, &poles).unwrap();
+    assert!(found.functions == k && found.is_least);
+    // x2 alone misses x3; x2 and x5 miss two, and n - p = 4 is the end.
+    for (k, order) in [
+        (dmatrix![0.0, 1.0, 0.0, 0.0, 0.0, 0.0], 2),
+        (dmatrix![0.0, 1.0, 0.0, 0.0, 0.0, 0.0; 0.0, 0.0, 0.0, 0.0, 1.0, 0.0], 4),
+    ] {
+        let found = least_functional_observer(&a, &b, &c, &k, &poles).unwrap();
+        assert_eq!(found.functions.nrows(), order);
+        assert_observer(&a, &b, &c, &found.functions, &found.observer, 1e-11);
+    }
+    // Complex poles stay together: of an order that would separate them there is none.
+    let pair = [Complex::new(-1.0, 2.0), Complex::new(-1.0, -2.0), Complex::new(-3.0, 0.0)];
+    let found = least_functional_observer(&a, &b, &c, &dmatrix![0.0, 0.0, 1.0, 0.0, 0.0, 0.0], &pair).unwrap();
+    assert_eq!(found.functions.nrows(), 2);
+    assert_poles(&found.observer.f, &pair[..2], 1e-10);
+}
+
+#[test]
+fn what_no_order_gives_is_the_refusal_of_the_first() {
+    // A hidden mode in z.
+    let a = dmatrix![-1.0, 1.0, 0.0; 0.0, -2.0, 0.0; 0.0, 0.0, -4.0];
+    let (b, c) = (DMatrix::zeros(3, 0), dmatrix![1.0, 0.0, 0.0]);
+    let why = least_functional_observer(&a, &b, &c, &dmatrix![0.0, 1.0, 1.0], &real(&[-3.0, -5.0, -6.0]));
+    assert!(matches!(why, Err(LinalgError::NotFunctional { .. } | LinalgError::FixedObserverMode { .. })), "{why:?}");
+    let (a, c) = chains(&[3]);
+    let b = DMatrix::zeros(3, 0);
+    let k = dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0];
+    let few = least_functional_observer(&a, &b, &c, &k, &real(&[-1.0]));
+    assert_eq!(few.unwrap_err(), LinalgError::PoleCount { order: 2, found: 1 });
+    let not_a_pole = least_functional_observer(&a, &b, &c, &k, &real(&[-1.0, f64::NAN]));
+    assert!(matches!(not_a_pole, Err(LinalgError::PoleNotFinite { index: 1, .. })));
+    assert!(matches!(
+        least_functional_observer(&a, &b, &c, &dmatrix![f64::NAN, 0.0, 0.0], &real(&[-1.0])),
+        Err(LinalgError::NotFinite { .. })
+    ));
+    assert!(matches!(
+        least_functional_observer(&a, &b, &c, &DMatrix::zeros(0, 3), &real(&[])),
+        Err(LinalgError::Empty { what: "K" })
+    ));
+    let one = dmatrix![2.0];
+    let found = least_functional_observer(&one, &DMatrix::zeros(1, 0), &one, &one, &real(&[-1.0])).unwrap();
+    assert_eq!(found.functions, one);
 }

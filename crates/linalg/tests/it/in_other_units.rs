@@ -262,6 +262,11 @@ properties! {
             .value(&found.t, unit((One, 1), (State, -1), 0), EXACT)
             .spectrum(&found.placement.poles, EXACT))
     };
+    functional_observers_of_least_order(x = x, u = u): |x| {
+        let found = least_functional_observer(&x.a, &x.b, &x.c, &x.k, &x.poles)?;
+        let order = format!("order {}, {}", found.functions.nrows(), found.is_least);
+        Ok(Answer::verdict(order).spectrum(&found.observer.placement.poles, EXACT))
+    };
     lyapunov_equations(x = x.stable(), u = u): |x| {
         let found = lyapunov(&x.a.transpose(), &x.w)?;
         Ok(Answer::verdict("").value(&found.p, P, claimed(found.condition, found.forward_error())))

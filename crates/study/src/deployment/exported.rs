@@ -22,6 +22,7 @@ pub fn exported(
         initial = interval.start(scalar, &initial);
         more = interval.names(&study.plant.states);
     }
+    let names = if let SampledDesign::Nonlinear(step) = &design { step.names.clone() } else { None };
     let update = design.update_gain(observer).cloned();
     let exportable = match design {
         SampledDesign::Linear(design) => ExportableObserver::Linear(design.observer.clone()),
@@ -32,8 +33,7 @@ pub fn exported(
         SampledDesign::Interval(design) => ExportableObserver::Step(design.program(scalar)?),
     };
     let plant = &study.plant;
-    let mut states = plant.states.clone();
-    states.extend(more);
+    let states = names.unwrap_or_else(|| plant.states.iter().cloned().chain(more).collect());
     let columns = Names {
         units: plant.units_of(&states),
         input_units: plant.units_of(&plant.inputs),
@@ -45,6 +45,10 @@ pub fn exported(
     };
     let export = Export::new(&names::identifier(&observer.name), exportable, scalar, &initial, columns)?;
     match update {
+        // Its gains are not those of a Kalman filter.
+        Some(k) if observer.kind.whole_gain().is_none() => {
+            export.with_update(&k).map(|export| export.titled("Reduced-order observer in filter form"))
+        }
         Some(k) => export.with_update(&k),
         None => Ok(export),
     }

@@ -54,11 +54,15 @@ pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Opti
     let run = run_at(&times)?;
     let row = |m: &nalgebra::DMatrix<f64>, k: usize| m.row(k).iter().copied().collect::<Vec<_>>();
     let estimate = &run.observer(&observer.name).ok()?.estimate;
-    let first = usize::from(sampled.design.update_gain(observer).is_none());
+    let wanted = match observer.kind.functions() {
+        Some((k, _)) => &run.x * k.transpose(),
+        None => run.x.clone(),
+    };
+    let first = usize::from(!sampled.design.is_of_sample(observer));
     Some(Record {
         samples: (0..count).map(|k| (row(&run.u, k), row(&run.measured, k))).collect(),
         estimates: (first..first + count).map(|k| row(estimate, k)).collect(),
-        states: (first..first + count).map(|k| row(&run.x, k)).collect(),
+        states: (first..first + count).map(|k| row(&wanted, k)).collect(),
     })
 }
 

@@ -87,6 +87,8 @@ pub struct NonlinearStep {
     pub observer: ExportableObserver,
     /// The first estimate, where it is not that of the study.
     pub initial: Option<Vec<f64>>,
+    /// The names of its states, where they are not those of the plant.
+    pub names: Option<Vec<String>>,
     /// The certificate of the statement, if the statement is proved: of the step as designed in discrete time, of the
     /// observer in continuous time otherwise.
     pub certificate: Option<Certificate>,

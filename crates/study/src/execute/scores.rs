@@ -42,7 +42,7 @@ impl Scoring {
             given: simulation.scale.is_some(),
             band: simulation.band,
             estimates: simulation.estimates,
-            filters: study.observers.iter().any(|observer| observer.kind.updates()),
+            filters: study.observers.iter().any(|observer| observer.kind.updates(study.plant.dt)),
         })
     }
 

@@ -30,7 +30,7 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
         SimError::ObserverNotFinite { observer, time, value, .. } => {
             let kind = study.observer(observer).map(|requested| &requested.kind);
             let why = match kind
-                .filter(|kind| kind.updates() && study.plant.dt.is_none())
+                .filter(|kind| kind.updates(None) && study.plant.dt.is_none())
                 .and_then(|kind| kind.period())
             {
                 Some(_) => format!(

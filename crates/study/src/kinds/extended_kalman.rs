@@ -76,7 +76,7 @@ impl Specification for ExtendedKalman {
         self.substeps
     }
 
-    fn updates(&self) -> bool {
+    fn updates(&self, _dt: Option<f64>) -> bool {
         true
     }
 

@@ -3,36 +3,53 @@
 use std::sync::Arc;
 
 use luenberger_design::DesignError;
-use luenberger_linalg::{LinalgError, eigenvalues, functional_observer};
-use luenberger_observers::FunctionalObserver;
+use luenberger_expression::Recorded;
+use luenberger_linalg::{
+    LeastFunctionalObserver, LinalgError, eigenvalues, functional_observer, least_functional_observer,
+};
+use luenberger_observers::{
+    DiscreteForm, FeedthroughObserver, FunctionalObserver, Observer, ObserverError, SampledObserver,
+};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::{counted, significant};
 use luenberger_sim::{AnyObserver, Scenario};
-use nalgebra::{Complex, DMatrix, DVector, Dyn};
+use nalgebra::{Complex, DMatrix, DVector, Dyn, convert};
 
 use super::declaration::{Declaration, Tuning};
+use super::reduced_order::{NOISE_PASSED, WithFeedthrough, norm};
 use super::{Kind, as_kind};
-use crate::designed::{NonlinearStep, Running, StepOf, continuous};
+use crate::designed::{NonlinearStep, Running, StepOf, continuous, sampled};
 use crate::study::{GainSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Time};
 use crate::synthesis::alternative::{list, rows};
 use crate::synthesis::{Designed, Plan, matrix, number, other_kinds, poles, uncertified};
 
-use crate::keys::{Type, required};
+use crate::keys::{Type, optional, required};
+use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check, gain};
 use crate::results::{Advice, Cause, DesignReport, NoObserver, Proposal, Quantity, Statement};
+use crate::steps::recorded::{cast, step_at_samples};
+use crate::synthesis::linear::measurement;
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
     name: "functional",
-    about: "Functional observer (Darouach): an estimate of z = K x alone, with as many states as K has rows; for linear plants whose outputs do not depend on the input. Its errors are K x - zhat, its first estimate is K initial.",
-    source: "Luenberger 1966, Darouach 2000",
-    plant: PlantClass::Linear(Time::OF_STATE),
+    about: "Functional observer (Darouach): an estimate of z = K x alone, with as many states as K has rows, or as few beyond as are found; for linear plants. Its errors are K x - zhat, its first estimate is K initial.",
+    source: "Luenberger 1966, Darouach 2000; of least order Fernando, Trinh and Jennings 2010",
+    plant: PlantClass::Linear(Time::ANY),
     keys: &[&[
         required("k", Type::Rows, "K of z = K x, a row for each function."),
         required(
             "poles",
             Type::Poles,
-            "Eigenvalues of F: as many numbers as `k` has rows, complex ones as [re, im] with their conjugates.",
+            "Eigenvalues of F: as many numbers as `k` has rows, complex ones as [re, im] with their conjugates; with `order = \"least\"` at least as many, of which the first ones are taken.",
+        ),
+        optional(
+            "order",
+            Type::Choice(&[
+                ("functions", "As many states as `k` has rows."),
+                ("least", "The least order that is found, with further functions beside those of `k`."),
+            ]),
+            "Order of the observer (default functions).",
         ),
     ]],
     kind: as_kind::<Functional>,
@@ -61,8 +78,11 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
     let why = format!("the plant has {}", counted(size.states, "state"));
     let k = reader.matrix(node.get("k")?, "k", (None, Some(size.states)), &why)?;
     let rows = format!("`k` has {}", counted(k.nrows(), "row"));
-    match gain::poles(node.get("poles")?, k.nrows(), &rows, reader)? {
-        GainSpec::Poles(poles) => Some(Functional { k, poles }.into()),
+    let is_least = node.get("order").and_then(Node::text) == Some("least");
+    let given = node.get("poles")?;
+    let count = if is_least { k.nrows().max(given.list()?.len()) } else { k.nrows() };
+    match gain::poles(given, count, &rows, reader)? {
+        GainSpec::Poles(poles) => Some(Functional { k, poles, is_least }.into()),
         _ => None,
     }
 }
@@ -74,6 +94,8 @@ pub struct Functional {
     pub k: DMatrix<f64>,
     /// The eigenvalues of F.
     pub poles: Vec<Complex<f64>>,
+    /// Whether further functions may stand beside K, and the first of the poles are those of the order found.
+    pub is_least: bool,
 }
 
 impl Specification for Functional {
@@ -87,6 +109,10 @@ impl Specification for Functional {
         Some((&self.k, (1..=self.k.nrows()).map(|i| format!("z{i}")).collect()))
     }
 
+    fn updates(&self, dt: Option<f64>) -> bool {
+        dt.is_some()
+    }
+
     fn faster(&self, factor: f64) -> Option<ObserverKind> {
         Some(Self { poles: self.poles.iter().map(|pole| pole * factor).collect(), ..self.clone() }.into())
     }
@@ -95,7 +121,11 @@ impl Specification for Functional {
 impl Kind for Functional {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         let plant = plan.linear()?;
-        functional(plant, &self.k, &self.poles)
+        functional(plan, plant, self)
+    }
+
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, _dt: f64) -> Result<Designed, NoObserver> {
+        self.design(plan)
     }
 
     // Where Darouach's conditions do not hold.
@@ -126,14 +156,26 @@ impl Kind for Functional {
     }
 }
 
+/// The observer of the functions, and of others behind them.
+type OfFunctions<T> = FeedthroughObserver<FunctionalObserver<T, Dyn, Dyn, Dyn, Dyn>, T, Dyn, Dyn>;
+
+/// The same at samples.
+type AtSamples = DiscreteForm<OfFunctions<f64>, f64, Dyn, Dyn, Dyn, Dyn, Dyn>;
+
 /// A functional observer, ready to run.
 #[derive(Debug, Clone)]
-pub(super) struct RunningFunctional {
-    observer: FunctionalObserver<f64, Dyn, Dyn, Dyn>,
+pub(super) struct RunningFunctional<O> {
+    observer: O,
     k: DMatrix<f64>,
 }
 
-impl Running for RunningFunctional {
+impl<O> RunningFunctional<O> {
+    fn first(&self, initial: &[f64]) -> DVector<f64> {
+        &self.k * DVector::from_column_slice(initial)
+    }
+}
+
+impl Running for RunningFunctional<WithFeedthrough<FunctionalObserver<f64, Dyn, Dyn, Dyn, Dyn>>> {
     fn any(&self) -> Arc<dyn AnyObserver + '_> {
         continuous(&self.observer)
     }
@@ -145,8 +187,7 @@ impl Running for RunningFunctional {
         initial: &[f64],
         _sampling: &SamplingSpec,
     ) -> Scenario<'a> {
-        let first = &self.k * DVector::from_column_slice(initial);
-        scenario.functional_observer(name, &self.observer, first.as_slice(), &self.k)
+        scenario.functional_observer(name, &self.observer, self.first(initial).as_slice(), &self.k)
     }
 
     fn step(&self, _of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
@@ -155,29 +196,114 @@ impl Running for RunningFunctional {
     }
 }
 
-fn functional(plant: &StateSpace, k: &DMatrix<f64>, requested: &[Complex<f64>]) -> Result<Designed, NoObserver> {
-    let o = functional_observer(&plant.a, &plant.b, &plant.c, k, requested)?;
-    let found = eigenvalues(&o.f)?;
-    let slowest = -found.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);
-    let observer = FunctionalObserver::new(o.f.clone(), o.g.clone(), o.h.clone(), o.n.clone())?;
-    let named = [("K", k), ("T", &o.t), ("F", &o.f), ("G", &o.g), ("H", &o.h), ("N", &o.n)];
+impl Running for RunningFunctional<AtSamples> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
+        sampled(&self.observer)
+    }
+
+    fn join<'a>(
+        &'a self,
+        scenario: Scenario<'a>,
+        name: &str,
+        initial: &[f64],
+        _sampling: &SamplingSpec,
+    ) -> Scenario<'a> {
+        scenario.sampled_functional_observer(name, &self.observer, self.first(initial).as_slice(), &self.k)
+    }
+
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
+        let (of_functions, outputs) = (self.observer.observer(), self.observer.dimensions().outputs);
+        let (functions, order) = (self.k.nrows(), of_functions.dimensions().state);
+        let names = (1..=functions).map(|i| format!("z{i}")).chain((1..=order).map(|i| format!("w{i}")));
+        let first = self.observer.first().into_iter().flatten().copied();
+        let start = self.first(&of.observer.initial).into_iter().copied().chain(first).collect();
+        let make = || over_recorded(of_functions);
+        step_at_samples(of, make, (names.collect(), start), |_| vec![convert(0.0); outputs]).map(Some)
+    }
+}
+
+/// The same over the scalar that records.
+fn over_recorded(of: &OfFunctions<f64>) -> Result<OfFunctions<Recorded>, ObserverError> {
+    let o = of.inner();
+    let (functions, first) = o.first();
+    let first = (functions, first.map(convert));
+    let inner = FunctionalObserver::leading(cast(o.f()), cast(o.g()), cast(o.h()), cast(o.n()), first)?;
+    FeedthroughObserver::new(inner, of.d().map(cast))
+}
+
+fn functional(plan: &Plan<'_>, plant: &StateSpace, of: &Functional) -> Result<Designed, NoObserver> {
+    let Functional { k, poles: requested, is_least } = of;
+    let StateSpace { a, b, c, d } = plant;
+    let found = if *is_least {
+        least_functional_observer(a, b, c, k, requested)
+    } else {
+        let is_least = false;
+        functional_observer(a, b, c, k, requested).map(|observer| LeastFunctionalObserver {
+            observer,
+            functions: k.clone(),
+            is_least,
+        })
+    };
+    let found = found?;
+    let (o, functions) = (&found.observer, &found.functions);
+    let spectrum = eigenvalues(&o.f)?;
+    let initial = DVector::from_column_slice(&plan.requested.initial);
+    let first = (Dyn(k.nrows()), functions * &initial);
+    let observer = FunctionalObserver::leading(o.f.clone(), o.g.clone(), o.h.clone(), o.n.clone(), first)?;
+    let observer = FeedthroughObserver::new(observer, d.clone())?;
+    let (motion, factor, asymptotic) = if plan.study.plant.dt.is_some() {
+        let radius = spectrum.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+        let words = format!("asymptotic factor {} at each sample", significant(radius, 5));
+        ("e+", number(Quantity::LargestPole, radius), words)
+    } else {
+        let slowest = -spectrum.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);
+        let words = format!("asymptotic rate exp(-{} t)", significant(slowest, 5));
+        ("e'", number(Quantity::DecayRate, slowest), words)
+    };
+    let all = if functions.nrows() > k.nrows() { "all functions of the observer" } else { "z = K x" };
+    let statement = Statement::of(format!(
+        "No stability certificate: T A = F T + G C holds up to rounding, with the relative residual {}. With equality the error of {all}, {}, is {motion} = F e, for all x(0) and w(0): {asymptotic}.",
+        significant(o.residual, 2),
+        counted(functions.nrows(), "function"),
+    ));
+    let order = functions.nrows();
+    let named = [("K", functions), ("T", &o.t), ("F", &o.f), ("G", &o.g), ("H", &o.h), ("N", &o.n)];
     let report = DesignReport {
-        statement: Statement::of(format!(
-            "No stability certificate: T A = F T + G C holds up to rounding, with the relative residual {}. With equality the error of z = K x, {}, is e' = F e, for all x(0) and w(0): asymptotic rate exp(-{} t).",
-            significant(o.residual, 2),
-            counted(k.nrows(), "function"),
-            significant(slowest, 5)
-        )),
+        statement: statement
+            .remark(if *is_least { of_order(order, k.nrows(), found.is_least) } else { String::new() })
+            .remark(measurement(plant)),
         matrices: named.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect(),
-        poles: poles(&found),
+        poles: poles(&spectrum),
         numbers: vec![
-            number(Quantity::DecayRate, slowest),
-            number("noise passed to the estimate, norm of N", o.n.clone().svd(false, false).singular_values.max()),
+            factor,
+            number(NOISE_PASSED, norm(&o.n)),
             number("relative residual of T A = F T + G C and K = T + N C", o.residual),
         ],
         ..uncertified("the equations hold up to rounding")
     };
-    Ok(Designed::new(RunningFunctional { observer, k: k.clone() }.into(), report, None))
+    let k = k.clone();
+    let runnable = match plan.study.plant.dt {
+        None => RunningFunctional { observer, k }.into(),
+        Some(dt) => {
+            let observer = DiscreteForm::holding(observer, &o.t * initial, dt)?;
+            RunningFunctional { observer, k }.into()
+        }
+    };
+    Ok(Designed::new(runnable, report, None))
+}
+
+/// What is said of the order.
+fn of_order(order: usize, rows: usize, is_least: bool) -> String {
+    let further = match order - rows {
+        0 => "no further function is needed".to_owned(),
+        further => format!("{} below those of `k` in K", counted(further, "further function")),
+    };
+    let least = if is_least {
+        "to working precision no observer of a lower order has the first ones of these poles"
+    } else {
+        "whether one of a lower order exists is not decided"
+    };
+    format!("The order is {order}: {further}, and {least}.")
 }
 
 /// A number with three digits.

@@ -66,7 +66,7 @@ impl Specification for Kalman {
         Some(&self.0)
     }
 
-    fn updates(&self) -> bool {
+    fn updates(&self, _dt: Option<f64>) -> bool {
         self.0.is_filter
     }
 

@@ -126,7 +126,7 @@ impl Specification for MovingHorizonSpec {
         self.substeps
     }
 
-    fn updates(&self) -> bool {
+    fn updates(&self, _dt: Option<f64>) -> bool {
         true
     }
 

@@ -97,7 +97,7 @@ pub use mhe::MovingHorizonSpec;
 pub use norm_filter::NormFilterSpec;
 pub use optimal_cubic::OptimalCubic;
 pub use peb::{ParameterEstimation, PebObserver};
-pub use reduced_order::{ReducedOrder, ReducedOrderObserver};
+pub use reduced_order::{ReducedOrder, ReducedOrderObserver, WithFeedthrough};
 pub use sampled_cubic::{SampledCubic, VaryingPeriods};
 pub use sliding_mode::SlidingModeSpec;
 pub use ukf::UnscentedSpec;

@@ -128,7 +128,7 @@ impl Specification for UnscentedSpec {
         self.substeps
     }
 
-    fn updates(&self) -> bool {
+    fn updates(&self, _dt: Option<f64>) -> bool {
         true
     }
 

@@ -1,39 +1,54 @@
 //! The unknown-input observer, whose error does not depend on a disturbance of any form.
 
-use luenberger_design::{DecoupledPlant, DesignError, GainOptions, Pair, UnknownInputDesign};
+use luenberger_design::{
+    DecoupledPlant, DesignError, DiscreteDesign, GainOptions, Pair, TimeDomain, UnknownInputDesign,
+};
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Recorded, Recording};
 use luenberger_live as live;
-use luenberger_observers::{CubicObserver, LinearObserver, Observer, ObserverError, UnknownInputObserver};
+use luenberger_observers::{
+    CubicObserver, DiscreteForm, LinearObserver, Observer, ObserverError, SampledObserver, UnknownInputObserver,
+};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
-use nalgebra::{DMatrix, Dyn};
+use luenberger_proof::wording::counted;
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{cubic, cubic_of, matrices, unknown};
 use super::keys::{GAINS, GAMMA, OF_GAIN, THETA, UNKNOWN};
 use super::{Kind, as_kind};
-use crate::designed::{Runnable, Running, StepOf, rows};
+use crate::designed::{NonlinearStep, Runnable, Running, StepOf, rows};
+use crate::keys::{Key, Type, optional};
 use crate::reader::{Given, Reader, gain};
 use crate::results::eigenvalue;
-use crate::results::{Advice, Cause, DesignReport, NoObserver, Proposal, Quantity};
-use crate::steps::recorded::{cast, recorded};
+use crate::results::{Advice, Cause, DesignReport, NamedMatrix, NoObserver, Proposal, Quantity};
+use crate::steps::recorded::{cast, recorded, step_at_samples};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::alternative::{self, another_gain};
+use crate::synthesis::discrete::gain_of;
 use crate::synthesis::linear::{linear_design, measurement};
-use crate::synthesis::{Designed, Plan, asymptotic_rate, certified, matrix, number, poles, proved_of};
+use crate::synthesis::{
+    Designed, Plan, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of,
+};
 use crate::tuning::{Context, Keys, Value, disturbance as of_study, linear as is_linear, rates};
 
 /// An observer whose error does not depend on a disturbance.
 pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
 
+const OF_OUTPUTS: Key = optional(
+    "f",
+    Type::Rows,
+    "F, p x q: the disturbance enters the outputs as y = C x + D u + F d; its columns that are not 0 are independent (default: 0).",
+);
+
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
     name: "unknown-input",
-    about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, for linear plants with rank(C E) = q and stable invariant zeros of (A, E, C).",
-    source: "open problem of Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994",
-    plant: PlantClass::Linear(Time::CONTINUOUS),
-    keys: &[&[UNKNOWN], GAINS, OF_GAIN, &[THETA, GAMMA]],
+    about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, which may enter the outputs, y = C x + D u + F d, for linear plants with rank [C E, F; F, 0] = q + rank(F) and stable invariant zeros of (A, E, C, F).",
+    source: "open problem of Share Pasand, Luenberger-type cubic observers; Hautus 1983; Darouach, Zasadzinski and Xu 1994",
+    plant: PlantClass::Linear(Time::ANY),
+    keys: &[&[UNKNOWN, OF_OUTPUTS], GAINS, OF_GAIN, &[THETA, GAMMA]],
     kind: as_kind::<UnknownInput>,
     read,
     takes_long: false,
@@ -53,7 +68,16 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
     let e = unknown(node, size, reader);
     let linear = gain::linear(node, size, reader);
     let cubic = cubic(node, size, reader);
-    Some(UnknownInput { e: e?, linear: linear?, cubic: cubic.ok()? }.into())
+    let e = e?;
+    let f = match node.get("f") {
+        Some(f) => {
+            let (outputs, inputs) = (counted(size.outputs, "output"), counted(e.ncols(), "column"));
+            let why = format!("the plant has {outputs}, and `e` has {inputs}");
+            reader.matrix(f, "f", (Some(size.outputs), Some(e.ncols())), &why)?
+        }
+        None => DMatrix::zeros(size.outputs, e.ncols()),
+    };
+    Some(UnknownInput { e, f, linear: linear?, cubic: cubic.ok()? }.into())
 }
 
 /// An observer whose error does not depend on a disturbance, linear or cubic.
@@ -61,6 +85,8 @@ fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
 pub struct UnknownInput {
     /// E, n x q.
     pub e: DMatrix<f64>,
+    /// F, p x q.
+    pub f: DMatrix<f64>,
     /// Its linear part, for the plant without the disturbance.
     pub linear: LinearSpec,
     /// theta, p x p, and gamma of a cubic term.
@@ -82,6 +108,10 @@ impl Specification for UnknownInput {
         Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
     }
 
+    fn updates(&self, dt: Option<f64>) -> bool {
+        dt.is_some()
+    }
+
     fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {
         let (theta, _) = self.cubic.as_ref()?;
         Some(Self { cubic: Some((theta.clone(), gamma)), ..self.clone() }.into())
@@ -94,14 +124,38 @@ impl Kind for UnknownInput {
         designed((plant, &plan.reading()), self, &plan.options())
     }
 
+    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
+        let plant = plan.linear()?;
+        let decoupled = DecoupledPlant::of_outputs(plant, &self.e, &self.f, TimeDomain::Discrete)?;
+        if self.cubic.is_some() {
+            return Err(DesignError::CubicOfOutputs.into());
+        }
+        let design = match &self.linear.gain {
+            GainSpec::Poles(poles) if self.linear.weight.is_none() => {
+                decoupled.with_poles_in_discrete_time(dt, poles)?
+            }
+            _ => gain_of(plan, &decoupled.reduced, (&self.linear, dt)).map_err(|none| match none.cause.as_deref() {
+                Some(Cause::Design(error)) => error.clone().of_pair(Pair::Decoupled).into(),
+                _ => none,
+            })?,
+        };
+        in_discrete_time(&decoupled, &design, (&plan.reading(), dt))
+    }
+
     fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
         let another = || another_gain(plan.requested);
         match cause {
             Cause::Design(DesignError::FixedPoles { .. }) => {
                 Some(another().and(Advice::hint("`poles` with these zeros among them")))
             }
-            Cause::Design(DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. }) => {
-                Some(self.with_slow_disturbance())
+            Cause::Design(
+                DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { is_fed: false, .. },
+            ) => Some(self.with_slow_disturbance()),
+            Cause::Design(DesignError::UnmatchedInOutputs { .. } | DesignError::UnstableZero { is_fed: true, .. }) => {
+                Some(Advice::hint("a further output, without the disturbance, whose derivative depends on it"))
+            }
+            Cause::Design(DesignError::CubicOfOutputs) => {
+                Some(Advice::of([Proposal::keys([], &["gamma", "theta"], "the linear observer")]))
             }
             Cause::Design(DesignError::OfPair { pair: Pair::Decoupled, .. }) => {
                 Some(self.with_slow_disturbance().and(another()))
@@ -123,36 +177,34 @@ impl UnknownInput {
 
 fn designed(
     (plant, reading): (&StateSpace, &Reading<'_>),
-    UnknownInput { e, linear: gain, cubic }: &UnknownInput,
+    UnknownInput { e, f, linear: gain, cubic }: &UnknownInput,
     options: &GainOptions,
 ) -> Result<Designed, NoObserver> {
-    let decoupled = DecoupledPlant::new(plant, e)?;
-    let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
+    let decoupled = DecoupledPlant::of_outputs(plant, e, f, TimeDomain::Continuous)?;
     let linear = match &gain.gain {
         GainSpec::Poles(poles) => decoupled.with_poles_and_weight(poles, gain.weight.clone().unwrap_or_default())?,
         _ => linear_design(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
     };
     let cubic = cubic_of(&linear, cubic.as_ref())?;
+    let mut all = matrices(&linear, cubic.as_ref());
     let (runnable, certificate) = match &cubic {
         None => {
             let design = UnknownInputDesign::linear(&decoupled, &linear)?;
+            all[0] = matrix("L", &design.gain);
+            all.extend(of_the_observer(&design.observer, decoupled.f.amax() > 0.0));
             (Runnable::from(design.observer.clone()), design.certificate.clone())
         }
         Some(cubic) => {
             let design = UnknownInputDesign::cubic(&decoupled, cubic)?;
+            let reduced = &decoupled.reduced;
+            all.extend([matrix("H", &decoupled.h), matrix("TA", &reduced.a), matrix("TB", &reduced.b)]);
             (design.observer.clone().into(), design.certificate.clone())
         }
     };
     let speed = -linear.spectral_abscissa();
-    let fixed = match zeros.as_slice() {
-        [] => String::new(),
-        zeros => format!("The invariant zeros of (A, E, C) are among the poles, whatever L is: {}.", zeros.join(", ")),
-    };
-    let mut all = matrices(&linear, cubic.as_ref());
-    all.extend([matrix("H", &decoupled.h), matrix("TA", &decoupled.reduced.a), matrix("TB", &decoupled.reduced.b)]);
     let report = DesignReport {
         statement: proved_of(&certificate, reading)
-            .remark(fixed)
+            .remark(fixed(&decoupled))
             .remark(measurement(plant))
             .remark(asymptotic_rate(speed)),
         matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
@@ -161,6 +213,81 @@ fn designed(
         ..certified(&certificate, &[])
     };
     Ok(Designed::new(runnable, report, Some(certificate)))
+}
+
+/// The poles that no gain moves, in words.
+fn fixed(decoupled: &DecoupledPlant) -> String {
+    let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
+    let of = if decoupled.f.amax() > 0.0 { "(A, E, C, F)" } else { "(A, E, C)" };
+    match zeros.as_slice() {
+        [] => String::new(),
+        zeros => format!("The invariant zeros of {of} are among the poles, whatever L is: {}.", zeros.join(", ")),
+    }
+}
+
+/// H, TA and TB, and J where it is not L.
+fn of_the_observer(
+    observer: &WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>,
+    is_fed: bool,
+) -> impl Iterator<Item = NamedMatrix> {
+    let inner = observer.inner();
+    let j = is_fed.then(|| matrix("J", &inner.l));
+    let all = [matrix("H", observer.h()), matrix("TA", &inner.a), matrix("TB", &inner.b)];
+    j.into_iter().chain(all)
+}
+
+/// The observer of a plant in discrete time.
+fn in_discrete_time(
+    decoupled: &DecoupledPlant,
+    linear: &DiscreteDesign,
+    (reading, dt): (&Reading<'_>, f64),
+) -> Result<Designed, NoObserver> {
+    let design = UnknownInputDesign::discrete(decoupled, linear)?;
+    let (plant, radius) = (&decoupled.plant, linear.spectral_radius());
+    let mut all = vec![matrix("L", &design.gain), matrix("P", &linear.p)];
+    all.extend(of_the_observer(&design.observer, decoupled.f.amax() > 0.0));
+    let report = DesignReport {
+        statement: proved_of(&design.certificate, reading)
+            .remark("The estimate at a sample has the measurement of that sample, xhat(k) = z(k) + H y(k).")
+            .remark(fixed(decoupled))
+            .remark(measurement(plant))
+            .remark(asymptotic_factor(radius)),
+        matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
+        poles: poles(&linear.poles),
+        numbers: vec![number(Quantity::Period, dt), number(Quantity::LargestPole, radius)],
+        ..certified(&design.certificate, &[])
+    };
+    let observer = DiscreteForm::predicting(design.observer.clone(), plant.clone(), dt)?;
+    let runnable: AtSamples = observer;
+    Ok(Designed::new(runnable.into(), report, Some(design.certificate.clone())))
+}
+
+/// The observer of a plant in discrete time.
+type AtSamples = DiscreteForm<WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>, f64, Dyn, Dyn, Dyn, Dyn, Dyn>;
+
+impl Running for AtSamples {
+    runs!(sampled);
+
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
+        let (observer, states) = (self.observer(), &of.study.plant.states);
+        let names = states.iter().cloned().chain(states.iter().map(|state| format!("z_{state}"))).collect();
+        // The start is at u = 0, with the output that the first estimate predicts.
+        let xhat = DVector::from_column_slice(&of.observer.initial);
+        let size = observer.dimensions();
+        let (u, y) = (DVector::zeros(size.inputs), DVector::zeros(size.outputs));
+        let state = self.initial(0.0, &xhat, &u, &y);
+        let start = xhat.iter().chain(state.iter().take(size.state)).copied().collect();
+        let c = &observer.inner().c;
+        let make = || without_disturbance(observer, over_recorded(observer.inner()));
+        let predicted = |xhat: &[Recorded]| (cast(c) * DVector::from_column_slice(xhat)).as_slice().to_vec();
+        step_at_samples(of, make, (names, start), predicted).map(Some)
+    }
+}
+
+/// The same over the scalar that records.
+fn over_recorded(of: &LinearObserver<f64, Dyn, Dyn, Dyn>) -> LinearObserver<Recorded, Dyn, Dyn, Dyn> {
+    let LinearObserver { a, b, c, d, l } = of;
+    LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) }
 }
 
 /// What the step has in addition to the observer in continuous time.
@@ -175,9 +302,7 @@ impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
     }
 
     fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
-        let LinearObserver { a, b, c, d, l } = self.inner();
-        let inner = LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) };
-        recorded(recording, &without_disturbance(self, inner)?)
+        recorded(recording, &without_disturbance(self, over_recorded(self.inner()))?)
     }
 
     fn remark_of_step(&self) -> &'static str {
@@ -218,6 +343,9 @@ where
 fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     let e = of_study(context)?;
     is_linear(context)?;
+    if let Some(dt) = context.study.plant.dt {
+        return Err(format!("its matrix inequality is for plants in continuous time, and this one has dt = {dt}"));
+    }
     let keys = |rate: f64| vec![("e", Value::rows(e)), ("decay_rate", Value::Number(rate))];
     Ok(rates(context.information.linear_rate).filter(|rate| *rate > 0.0).map(keys).collect())
 }

@@ -47,14 +47,19 @@ impl SampledDesign {
         if let Self::Nonlinear(step) = self { step.observer.substeps() } else { None }
     }
 
-    /// The gain K of the measurement update, of a Kalman filter in filter form.
+    /// The gain K of the measurement update, of an observer in filter form.
     pub fn update_gain(&self, observer: &ObserverSpec) -> Option<&DMatrix<f64>> {
         match self {
-            Self::Linear(design) if observer.kind.whole_gain().is_some_and(|gain| gain.is_filter) => {
-                design.update_gain()
-            }
+            Self::Linear(design) if observer.kind.updates(Some(design.observer.period())) => design.update_gain(),
             _ => None,
         }
+    }
+
+    /// Whether the estimate after a step is that of its sample.
+    pub(crate) fn is_of_sample(&self, observer: &ObserverSpec) -> bool {
+        let program = if let Self::Nonlinear(step) = self { Some(&step.observer) } else { None };
+        self.update_gain(observer).is_some()
+            || matches!(program, Some(ExportableObserver::Step(step)) if step.is_of_sample())
     }
 
     /// The matrices of an observer of a linear plant.
@@ -168,6 +173,7 @@ pub(crate) fn around(
     Ok(SampledDesign::Nonlinear(Box::new(NonlinearStep {
         observer: ExportableObserver::Discrete(DiscreteNonlinearObserver::new(plant, sampled.l().clone(), period)?),
         initial: None,
+        names: None,
         certificate: Some(sampled.certificate.clone()),
         statement,
         remark: "",

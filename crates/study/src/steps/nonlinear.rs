@@ -23,7 +23,15 @@ const SHARE: f64 = 0.25;
 impl NonlinearStep {
     pub(crate) fn uncertified(observer: ExportableObserver, statement: &str) -> Self {
         let statement = Statement::of(statement);
-        Self { observer, initial: None, certificate: None, statement, remark: "", step_error: String::new() }
+        Self {
+            observer,
+            initial: None,
+            names: None,
+            certificate: None,
+            statement,
+            remark: "",
+            step_error: String::new(),
+        }
     }
 
     /// The step of a design: its statement and its certificate are those of the design, and a certificate of a part of
@@ -33,7 +41,7 @@ impl NonlinearStep {
         let measured = if report.verdict == DesignVerdict::MEASURED { "Measured, not proved:" } else { "" };
         let statement = Statement::default().remark(measured).and(&report.statement);
         let certificate = certificate.clone().filter(|_| designed.is_proved());
-        Self { observer, initial: None, certificate, statement, remark: "", step_error: String::new() }
+        Self { observer, initial: None, names: None, certificate, statement, remark: "", step_error: String::new() }
     }
 
     /// What is proved of the step in this format.
@@ -42,6 +50,15 @@ impl NonlinearStep {
         let (of_what, rest) = match &self.observer {
             ExportableObserver::Discrete(_) => {
                 (", with the gains as designed", format!("Rounding to {format} on the target is not covered."))
+            }
+            ExportableObserver::Step(step) if step.is_of_sample() => {
+                let rest = format!(
+                    "State of the step: the estimate at the sample, then the state of the observer for the next one. Rounding to {format} on the target is not covered."
+                );
+                if self.certificate.is_none() {
+                    return Evidence { sentences: vec![self.statement.to_string(), rest], file: None };
+                }
+                (", with the gains as designed", rest)
             }
             ExportableObserver::Step(_) => {
                 // The design says of the sampled observer what the theorem does not.

@@ -131,8 +131,10 @@ pub trait Specification: Setting {
         None
     }
 
-    /// Whether it is a filter in samples: an update by each sample, and a prediction.
-    fn updates(&self) -> bool {
+    /// Whether it is a filter in samples, an update by each sample and a prediction, for a plant in continuous time, or
+    /// in discrete time with the period `dt`.
+    fn updates(&self, dt: Option<f64>) -> bool {
+        let _ = dt;
         false
     }
 

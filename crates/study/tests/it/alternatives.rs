@@ -158,7 +158,9 @@ fn words(plant: &str, observer: &str) -> Vec<String> {
 fn a_linear_plant_is_offered_kinds_for_linear_plants() {
     let linear = ["kind = \"kalman\", w = 1, v = 1: ", "kind = \"luenberger\", lmi = true: "];
     let with_feedthrough = PLANTS[2].1;
-    for observer in ["kind = \"reduced-order\"\npoles = [-4]", "kind = \"functional\"\nk = [[0, 1]]\npoles = [-4]"] {
+    for observer in
+        ["kind = \"high-gain\"\nr = 0.1", "kind = \"kkl-numerical\"\ndomain = [[-2, 2], [-2, 2]]\ncutoff = 1"]
+    {
         let found = words(with_feedthrough, observer);
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found.iter().zip(linear).all(|(found, start)| found.starts_with(start)), "{found:?}");

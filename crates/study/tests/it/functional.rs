@@ -1,9 +1,6 @@
 //! Functional observers in studies.
 
-use std::sync::atomic::AtomicBool;
-
 use luenberger_study::deployment::sampled;
-use luenberger_study::design::design;
 use luenberger_study::execute::Step;
 use luenberger_study::{RunOptions, execute};
 
@@ -120,7 +117,62 @@ fn bad_values_are_reported() {
     let sweep = "[sweep]\nparameter = \"noise\"\nvalues = [1]\n";
     wrong(format!("{PLANT}{OBSERVER}{sweep}"), "[sweep] compares estimates of the state");
     let discrete = "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 0.1\n";
-    let of_samples = read(&format!("{discrete}{}", OBSERVER.replace("[[0, 1, 1]]", "[[1]]"))).unwrap();
-    let refused = design(&of_samples, &of_samples.observers[0], &AtomicBool::new(false)).unwrap_err();
-    assert!(format!("{refused:?}").contains("is for plants in continuous time, and this one has dt = 0.1"));
+    wrong(format!("{discrete}{}", OBSERVER.replace("[[0, 1, 1]]", "[[1]]")), "unit circle");
+    wrong(format!("{PLANT}{OBSERVER}order = \"most\"\n"), "most");
+    let few = OBSERVER.replace("[[0, 1, 1]]", "[[0, 1, 1], [1, 0, 0]]");
+    wrong(format!("{PLANT}{few}order = \"least\"\n"), "`poles` has length 1, and `k` has 2 rows");
+}
+
+/// The same equations hold for samples: with the pole f, N = -f, T = K + f C and G = 2 - f^2. The error of z is
+/// `f^k T x(0)` from w(0) = T initial = 0: T x(0) = 1.5 for f = 1/2. With D it is the same.
+#[test]
+fn it_runs_at_samples() {
+    let at_samples =
+        PLANT.replace("[input]", "dt = 0.1\n[input]").replace("duration = 2\nsamples = 5", "duration = 0.5");
+    let observer = OBSERVER.replace("[-3]", "[0.5]");
+    for (k, plant) in [at_samples.clone(), at_samples.replace("dt = 0.1", "dt = 0.1\nd = [[3]]")].iter().enumerate() {
+        let study = read(&format!("{plant}{observer}")).unwrap();
+        let found = designed(&study).unwrap();
+        let matrix = |name: &str| found.report.matrices.iter().find(|m| m.name == name).unwrap().rows.concat();
+        for (name, expected) in [("F", 0.5), ("G", 1.75), ("H", 1.0), ("N", -0.5)] {
+            assert!((matrix(name)[0] - expected).abs() < 1e-13, "{name}: {:?}", matrix(name));
+        }
+        assert!(found.report.statement.contains("is e+ = F e") && found.certificate.is_none());
+        let folder = scratch(&format!("functional-of-samples-{k}"));
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+        let csv = std::fs::read_to_string(folder.join("trajectories/sum.csv")).unwrap();
+        assert_eq!(csv.lines().next(), Some("t,x1,x2,x3,u1,y1,z1,z1_hat"));
+        for (sample, line) in csv.lines().skip(1).enumerate() {
+            let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+            let expected = 1.5 * 0.5f64.powi(i32::try_from(sample).unwrap());
+            assert!((row[6] - row[7] - expected).abs() < 1e-12 * (1.0 + row[6].abs()), "{row:?}");
+        }
+        assert!(csv.lines().count() > 5);
+        sampled(&study, &study.observers[0], None, None).unwrap();
+    }
+}
+
+/// x2 + 2 x3 of a chain of three: n - p = 2 states, and with the poles -3 and -4 the error of z is that of
+/// `(s + 3)(s + 4)`. From a first estimate without an error there is none at any time.
+#[test]
+fn an_observer_of_least_order_is_found() {
+    let text = "[plant]\na = [[0, 1, 0], [0, 0, 1], [0, 0, 0]]\nb = [[0], [0], [1]]\nc = [[1, 0, 0]]\nd = [[0.5]]\n[input]\nexpressions = [\"cos(t)\"]\n\
+        [simulation]\nx0 = [1, -1, 2]\nduration = 1\nsamples = 5\n[[observer]]\nname = \"z\"\nkind = \"functional\"\nk = [[0, 1, 2]]\n\
+        poles = [-3, -4, -5]\norder = \"least\"\ninitial = [1, -1, 2]\n";
+    let study = read(text).unwrap();
+    let found = designed(&study).unwrap();
+    let expected = "The order is 2: 1 further function below those of `k` in K, and to working precision no observer of a lower order has the first ones of these poles.";
+    assert!(found.report.statement.contains(expected), "{}", found.report.statement);
+    assert_eq!(found.report.poles.len(), 2);
+    assert!((found.report.poles[0][0] + 4.0).abs() < 1e-10 && (found.report.poles[1][0] + 3.0).abs() < 1e-10);
+    let folder = scratch("functional-least");
+    let results =
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    let merits = results.simulation.as_ref().unwrap().rows[0].merits.as_ref().unwrap();
+    assert!(merits.states.len() == 1 && merits.states[0].rmse < 1e-7, "{:?}", merits.states);
+    // Luenberger 1966: one function takes no more states than the longest chain less one, here 1 and not n - p = 2.
+    let two = "[plant]\na = [[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, 0, 0]]\nc = [[1, 0, 0, 0], [0, 0, 1, 0]]\n\
+        [[observer]]\nkind = \"functional\"\nk = [[0, 1, 0, 3]]\npoles = [-3, -4]\norder = \"least\"\n";
+    let found = designed(&read(two).unwrap()).unwrap();
+    assert!(found.report.poles.len() == 1 && found.report.statement.contains("The order is 1: no further function"));
 }

@@ -59,4 +59,5 @@ mod templates;
 mod trajectories;
 mod truth;
 mod units;
+mod unknown_input;
 mod varying_periods;

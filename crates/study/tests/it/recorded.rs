@@ -17,7 +17,9 @@ use luenberger_observers::{
 };
 use luenberger_study::deployment::{ExportOptions, Precision, program};
 use luenberger_study::design::{Designed, design};
-use luenberger_study::kinds::{PebObserver, PrintedMean, ReducedOrderObserver, WithoutDisturbance, registry};
+use luenberger_study::kinds::{
+    PebObserver, PrintedMean, ReducedOrderObserver, WithFeedthrough, WithoutDisturbance, registry,
+};
 use luenberger_study::maps::{HighGainMaps, ImmersionMaps, KklMaps};
 use luenberger_study::model::Model;
 use luenberger_study::study::ObserverSpec;
@@ -184,6 +186,26 @@ impl SampledObserver<f64> for WithBounds<'_> {
     }
 }
 
+/// The estimates at the samples of an observer whose estimate has the measurement of its sample, each with the next
+/// state of the observer behind it.
+fn at_samples(designed: &Designed, of: &ObserverSpec, samples: &Samples) -> Vec<Vec<f64>> {
+    let runnable = &designed.runnable;
+    let size = runnable.dimensions();
+    let first = match of.kind.functions() {
+        Some((k, _)) => (k * DVector::from_column_slice(&of.initial)).as_slice().to_vec(),
+        None => of.initial.clone(),
+    };
+    let mut state = runnable.initial(0.0, &first, &vec![0.0; size.inputs], &vec![0.0; size.outputs]).unwrap();
+    let mut found = Vec::new();
+    for (u, y) in samples {
+        let mut xhat = vec![0.0; size.estimate];
+        runnable.any().correct(&state, u, y, &mut xhat);
+        state = runnable.motion(0.0, &state, u, y).unwrap();
+        found.push([&xhat[..], &state[..state.len() - xhat.len()]].concat());
+    }
+    found
+}
+
 /// The estimates of the observer that runs: of those that are recorded, that of the study in its sampled form; of
 /// others the observer of the export itself.
 fn running(
@@ -199,6 +221,9 @@ fn running(
     }
     if let Some(observer) = runnable.of::<SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>>() {
         return stepped(&WithBounds(observer), initial, samples);
+    }
+    if matches!(export.observer(), ExportableObserver::Step(step) if step.is_of_sample()) {
+        return at_samples(designed, observer, samples);
     }
     let form = if let ExportableObserver::Extension(form) = export.observer() { Some(form) } else { None };
     let Some((form, plant)) = form.zip(plant) else {
@@ -223,6 +248,7 @@ fn running(
     forms!(
         KklObserver<KklMaps>,
         ReducedOrderObserver,
+        WithFeedthrough<ReducedOrderObserver>,
         ImmersionInvarianceObserver<Model, ImmersionMaps>,
         HighGainObserver<HighGainMaps, f64, Dyn>,
         WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>,
@@ -391,6 +417,7 @@ fn observers_that_contain_the_plant_have_the_bits_of_their_export() {
     }
     has_the_bits("rows", ROWS, 1e-2);
     has_the_bits("reduced-order", reduced_order::OGATA, 2e-3);
+    has_the_bits("reduced-order-fed", &reduced_order::OGATA.replace("[input]", "d = [[0.5]]\n[input]"), 2e-3);
 }
 
 /// Kinds and forms that no template has.
@@ -413,6 +440,14 @@ fn others() -> Vec<(&'static str, String)> {
         ("mhe-bounds", pendulum(&format!("kind = \"mhe\"\nwindow = 3\nstate_bounds = [[-1, 1], [-inf, 2]]\n{noise}"))),
         ("chain", pendulum("kind = \"high-gain\"\nr = 0.1")),
         ("discrete", motor("kind = \"luenberger\"\npoles = [0.5, 0.6]")),
+        ("reduced-order-of-samples", motor("kind = \"reduced-order\"\npoles = [0.3]")),
+        ("functional", motor("kind = \"functional\"\nk = [[0.5, 1]]\npoles = [0.3]\ninitial = [0.25, -0.125]")),
+        ("decoupled", motor("kind = \"unknown-input\"\ne = [[1], [0]]\npoles = [0.7, 0.2]\ninitial = [0.25, -0.125]")),
+        (
+            "decoupled-outputs",
+            // A - E C = [0.5 0.05; 0 0.7].
+            motor("kind = \"unknown-input\"\ne = [[0.4], [-0.1]]\nf = [[1]]\npoles = [0.5, 0.7]"),
+        ),
         ("filter-form", motor("kind = \"kalman\"\nw = [1e-4, 1e-2]\nv = 0.04\nform = \"filter\"")),
         ("varying", varying_periods::STUDY.to_owned()),
         ("held", kkl_numerical::FORCED.replace("points = 17", "points = 9")),

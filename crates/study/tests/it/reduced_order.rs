@@ -59,6 +59,77 @@ fn it_runs_and_its_step_follows() {
     extension(&step);
 }
 
+/// Franklin, Powell and Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2.4: the satellite 1/s^2 at
+/// T = 0.1 with the pole 0.5 has `L_r = 5`. By hand: x2 - xhat2 at a sample is `0.5^k (x2 - 5 x1)(0)` from xhat = 0,
+/// the error of x1 is 0, and with D the same.
+const SATELLITE: &str = r#"[plant]
+a = [[1, 0.1], [0, 1]]
+b = [[0.005], [0.1]]
+c = [[1, 0]]
+dt = 0.1
+[input]
+expressions = ["sin(3*t)"]
+[simulation]
+x0 = [1, -1]
+duration = 1
+[[observer]]
+name = "o"
+kind = "reduced-order"
+poles = [0.5]
+"#;
+
+#[test]
+fn the_observer_of_samples_has_the_gain_of_the_textbook() {
+    for (k, text) in [SATELLITE.to_owned(), SATELLITE.replace("dt =", "d = [[2]]\ndt =")].iter().enumerate() {
+        let study = read(text).unwrap();
+        let found = designed(&study).unwrap();
+        assert_eq!(found.report.verdict.word(), "proved");
+        let matrix =
+            |name: &str| found.report.matrices.iter().find(|m| m.name.starts_with(name)).unwrap().rows.concat();
+        for (name, expected) in [("N (", [1.0, 5.0]), ("L", [1.5, 5.0])] {
+            assert!(matrix(name).iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-13), "{:?}", matrix(name));
+        }
+        assert_eq!(found.report.statement.contains("y - D u"), k == 1);
+        let folder = scratch(&format!("reduced-order-of-samples-{k}"));
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+        let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();
+        for (sample, line) in csv.lines().skip(1).enumerate() {
+            // t, x1, x2, u1, y1 and the estimates.
+            let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+            let expected = -6.0 * 0.5f64.powi(i32::try_from(sample).unwrap());
+            assert!((row[1] - row[5]).abs() < 1e-12 && (row[2] - row[6] - expected).abs() < 1e-11, "{row:?}");
+        }
+        luenberger_proof::certificate::verify(&std::fs::read(folder.join("certificates/o.json")).unwrap()).unwrap();
+        assert!(
+            sampled(&study, &study.observers[0], None, None).unwrap().design.update_gain(&study.observers[0]).is_some()
+        );
+    }
+    assert!(read(&SATELLITE.replace("[0.5]", "[1]")).unwrap_err().to_string().contains("unit circle"));
+    let hidden = read(&SATELLITE.replace("[[1, 0]]", "[[0, 1]]")).unwrap();
+    let Err(failure) = designed(&hidden) else { panic!("x1 is hidden") };
+    assert!(failure.hypothesis.contains("not observable"), "{}", failure.hypothesis);
+    let nothing = SATELLITE.replace("[[1, 0]]", "[[1, 0], [0, 1]]").replace("poles = [0.5]", "poles = []");
+    assert!(read(&nothing).is_err());
+}
+
+/// The double integrator with y = x1 + 2 u and the pole -4: x2 - xhat2 is `exp(-4 t) (x2 - 4 x1)(0)` from xhat = 0.
+#[test]
+fn an_input_in_the_output_is_taken_out() {
+    let text = "[plant]\na = [[0, 1], [0, 0]]\nb = [[0], [1]]\nc = [[1, 0]]\nd = [[2]]\n[input]\nexpressions = [\"cos(2*t)\"]\n\
+        [simulation]\nx0 = [1, -1]\nduration = 1\nsamples = 11\n[[observer]]\nname = \"o\"\nkind = \"reduced-order\"\npoles = [-4]\n";
+    let study = read(text).unwrap();
+    assert!(designed(&study).unwrap().report.statement.contains("y - D u = C x"));
+    let folder = scratch("reduced-order-fed");
+    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();
+    for line in csv.lines().skip(1) {
+        let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        let expected = -5.0 * (-4.0 * row[0]).exp();
+        assert!((row[1] - row[5]).abs() < 1e-9 && (row[2] - row[6] - expected).abs() < 1e-7, "{row:?}");
+    }
+    extension(&sampled(&study, &study.observers[0], Some(0.01), None).unwrap());
+}
+
 #[test]
 fn what_fails_is_named() {
     let text = |a: &str, c: &str, poles: &str| {

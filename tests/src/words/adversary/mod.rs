@@ -174,6 +174,7 @@ impl Subject<'_> {
             }
             Claim::Disturbance => self.disturbance(sentence, said),
             Claim::UnknownInput => self.unknown_input(sentence, said),
+            Claim::UnknownInputOfSamples => self.unknown_input_at_samples(said),
             Claim::Encloses | Claim::EnclosesSampled => self.encloses(),
             Claim::Widths => self.widths(sentence, said),
             Claim::FiniteTime => self.finite_time(sentence, said),
@@ -269,8 +270,16 @@ pub(super) fn coherence(said: &Said, sentences: &[Sentence]) -> Verdict {
         return Ok(Held::Unchecked);
     };
     let from_everywhere = sentences.iter().find(|sentence| {
-        matches!(sentence.claim, Some(Claim::Loop | Claim::Disturbance | Claim::UnknownInput | Claim::CubicEverywhere))
-            && !sentence.text.contains("e'Pe <")
+        matches!(
+            sentence.claim,
+            Some(
+                Claim::Loop
+                    | Claim::Disturbance
+                    | Claim::UnknownInput
+                    | Claim::UnknownInputOfSamples
+                    | Claim::CubicEverywhere
+            )
+        ) && !sentence.text.contains("e'Pe <")
     });
     match from_everywhere {
         Some(sentence) => Err(wrong(format!(

@@ -2,7 +2,7 @@
 
 use luenberger_design::Region;
 use luenberger_study::kinds::{SlidingModeSpec, UnknownInput};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::{BUDGET, Held, INTERVALS, Subject, TOLERANCE, TRIES, Verdict, Wrong, of_sentence, wrong};
 use crate::words::linear;
@@ -237,7 +237,7 @@ impl Subject<'_> {
     }
 
     pub(super) fn unknown_input(&self, sentence: &Sentence, said: &Said) -> Verdict {
-        let Some(UnknownInput { e, .. }) = self.spec.kind.of() else { return Ok(Held::Unchecked) };
+        let Some(UnknownInput { e, f, .. }) = self.spec.kind.of() else { return Ok(Held::Unchecked) };
         let Some(designed) = self.designed else { return Ok(Held::Unchecked) };
         let Some(rate) = rate_of(sentence, 0, said) else { return Ok(Held::Unchecked) };
         let mut held = Held::Unchecked;
@@ -249,13 +249,11 @@ impl Subject<'_> {
             let signals = |interval: usize, t: f64, _: &[f64]| {
                 let w = &signs[interval.min(signs.len() - 1)].1;
                 let wave = 1.0 + (omega * t).sin();
-                Acting {
-                    u: inputs(t),
-                    noise: Vec::new(),
-                    disturbance: (0..e.nrows())
-                        .map(|i| w.iter().enumerate().map(|(j, s)| e[(i, j)] * s * wave).sum())
-                        .collect(),
-                }
+                let entering = |m: &DMatrix<f64>| -> Vec<f64> {
+                    m.row_iter().map(|row| row.iter().zip(w).map(|(x, s)| x * s * wave).sum()).collect()
+                };
+                // F d is what noise would be.
+                Acting { u: inputs(t), noise: entering(f), disturbance: entering(e) }
             };
             let experiment = self.experiment(x0, estimate, &signals, 25.0 / rate);
             let Some(path) = simulate(self.plant, &designed.runnable, &experiment) else { continue };
@@ -266,6 +264,51 @@ impl Subject<'_> {
             self.decayed(&path)?;
         }
         Ok(held)
+    }
+
+    pub(super) fn unknown_input_at_samples(&self, said: &Said) -> Verdict {
+        let Some(UnknownInput { e, f, .. }) = self.spec.kind.of() else { return Ok(Held::Unchecked) };
+        let (Some(designed), Some(plant)) = (self.designed, self.study.plant.model.linear()) else {
+            return Ok(Held::Unchecked);
+        };
+        let radius = said.number("largest modulus of a pole").unwrap_or(1.0).max(1e-3);
+        let steps = (25.0 / -radius.ln()).ceil();
+        if !(steps > 0.0 && steps < 2e4) {
+            return Ok(Held::Unchecked);
+        }
+        let (x0, estimate) = self.start(None);
+        let signs = self.signs(0, e.ncols());
+        let (mut x, u) = (DVector::from_vec(x0), DVector::from_element(plant.b.ncols(), 0.5));
+        let output = |x: &DVector<f64>, d: &DVector<f64>| {
+            let fed = plant.d.as_ref().map_or_else(|| DVector::zeros(plant.c.nrows()), |through| through * &u);
+            &plant.c * x + fed + f * d
+        };
+        let none = DVector::zeros(e.ncols());
+        let first = designed.runnable.initial(0.0, &estimate, u.as_slice(), output(&x, &none).as_slice());
+        let Some(mut state) = first else { return Ok(Held::Unchecked) };
+        let (mut transient, mut largest, mut last) = (0.0_f64, 0.0_f64, 0.0);
+        for k in 0..steps as usize {
+            let signs = &signs[k % signs.len()].1;
+            let d = DVector::from_fn(e.ncols(), |j, _| signs[j] * (1.0 + (k as f64).sin()));
+            let y = output(&x, &d);
+            let next = designed.runnable.motion(0.0, &state, u.as_slice(), y.as_slice());
+            let Some(next) = next else { return Ok(Held::Unchecked) };
+            let mut xhat = vec![0.0; x.len()];
+            designed.runnable.any().correct(&state, u.as_slice(), y.as_slice(), &mut xhat);
+            last = (&x - DVector::from_vec(xhat)).norm();
+            (transient, largest) = (transient.max(last), largest.max(x.norm()));
+            state = next;
+            x = &plant.a * x + &plant.b * &u + e * d;
+        }
+        let size = |name: &str| matrix(&designed.report, name).map_or(1.0, |m| m.norm());
+        let rounding = 1e-6 * largest * (1.0 + size("L") * size("TA") + size("H") + size("J"));
+        if !largest.is_finite() {
+            return Ok(Held::Unchecked);
+        }
+        if last > 1e-4 * transient + rounding {
+            return Err(wrong(format!("|e| is {last:e} after {steps} samples; it was {transient:e}")));
+        }
+        Ok(Held::Simulated)
     }
 
     /// The error of a run over 25 time constants has decayed.

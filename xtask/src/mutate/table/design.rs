@@ -159,7 +159,8 @@ pub(super) const SOURCES: &[Source] = &[
                 "e * check::solve_definite(\"(CE)'CE\", &gram, &image.transpose())?",
                 "e * image.transpose()",
             ),
-            mutant("unknown input: any zeros", Hypothesis, "zero.re >= 0.0)", "zero.re >= f64::INFINITY)"),
+            mutant("unknown input: any zeros", Hypothesis, "excess(zero) >= 0.0)", "excess(zero) >= f64::INFINITY)"),
+            sign("unknown input of the outputs: J = L - G", "l + both.columns(p, p)"),
         ],
     },
     Source {

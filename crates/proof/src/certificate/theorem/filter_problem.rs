@@ -30,7 +30,9 @@ pub struct FilterProblem {
     pub gamma: f64,
 }
 
-const TIMES: [(&str, TimeDomain); 2] = [("continuous", TimeDomain::Continuous), ("discrete", TimeDomain::Discrete)];
+/// The words of the member `time`.
+pub(super) const TIMES: [(&str, TimeDomain); 2] =
+    [("continuous", TimeDomain::Continuous), ("discrete", TimeDomain::Discrete)];
 
 impl FilterProblem {
     pub(super) fn check(&self) -> Result<(), ProofError> {

@@ -7,6 +7,7 @@
 
 mod contracting;
 mod cubic;
+mod decoupling;
 mod definiteness;
 mod deployed;
 mod discrete;
@@ -57,6 +58,7 @@ use crate::wording::{counted, exact};
 
 pub use contracting::ContractionInCoordinates;
 pub use cubic::{CubicConvergence, Region};
+pub use decoupling::DecouplingConvergence;
 pub use definiteness::{Definiteness, Sign};
 pub use deployed::{ClaimedBall, DeployedObserver, LARGEST_DEPLOYED};
 pub use discrete::DiscreteConvergence;
@@ -232,6 +234,8 @@ theorems! {
         CubicTheorem1,
         /// The unknown-input observer.
         UnknownInputConvergence,
+        /// The unknown-input observer in both times, of an unknown input that may enter the outputs.
+        DecouplingConvergence,
         /// The reduced-order observer.
         ReducedOrderConvergence,
         /// A bound of the error under bounded disturbances and noise.

@@ -78,7 +78,7 @@ $ python3 test_{0}.py
         export.identifier(),
         version.name(),
         export.period_text(),
-        estimate = if export.is_filter() { "at the last sample, with its measurement" } else { "for the end of the step" },
+        estimate = if export.is_of_sample() { "at the last sample, with its measurement" } else { "for the end of the step" },
         known = if export.has_feedback() {
             "| `r.NAME` | references, inputs of the FMU |\n| `u.NAME` | inputs to apply until the next sample, `u = r - K xhat` |"
         } else {

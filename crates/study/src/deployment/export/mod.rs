@@ -225,10 +225,12 @@ pub(crate) fn prepared(
     let period = options.period.or_else(|| hold.and_then(|simulation| simulation.hold));
     let sampled = sampled_of((study, observer, options.designed), period, options.substeps, end).map_err(refused)?;
     let is_fixed = matches!(numbers, Numbers::Fixed(_));
-    if sampled.design.update_gain(observer).is_some() && (options.feedback || is_fixed) {
+    if sampled.design.is_of_sample(observer) && (options.feedback || is_fixed) {
         let predicted = if options.feedback { "the feedback" } else { "fixed point" };
         let hypothesis = format!("it is in filter form, and {predicted} takes the prediction");
-        return Err(refused(NoObserver::new(hypothesis).hint("form = \"predictor\"")));
+        let has_form = observer.kind.whole_gain().is_some();
+        let hint = if has_form { "form = \"predictor\"" } else { "kind = \"luenberger\", which is a predictor" };
+        return Err(refused(NoObserver::new(hypothesis).hint(hint)));
     }
     sampled.design.stored_in(observer, numbers.formats().stored).map_err(refused)?;
     let export = exported(study, observer, sampled.design.clone(), numbers.scalar(), initial);
