@@ -246,7 +246,7 @@ fn noise_bound(plant: &Plant, units: &Units) -> String {
     format!("bounds = {{ noise = {} }}", list(&units.apply(&DMatrix::from_element(plant.c.nrows(), 1, 0.25), Y, 1)))
 }
 
-const CASES: [Case; 20] = [
+const CASES: [Case; 19] = [
     case("luenberger", &[poles], Some(Accuracy::OneOutput(COMPUTED))),
     case("luenberger", &[poles, noise_bound], Some(Accuracy::OneOutput(COMPUTED))),
     case("luenberger", &[program], None),
@@ -261,7 +261,6 @@ const CASES: [Case; 20] = [
     case("extended-state", &[bandwidth, disturbance], None),
     case("unknown-input", &[poles_with_a_zero, disturbance], None),
     case("functional", &[functional_of_least_order], None),
-    case("unknown-input", &[filter_of_unit_noise, disturbance_of_outputs], None),
     of_samples("reduced-order", &[reduced_of_samples]),
     of_samples("functional", &[functional_of_samples]),
     of_samples("unknown-input", &[disturbance_of_samples]),
