@@ -564,7 +564,7 @@ def unknown_input_observer(file):
 
 
 def decoupling_observer(file):
-    """`e' = (TA - JC)e` or e+, HF = 0 and TE = JF for `[H G] = [E - LF, 0](S'S)^-1 S'`, J = L + G, S = [CE F1; F 0]."""
+    """`e' = (TA - JC)e` or e+, HF = 0 and TE = JF for `[H G] = [E - LF, 0] (S'S)^-1 S'`, J = L + G, S = [CE F1; F 0]."""
     is_discrete = file.take("time").word("continuous", "discrete") == "discrete"
     a, b, c = read_plant(file)
     n, p = a.rows, c.rows

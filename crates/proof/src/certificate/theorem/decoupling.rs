@@ -2,7 +2,7 @@
 //! time.
 //!
 //! **Hypotheses.** `S = [CE F1; F 0]` has full column rank, F1 being the columns of F that are not 0; with
-//! `[H G] = [E - LF, 0](S'S)^-1 S'`, `J = L + G` and `T = I - HC` for the stored L, `P > 0` and
+//! `[H G] = [E - LF, 0] (S'S)^-1 S'`, `J = L + G` and `T = I - HC` for the stored L, `P > 0` and
 //! `(TA - JC)'P + P(TA - JC) < 0`, in discrete time `(TA - JC)'P(TA - JC) - P < 0`.
 //!
 //! **Theorem.** The error of `z' = TA xhat + TBu + J r`, `r = y - C xhat`, `xhat = z + Hy` (or `z+`), with the real
@@ -79,7 +79,7 @@ impl Statement for DecouplingConvergence {
             TimeDomain::Discrete => ("discrete-time plant", "+", " at each step"),
         };
         format!(
-            "For the {plant} x{next} = Ax + Bu + Ed, y = Cx + Fd with {sizes}, any unknown input d, and the observer z{next} = TA xhat + TBu + J r, r = y - C xhat, xhat = z + Hy, with the real matrices [H G] = [E - LF, 0](S'S)^-1 S', J = L + G and T = I - HC, where S = [CE F1; F 0], F1 the columns of F that are not 0, and L exactly as stored: HF = 0 and TE = JF, the error e = x - xhat obeys e{next} = (TA - JC)e whatever d is, V = e'Pe decreases{step}, and e tends to 0 exponentially, from every e(0). Nothing is said of a rounding of H, J, TA and TB."
+            "For the {plant} x{next} = Ax + Bu + Ed, y = Cx + Fd with {sizes}, any unknown input d, and the observer z{next} = TA xhat + TBu + J r, r = y - C xhat, xhat = z + Hy, with the real matrices [H G] = [E - LF, 0] (S'S)^-1 S', J = L + G and T = I - HC, where S = [CE F1; F 0], F1 the columns of F that are not 0, and L exactly as stored: HF = 0 and TE = JF, the error e = x - xhat obeys e{next} = (TA - JC)e whatever d is, V = e'Pe decreases{step}, and e tends to 0 exponentially, from every e(0). Nothing is said of a rounding of H, J, TA and TB."
         )
     }
 }
