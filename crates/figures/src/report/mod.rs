@@ -514,7 +514,7 @@ impl Block {
 
 fn formulas_html(page: &mut String, formulas: impl Iterator<Item = String>) {
     page.push_str("<div class=\"formulas\">");
-    formulas.for_each(|formula| page.push_str(&formula));
+    page.extend(formulas);
     page.push_str("</div>");
 }
 

@@ -74,8 +74,8 @@ fn blocks(text: &mut String, blocks: &[Block]) {
                     text.extend(["  ", line, "\n"]);
                 }
             }
-            Block::Verbatim(lines) => lines.lines().for_each(|line| text.extend(["  ", line, "\n"])),
-            Block::List(items) => items.iter().for_each(|item| text.extend(["  ", item, "\n"])),
+            Block::Verbatim(lines) => indented(text, lines.lines()),
+            Block::List(items) => indented(text, items.iter().map(String::as_str)),
             Block::Facts(facts) => {
                 let rows = facts.iter().map(|(name, cell)| vec![name.clone(), value(cell)]);
                 table(text, &rows.collect::<Vec<_>>());
@@ -87,14 +87,18 @@ fn blocks(text: &mut String, blocks: &[Block]) {
                 let rows = grid.rows.iter().map(|row| row.iter().map(value).collect());
                 table(text, &std::iter::once(grid.head.clone()).chain(rows).collect::<Vec<_>>());
             }
-            Block::Matrices(matrices) => matrices.iter().for_each(|(name, rows)| matrix(text, name, rows)),
+            Block::Matrices(matrices) => {
+                for (name, rows) in matrices {
+                    matrix(text, name, rows);
+                }
+            }
             Block::Folded { inside, .. } => self::blocks(text, inside),
             Block::Links(links) => {
-                links.iter().for_each(|(path, what)| text.extend(["  ", format!("{path} {what}").trim_end(), "\n"]));
+                for (path, what) in links {
+                    text.extend(["  ", format!("{path} {what}").trim_end(), "\n"]);
+                }
             }
-            Block::Formulas(formulas) => {
-                formulas.iter().for_each(|formula| text.extend(["  ", &formula.latex, "\n"]));
-            }
+            Block::Formulas(formulas) => indented(text, formulas.iter().map(|formula| formula.latex.as_str())),
             Block::Note(_) | Block::Html(_) | Block::Figure { .. } => {}
         }
     }
@@ -102,6 +106,12 @@ fn blocks(text: &mut String, blocks: &[Block]) {
 
 fn value(cell: &Cell) -> String {
     if cell.kind == Kind::Best { format!("{}*", cell.text) } else { cell.text.clone() }
+}
+
+fn indented<'a>(text: &mut String, lines: impl Iterator<Item = &'a str>) {
+    for line in lines {
+        text.extend(["  ", line, "\n"]);
+    }
 }
 
 /// Maximal width of the first column of a table.
@@ -135,65 +145,54 @@ fn matrix(text: &mut String, name: &str, rows: &[Vec<String>]) {
 }
 
 fn markdown(text: &mut String, block: &Block) {
-    let _ = match block {
+    text.push('\n');
+    match block {
         Block::Heading(heading, mark) => {
             let mark = mark.as_ref().map(|mark| format!(": {}", escaped(&mark.text))).unwrap_or_default();
-            writeln!(text, "\n### {}{mark}", escaped(heading))
+            text.extend(["### ", &escaped(heading), &mark, "\n"]);
         }
-        Block::Prose(prose) | Block::Note(prose) => writeln!(text, "\n{}", escaped(prose.trim())),
-        Block::Verbatim(lines) => writeln!(text, "\n```\n{}\n```", lines.trim_end()),
-        Block::List(items) => {
-            text.push('\n');
-            items.iter().for_each(|item| text.extend(["- ", &escaped(item), "\n"]));
-            Ok(())
-        }
+        Block::Prose(prose) | Block::Note(prose) => text.extend([&escaped(prose.trim()), "\n"]),
+        Block::Verbatim(lines) => text.extend(["```\n", lines.trim_end(), "\n```\n"]),
+        Block::List(items) => text.extend(items.iter().map(|item| format!("- {}\n", escaped(item)))),
         Block::Facts(facts) => {
-            text.push('\n');
-            facts.iter().for_each(|(name, cell)| text.extend(["- ", &escaped(name), ": ", &marked(cell), "\n"]));
-            Ok(())
+            text.extend(facts.iter().map(|(name, cell)| format!("- {}: {}\n", escaped(name), marked(cell))));
         }
-        Block::Grid(grid) => {
-            grid_markdown(text, grid);
-            Ok(())
-        }
+        Block::Grid(grid) => grid_markdown(text, grid),
         Block::Matrices(matrices) => {
-            let latex = |(name, rows): &(String, Vec<Vec<String>>)| super::Formula::matrix(name, rows).latex;
-            matrices.iter().for_each(|matrix| text.extend(["\n$$", &latex(matrix), "$$\n"]));
-            Ok(())
+            let matrices = matrices.iter().map(|(name, rows)| super::Formula::matrix(name, rows));
+            text.push_str(&displayed(matrices.map(|formula| formula.latex)));
         }
-        Block::Formulas(formulas) => {
-            formulas.iter().for_each(|formula| text.extend(["\n$$", &formula.latex, "$$\n"]));
-            Ok(())
-        }
+        Block::Formulas(formulas) => text.push_str(&displayed(formulas.iter().map(|formula| formula.latex.clone()))),
         Block::Folded { summary, inside } => {
-            let _ = writeln!(text, "\n{}:", escaped(summary));
-            inside.iter().for_each(|block| markdown(text, block));
-            Ok(())
+            text.extend([&escaped(summary), ":\n"]);
+            for block in inside {
+                markdown(text, block);
+            }
         }
         Block::Links(links) => {
-            text.push('\n');
-            links.iter().for_each(|(path, what)| {
-                let line = format!("- [{path}]({path}) {}", escaped(what));
-                text.extend([line.trim_end(), "\n"]);
-            });
-            Ok(())
+            let line = |(path, what): &(String, String)| format!("- [{path}]({path}) {}", escaped(what));
+            text.extend(links.iter().map(|link| line(link).trim_end().to_owned() + "\n"));
         }
-        Block::Figure { id, figure } => writeln!(text, "\n![{}](figures/{id}.svg)", escaped(&figure.title)),
-        Block::Html(_) => Ok(()),
-    };
+        Block::Figure { id, figure } => text.extend(["![", &escaped(&figure.title), "](figures/", id, ".svg)\n"]),
+        Block::Html(_) => _ = text.pop(),
+    }
+}
+
+/// Formulas by themselves, an empty line between them.
+fn displayed(formulas: impl Iterator<Item = String>) -> String {
+    formulas.map(|latex| format!("$${latex}$$\n")).collect::<Vec<_>>().join("\n")
 }
 
 fn grid_markdown(text: &mut String, grid: &Grid) {
     if !grid.caption.is_empty() {
-        text.extend(["\n", &escaped(&grid.caption), "\n"]);
+        text.extend([&escaped(&grid.caption), "\n\n"]);
     }
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let is_number = |column: usize| grid.rows.iter().any(|row| matches!(row[column].kind, Kind::Number | Kind::Best));
     let rules = (0..grid.head.len()).map(|column| if is_number(column) { "---:" } else { "---" });
-    text.push('\n');
     text.push_str(&line(grid.head.iter().map(|name| escaped(name)).collect()));
     text.extend(["|", &rules.collect::<Vec<_>>().join("|"), "|\n"]);
-    grid.rows.iter().for_each(|row| text.push_str(&line(row.iter().map(marked).collect())));
+    text.extend(grid.rows.iter().map(|row| line(row.iter().map(marked).collect())));
 }
 
 fn marked(cell: &Cell) -> String {
