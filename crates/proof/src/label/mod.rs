@@ -48,7 +48,7 @@ use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
-use crate::statement::EXACT_ORDER;
+use crate::statement::{EXACT_ORDER, Expression};
 use crate::verdict::{UndecidedReason, Verdict};
 use evaluate::Term;
 use parse::Formula;
@@ -143,6 +143,16 @@ impl<'a> Names<'a> {
         Ok(self.with(name, Value::Definition(formula), false))
     }
 
+    /// An expression in names of numbers and of matrices of numbers.
+    ///
+    /// # Errors
+    /// [`ProofError`] for text that is no expression in these names, and for shapes that do not fit.
+    pub(crate) fn expression(&self, text: &str) -> Result<InNames<'_>, ProofError> {
+        let formula = parse::expression(text, self)?;
+        shapes::check(&formula, self)?;
+        Ok(InNames { formula, names: self })
+    }
+
     /// Decides the inequality. The margin is a lower bound of the least eigenvalue of the difference of its sides.
     ///
     /// # Errors
@@ -181,6 +191,18 @@ impl<'a> Names<'a> {
     /// The facts of these labels.
     pub(crate) fn facts<S: Into<String>>(&self, labels: impl IntoIterator<Item = S>) -> Result<Vec<Fact>, ProofError> {
         labels.into_iter().map(|label| self.fact(label)).collect()
+    }
+}
+
+/// An expression in names, over any ring.
+pub(crate) struct InNames<'n> {
+    formula: Formula,
+    names: &'n Names<'n>,
+}
+
+impl Expression for InNames<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        evaluate::matrix(&self.formula, self.names, &|named| named.embedded::<R>())
     }
 }
 

@@ -8,7 +8,6 @@
 
 mod contracting;
 mod cubic;
-mod decoupling;
 mod deployed;
 pub(crate) mod deployed_cubic;
 mod equation;
@@ -26,7 +25,6 @@ mod varying_periods;
 
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
-pub use decoupling::{Decoupling, Undisturbed, decoupling};
 pub use deployed::{
     CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
     SampledPlant, Step, Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
