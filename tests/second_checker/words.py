@@ -446,7 +446,7 @@ def decoupling_observer(is_discrete, states, inputs, unknown, outputs):
         f"For the {plant} x{following} = Ax + Bu + Ed, y = Cx + Fd with {counted(states, 'state')}, "
         f"{counted(inputs, 'input')}, {counted(unknown, 'unknown input')} and {counted(outputs, 'output')}, any "
         f"unknown input d, and the observer z{following} = TA xhat + TBu + J r, r = y - C xhat, xhat = z + Hy, with the real "
-        "matrices [H G] = [E - LF, 0](S'S)^-1 S', J = L + G and T = I - HC, where S = [CE F1; F 0], F1 the columns of "
+        "matrices [H G] = [E - LF, 0] (S'S)^-1 S', J = L + G and T = I - HC, where S = [CE F1; F 0], F1 the columns of "
         "F that are not 0, and L exactly as stored: HF = 0 and TE = JF, the error e = x - xhat obeys "
         f"e{following} = (TA - JC)e whatever d is, V = e'Pe decreases{step}, and e tends to 0 exponentially, from "
         "every e(0). Nothing is said of a rounding of H, J, TA and TB."

@@ -2,14 +2,14 @@
 //! time.
 //!
 //! **Hypotheses.** `S = [CE F1; F 0]` has full column rank, F1 being the columns of F that are not 0; with
-//! `[H G] = [E - LF, 0](S'S)^-1 S'`, `J = L + G` and `T = I - HC` for the stored L, `P > 0` and
+//! `[H G] = [E - LF, 0] (S'S)^-1 S'`, `J = L + G` and `T = I - HC` for the stored L, `P > 0` and
 //! `(TA - JC)'P + P(TA - JC) < 0`, in discrete time `(TA - JC)'P(TA - JC) - P < 0`.
 //!
 //! **Theorem.** The error of `z' = TA xhat + TBu + J r`, `r = y - C xhat`, `xhat = z + Hy` (or `z+`), with the real
 //! matrices H, T and J, tends to 0 exponentially from every e(0), for every d.
 //!
 //! **Proof.** `e = x - xhat = T x - H F d - z`. If `H F = 0` and `T E = J F`, then `e' = (TA - JC) e + (TE - JF) d =
-//! (TA - JC) e` for every d; in discrete time likewise. With `J = L + G` the two conditions are `[H G] S = [E - LF, 0]`,
+//! (TA - JC) e` for every d; in discrete time likewise. With `J = L + G` both conditions are `[H G] S = [E - LF, 0]`,
 //! which `[H G] = [E - LF, 0] (S'S)^-1 S'` solves exactly if S has full column rank. H and G are rational functions of
 //! the data and are enclosed as in `statement/left_inverse.rs`. V = e'Pe decreases by the last inequality. S has full
 //! column rank iff the columns of F1 are independent and `rank [CE F; F 0] = q + rank(F)` (Hautus, Linear Algebra and
@@ -102,7 +102,7 @@ impl Statement for DecouplingConvergence {
             TimeDomain::Discrete => ("discrete-time plant", "+", " at each step"),
         };
         format!(
-            "For the {plant} x{next} = Ax + Bu + Ed, y = Cx + Fd with {sizes}, any unknown input d, and the observer z{next} = TA xhat + TBu + J r, r = y - C xhat, xhat = z + Hy, with the real matrices [H G] = [E - LF, 0](S'S)^-1 S', J = L + G and T = I - HC, where S = [CE F1; F 0], F1 the columns of F that are not 0, and L exactly as stored: HF = 0 and TE = JF, the error e = x - xhat obeys e{next} = (TA - JC)e whatever d is, V = e'Pe decreases{step}, and e tends to 0 exponentially, from every e(0). Nothing is said of a rounding of H, J, TA and TB."
+            "For the {plant} x{next} = Ax + Bu + Ed, y = Cx + Fd with {sizes}, any unknown input d, and the observer z{next} = TA xhat + TBu + J r, r = y - C xhat, xhat = z + Hy, with the real matrices [H G] = [E - LF, 0] (S'S)^-1 S', J = L + G and T = I - HC, where S = [CE F1; F 0], F1 the columns of F that are not 0, and L exactly as stored: HF = 0 and TE = JF, the error e = x - xhat obeys e{next} = (TA - JC)e whatever d is, V = e'Pe decreases{step}, and e tends to 0 exponentially, from every e(0). Nothing is said of a rounding of H, J, TA and TB."
         )
     }
 }
