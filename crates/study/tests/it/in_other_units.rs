@@ -197,15 +197,15 @@ fn disturbance_of_outputs(plant: &Plant, units: &Units) -> String {
     format!("{}\nf = {}", disturbance(plant, units), rows(&units.apply(&f, D, 1)))
 }
 
-/// Of any units: what counts is the verdict.
-fn filter_of_unit_noise(_: &Plant, _: &Units) -> String {
-    "kalman = { w = 1, v = 1 }".to_owned()
+/// The gain of a filter.
+fn filter(plant: &Plant, units: &Units) -> String {
+    format!("kalman = {{ {} }}", intensities(plant, units).replace('\n', ", "))
 }
 
 /// The same where time has no unit.
 fn disturbance_of_samples(plant: &Plant, units: &Units) -> String {
     let (plant, units) = (Plant { e: &plant.e / 8.0, ..plant.clone() }, Units { time: 0, ..units.clone() });
-    format!("{}\n{}", disturbance_of_outputs(&plant, &units), filter_of_unit_noise(&plant, &units))
+    format!("{}\n{}", disturbance_of_outputs(&plant, &units), filter(&plant, &units))
 }
 
 /// A disturbance of the states and noise of the outputs, beside each other.
@@ -261,7 +261,7 @@ const CASES: [Case; 20] = [
     case("extended-state", &[bandwidth, disturbance], None),
     case("unknown-input", &[poles_with_a_zero, disturbance], None),
     case("functional", &[functional_of_least_order], None),
-    case("unknown-input", &[filter_of_unit_noise, disturbance_of_outputs], None),
+    case("unknown-input", &[filter, disturbance_of_outputs], None),
     of_samples("reduced-order", &[reduced_of_samples]),
     of_samples("functional", &[functional_of_samples]),
     of_samples("unknown-input", &[disturbance_of_samples]),
