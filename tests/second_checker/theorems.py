@@ -5,7 +5,7 @@ A fact is a label and a test. The test takes the margin that the file claims, an
 """
 
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from math import isqrt
 
 import words
@@ -235,6 +235,11 @@ def is_exact_elsewhere(o, p):
     metric = o.c.T @ metric @ o.c
     other = metric + rest @ (p - metric) @ rest
     return sign(other) == DEFINITE and sign(lyapunov(o.f, other)) == DEFINITE
+
+
+def part(m, first, count):
+    """The columns from `first` on."""
+    return Matrix.of([row[first : first + count] for row in fractions(m)], count)
 
 
 def symmetric_part(m):
@@ -580,17 +585,22 @@ def decoupling_observer(file):
     fed = Matrix.of([[f[i, j] for j in fed] for i in range(p)], len(fed))
     s = blocks([[c @ e, fed], [f, Matrix.zeros(p, fed.columns)]])
     gram = s.T @ s
-    name = "(TA - JC)'P(TA - JC) - P < 0" if is_discrete else "(TA - JC)'P + P(TA - JC) < 0"
 
-    def decrease(margin):
+    @cache
+    def both():
         if sign(gram) != DEFINITE:
             raise NotShown("there is no H")
-        both = blocks([[e - l @ f, Matrix.zeros(n, fed.columns)]]) @ inverse(gram) @ s.T
-        flow = a - l @ c - both @ blocks([[c @ a], [c]])
-        form = stein(flow, lyapunov_matrix) if is_discrete else lyapunov(flow, lyapunov_matrix)
-        at_least(form, margin, strict=True)
+        return blocks([[e - l @ f, Matrix.zeros(n, fed.columns)]]) @ inverse(gram) @ s.T
 
-    facts = [("S'S > 0", positive(gram)), ("P > 0", positive(lyapunov_matrix)), (name, decrease)]
+    def decoupler():
+        return Matrix.scalar(n, 1) - part(both(), 0, p) @ c
+
+    def injection():
+        return l + part(both(), p, p)
+
+    decrease = "(TA - JC)'P(TA - JC) - P < 0" if is_discrete else "(TA - JC)'P + P(TA - JC) < 0"
+    names = {"A": a, "C": c, "S": s, "T": decoupler, "J": injection, "P": lyapunov_matrix}
+    facts = inequalities(names, "S'S > 0", "P > 0", decrease)
     return words.decoupling_observer(is_discrete, n, b.columns, e.columns, p), facts
 
 

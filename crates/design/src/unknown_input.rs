@@ -7,11 +7,11 @@
 //! decided without rounding, and convergence is proved for the real T:
 //! `proof/src/certificate/theorem/unknown_input.rs`.
 //!
-//! If d enters the outputs as well, `y = C x + F d`, or the plant is in discrete time, the observer is
-//! `z' = T A xhat + T B u + J (y - C xhat)`, or z+, with `H F = 0` and `T E = J F`. With `S = [C E, F1; F, 0]`, F1 the
-//! columns of F that are not 0, `[H G] = [E - L F, 0] S^+` and `J = L + G` satisfy both for every L, and the error has
-//! the matrix `A0 - L C0`, `A0 = A - [E 0] S^+ [C A; C]`, `C0 = C - [F 0] S^+ [C A; C]`: L is a gain of the pair
-//! (A0, C0), which is detectable iff (A, E, C, F) is strongly detectable (`proof/src/statement/decoupling.rs`).
+//! If d enters the outputs as well, `y = C x + F d`, or the plant is in discrete time, the observer is `z' = T A xhat +
+//! T B u + J (y - C xhat)`, or z+, with `H F = 0` and `T E = J F`. With `S = [C E, F1; F, 0]`, F1 the columns of F that
+//! are not 0, `[H G] = [E - L F, 0] S^+` and `J = L + G` satisfy both for every L, and the error has the matrix `A0 - L
+//! C0`, `A0 = A - [E 0] S^+ [C A; C]`, `C0 = C - [F 0] S^+ [C A; C]`: L is a gain of the pair (A0, C0), which is
+//! detectable iff (A, E, C, F) is strongly detectable (`proof/src/certificate/theorem/decoupling.rs`).
 
 use luenberger_linalg::{RealMatrixView, invariant_zeros, kalman_decomposition, place_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
@@ -340,13 +340,29 @@ fn with_outputs(c: &DMatrix<f64>, e: &DMatrix<f64>, f: &DMatrix<f64>) -> Result<
         (false, true) => f[(i - p, j)],
         (false, false) => 0.0,
     });
-    if has_full_column_rank(&exact)? == Some(false) {
+    let found = if has_full_column_rank(&exact)? == Some(false) { None } else { left_inverse(&s) };
+    found.ok_or_else(|| {
         let (mut d, sigma_min) = least_seen(&s);
         d.truncate(q);
-        return Err(DesignError::UnmatchedInOutputs { d, fed: fed.len(), sigma_min });
+        DesignError::UnmatchedInOutputs { d, fed: fed.len(), sigma_min }
+    })
+}
+
+/// `S^+`, for S of full column rank. The upper rows of S have the unit of y' and the lower ones that of y, so that in
+/// some units of time S'S is singular to working precision. Householder reflections with the larger rows first and
+/// pivoted columns have errors that are small in each row (A. J. Cox and N. J. Higham, Stability of Householder QR
+/// factorization for weighted least squares problems, 1998).
+fn left_inverse(s: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let mut order: Vec<usize> = (0..s.nrows()).collect();
+    order.sort_by(|i, j| s.row(*j).amax().total_cmp(&s.row(*i).amax()));
+    let (q, r, columns) = s.select_rows(&order).col_piv_qr().unpack();
+    let mut sorted = r.solve_upper_triangular(&q.transpose())?;
+    columns.inv_permute_rows(&mut sorted);
+    let mut inverse = DMatrix::zeros(s.ncols(), s.nrows());
+    for (k, &row) in order.iter().enumerate() {
+        inverse.set_column(row, &sorted.column(k));
     }
-    let gram = symmetric_part(&(s.transpose() * &s));
-    check::solve_definite("S'S", &gram, &s.transpose())
+    inverse.iter().all(|x| x.is_finite()).then_some(inverse)
 }
 
 /// One matrix above the other.

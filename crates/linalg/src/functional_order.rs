@@ -301,7 +301,7 @@ impl Search {
                 .zip(&p)
                 .fold(DMatrix::zeros(powers[0].nrows(), self.a.nrows()), |sum, (power, p)| sum + power * *p)
         };
-        let mut of_row = vec![DMatrix::from_rows(&[row.clone()])];
+        let mut of_row = vec![DMatrix::from_rows(std::slice::from_ref(row))];
         for _ in 0..order {
             let last = &of_row[of_row.len() - 1];
             of_row.push(last * &self.a);

@@ -1,8 +1,12 @@
-//! Matrices and numbers of data as elements of a ring.
+//! Matrices and numbers of data as elements of a ring, and expressions of them.
 
+use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
+use crate::exact::Exact;
+use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
+use crate::verdict::Verdict;
 
 /// Largest order for exact evaluation: a product costs n^3 exact multiplications, about 1 s at this order.
 pub(crate) const EXACT_ORDER: usize = 160;
@@ -38,4 +42,25 @@ pub(crate) fn embed_symmetric<R: Ring>(
         }
     }
     Ok(embedded)
+}
+
+/// A matrix as an expression in the data, over any ring.
+pub(crate) trait Expression {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError>;
+
+    /// Decides the definiteness of the expression, which must be symmetric.
+    fn decide(&self, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
+        let enclosed: Matrix<Interval> = self.evaluate()?;
+        let verdict = definite::decide(&enclosed, sense)?;
+        if matches!(verdict, Verdict::Undecided { .. }) && enclosed.rows() <= EXACT_ORDER {
+            return definite::decide(&self.evaluate::<Exact>()?, sense);
+        }
+        Ok(verdict)
+    }
+}
+
+impl Expression for Matrix<f64> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        Matrix::embed(self, "the matrix")
+    }
 }

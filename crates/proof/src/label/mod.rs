@@ -42,7 +42,7 @@ mod shapes;
 use std::borrow::Cow;
 
 use crate::definite::{self, Direction, Sense};
-use crate::embed::{EXACT_ORDER, embed_symmetric, number};
+use crate::embed::{EXACT_ORDER, Expression, embed_symmetric, number};
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
@@ -142,6 +142,16 @@ impl<'a> Names<'a> {
         Ok(self.with(name, Value::Definition(formula), false))
     }
 
+    /// An expression in names of numbers and of matrices of numbers.
+    ///
+    /// # Errors
+    /// [`ProofError`] for text that is no expression in these names, and for shapes that do not fit.
+    pub(crate) fn expression(&self, text: &str) -> Result<InNames<'_>, ProofError> {
+        let formula = parse::expression(text, self)?;
+        shapes::check(&formula, self)?;
+        Ok(InNames { formula, names: self })
+    }
+
     /// Decides the inequality. The margin is a lower bound of the least eigenvalue of the difference of its sides.
     ///
     /// # Errors
@@ -168,6 +178,18 @@ impl<'a> Names<'a> {
             return definite::decide(&evaluate::matrix(&formula, self, &|named| named.embedded::<Exact>())?, sense);
         }
         Ok(verdict)
+    }
+}
+
+/// An expression in names, over any ring.
+pub(crate) struct InNames<'n> {
+    formula: Formula,
+    names: &'n Names<'n>,
+}
+
+impl Expression for InNames<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        evaluate::matrix(&self.formula, self.names, &|named| named.embedded::<R>())
     }
 }
 

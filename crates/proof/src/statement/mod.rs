@@ -1,6 +1,6 @@
 //! The control-theoretic statements of this project, evaluated from the original data.
 //!
-//! Each is a matrix expression over a [`Ring`], most as the text of a [label](crate::label). It is evaluated with
+//! Each is a matrix expression over a [ring](crate::Ring), most as the text of a [label](crate::label). It is evaluated with
 //! outward rounding first, and exactly if that is inconclusive. No product is rounded without a bound of its error.
 //!
 //! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly
@@ -8,7 +8,6 @@
 
 mod contracting;
 mod cubic;
-mod decoupling;
 mod deployed;
 pub(crate) mod deployed_cubic;
 mod equation;
@@ -24,10 +23,9 @@ mod spectrum;
 mod super_twisting;
 mod varying_periods;
 
-pub(crate) use crate::embed::{embed, embed_symmetric, number};
+pub(crate) use crate::embed::{Expression, embed, embed_symmetric, number};
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
-pub use decoupling::{Decoupling, Undisturbed, decoupling};
 pub use deployed::{
     CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
     SampledPlant, Step, Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
@@ -50,14 +48,9 @@ pub use super_twisting::super_twisting;
 pub(crate) use varying_periods::Effort;
 pub use varying_periods::decrease_over_times;
 
-use crate::definite::{self, Direction, Sense};
 use crate::embed::EXACT_ORDER;
-use crate::error::ProofError;
-use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::ring::Ring;
-use crate::verdict::Verdict;
 
 /// Continuous or discrete time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,27 +59,6 @@ pub enum TimeDomain {
     Continuous,
     /// `e+ = F e + G w`.
     Discrete,
-}
-
-/// A matrix as an expression in the data, over any ring.
-pub(crate) trait Expression {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError>;
-
-    /// Decides the definiteness of the expression, which must be symmetric.
-    fn decide(&self, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
-        let enclosed: Matrix<Interval> = self.evaluate()?;
-        let verdict = definite::decide(&enclosed, sense)?;
-        if matches!(verdict, Verdict::Undecided { .. }) && enclosed.rows() <= EXACT_ORDER {
-            return definite::decide(&self.evaluate::<Exact>()?, sense);
-        }
-        Ok(verdict)
-    }
-}
-
-impl Expression for Matrix<f64> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        Matrix::embed(self, "the matrix")
-    }
 }
 
 /// Upper bound of the Frobenius norm, hence of the spectral norm; 0 for the zero matrix.

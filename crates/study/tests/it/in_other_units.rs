@@ -205,9 +205,9 @@ fn disturbance_of_outputs(plant: &Plant, units: &Units) -> String {
     format!("{}\nf = {}", disturbance(plant, units), rows(&units.apply(&f, D, 1)))
 }
 
-/// Of any units: what counts is the verdict.
-fn filter_of_unit_noise(_: &Plant, _: &Units) -> String {
-    "kalman = { w = 1, v = 1 }".to_owned()
+/// The gain of a filter.
+fn filter(plant: &Plant, units: &Units) -> String {
+    format!("kalman = {{ {} }}", intensities(plant, units).replace('\n', ", "))
 }
 
 /// A disturbance of the states and noise of the outputs, beside each other.
@@ -248,7 +248,7 @@ fn noise_bound(plant: &Plant, units: &Units) -> String {
     format!("bounds = {{ noise = {} }}", list(&units.apply(&DMatrix::from_element(plant.c.nrows(), 1, 0.25), Y, 1)))
 }
 
-const CASES: [Case; 16] = [
+const CASES: [Case; 17] = [
     case("luenberger", &[poles], Some(Accuracy::OneOutput(COMPUTED))),
     case("luenberger", &[poles, noise_bound], Some(Accuracy::OneOutput(COMPUTED))),
     case("luenberger", &[program], None),
@@ -263,6 +263,7 @@ const CASES: [Case; 16] = [
     case("extended-state", &[bandwidth, disturbance], None),
     case("unknown-input", &[poles_with_a_zero, disturbance], None),
     case("functional", &[functional_of_least_order], None),
+    case("unknown-input", &[filter, disturbance_of_outputs], None),
     case("h2", &[white_noise], Some(Accuracy::Any(PROGRAM))),
     case("h-infinity", &[energy], None),
 ];
@@ -278,7 +279,7 @@ const IN_STEPS: [Case; 11] = [
     case("extended-state", &[bandwidth, disturbance], None),
     case("reduced-order", &[poles_of_a_reduced_order], None),
     case("functional", &[functional_of_least_order], None),
-    case("unknown-input", &[filter_of_unit_noise, disturbance_of_outputs], None),
+    case("unknown-input", &[filter, disturbance_of_outputs], None),
 ];
 
 /// The plants in continuous time and in discrete time, each with its cases.

@@ -8,15 +8,20 @@
 //! **Theorem.** The error of `z' = TA xhat + TBu + J r`, `r = y - C xhat`, `xhat = z + Hy` (or `z+`), with the real
 //! matrices H, T and J, tends to 0 exponentially from every e(0), for every d.
 //!
-//! **Proof.** In the head of `statement/decoupling.rs`.
+//! **Proof.** `e = x - xhat = T x - H F d - z`. If `H F = 0` and `T E = J F`, then `e' = (TA - JC) e + (TE - JF) d =
+//! (TA - JC) e` for every d; in discrete time likewise. With `J = L + G` both conditions are `[H G] S = [E - LF, 0]`,
+//! which `[H G] = [E - LF, 0] (S'S)^-1 S'` solves exactly if S has full column rank. H and G are rational functions of
+//! the data and are enclosed as in `statement/left_inverse.rs`. V = e'Pe decreases by the last inequality. S has full
+//! column rank iff the columns of F1 are independent and `rank [CE F; F 0] = q + rank(F)` (Hautus, Linear Algebra and
+//! its Applications 50, 1983, for the estimate of x from y and y'). For F = 0 it is `H = E((CE)'CE)^-1(CE)'` and J = L.
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
 use super::filter_problem::TIMES;
-use super::{Fact, PlantMatrices, Statement, counted};
+use super::{Fact, PlantMatrices, Statement, counted, names};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{Decoupling, TimeDomain, decoupling};
+use crate::statement::{TimeDomain, times_left_inverse};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,22 +40,40 @@ pub struct DecouplingConvergence {
     pub p: Matrix<f64>,
 }
 
+impl DecouplingConvergence {
+    /// F1, the columns of F that are not 0.
+    fn fed(&self) -> Matrix<f64> {
+        let f = &self.f;
+        let fed: Vec<usize> = (0..f.cols()).filter(|j| (0..f.rows()).any(|i| f[(i, *j)] != 0.0)).collect();
+        Matrix::from_fn(f.rows(), fed.len(), |i, j| f[(i, fed[j])])
+    }
+}
+
 impl Statement for DecouplingConvergence {
     const NAME: &'static str = "decoupling-observer";
 
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         let PlantMatrices { a, c, .. } = &self.plant;
-        let of = Decoupling { time: self.time, a, c, e: &self.e, f: &self.f, l: &self.l };
-        let found = decoupling(&of, &self.p)?;
+        let (order, outputs, fed) = (a.rows(), c.rows(), self.fed());
+        let none = Matrix::from_fn(order, fed.cols(), |_, _| 0.0);
+        let names = names(self).matrix("F1", &fed).matrix("O", &none).define("S", "[CE, F1; F, 0]")?;
+        let mut facts = names.facts(["S'S > 0"])?;
+        // [H G].
+        let both = if facts.iter().all(|fact| fact.verdict.is_proved()) {
+            times_left_inverse(&names.expression("[E - LF, O]")?, &names.expression("S")?)?
+        } else {
+            None
+        };
+        let part =
+            |first: usize| both.as_ref().map(|both| Matrix::from_fn(order, outputs, |i, j| both[(i, first + j)]));
+        let names = names.enclosed("H", part(0).as_ref(), false).enclosed("G", part(outputs).as_ref(), false);
+        let names = names.define("T", "I - HC")?.define("J", "L + G")?;
         let decrease = match self.time {
             TimeDomain::Continuous => "(TA - JC)'P + P(TA - JC) < 0",
             TimeDomain::Discrete => "(TA - JC)'P(TA - JC) - P < 0",
         };
-        Ok(vec![
-            Fact::new("S'S > 0", found.rank),
-            Fact::new("P > 0", found.positive),
-            Fact::new(decrease, found.decrease),
-        ])
+        facts.extend(names.facts(["P > 0", decrease])?);
+        Ok(facts)
     }
 
     fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
