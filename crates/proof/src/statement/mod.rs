@@ -1,7 +1,8 @@
 //! The control-theoretic statements of this project, evaluated from the original data.
 //!
 //! Each is a matrix expression over a [ring](crate::Ring), most as the text of a [label](crate::label). It is evaluated
-//! with outward rounding first, and exactly if that is inconclusive. No product is rounded without a bound of its error.
+//! with outward rounding first, and exactly if that is inconclusive. No product is rounded without a bound of its
+//! error.
 //!
 //! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly
 //! symmetric: symmetrise the result of a solver), `F = A - LC`.
