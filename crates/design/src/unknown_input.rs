@@ -22,6 +22,8 @@ use luenberger_proof::certificate::{Certificate, DecouplingConvergence, StoredCu
 use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, Dyn};
 
+type DecouplingObserver = UnknownInputObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
+
 use crate::certificate::{certified, plant};
 use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
@@ -168,19 +170,15 @@ impl DecoupledPlant {
     }
 
     /// The observer of the plant with this L: the equations in both times.
-    fn observer(
-        &self,
-        l: &DMatrix<f64>,
-    ) -> Result<UnknownInputObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>, DesignError> {
+    fn observer(&self, l: &DMatrix<f64>) -> Result<DecouplingObserver, DesignError> {
         let (h, j) = self.injections(l);
         let StateSpace { a, b, c, d } = &self.plant;
         let n = a.nrows();
-        let (a, b) = match &self.inverse {
-            None => (self.reduced.a.clone(), self.reduced.b.clone()),
-            Some(_) => {
-                let t = DMatrix::identity(n, n) - &h * c;
-                (&t * a, &t * b)
-            }
+        let (a, b) = if self.inverse.is_none() {
+            (self.reduced.a.clone(), self.reduced.b.clone())
+        } else {
+            let t = DMatrix::identity(n, n) - &h * c;
+            (&t * a, &t * b)
         };
         let inner = LinearObserver { a, b, c: c.clone(), d: d.clone(), l: j };
         Ok(UnknownInputObserver::new(inner, h, d.clone())?)
@@ -223,13 +221,11 @@ impl DecoupledPlant {
         weight: LyapunovWeight,
     ) -> Result<LinearDesign, DesignError> {
         let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
-        match self.gain_with(poles.clone())? {
-            Some(gain) => LinearDesign::with_gain_and_weight(&self.reduced, &gain, weight),
-            None => {
-                let design = LinearDesign::with_poles_and_weight(&self.reduced, &poles, weight);
-                design.map_err(|error| error.of_pair(Pair::Decoupled))
-            }
+        if let Some(gain) = self.gain_with(poles.clone())? {
+            return LinearDesign::with_gain_and_weight(&self.reduced, &gain, weight);
         }
+        let design = LinearDesign::with_poles_and_weight(&self.reduced, &poles, weight);
+        design.map_err(|error| error.of_pair(Pair::Decoupled))
     }
 
     /// The same in discrete time, for the sampling period.
@@ -242,13 +238,11 @@ impl DecoupledPlant {
         poles: &[impl Into<Complex<f64>> + Copy],
     ) -> Result<DiscreteDesign, DesignError> {
         let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
-        match self.gain_with(poles.clone())? {
-            Some(gain) => DiscreteDesign::with_gain(&self.reduced, period, &gain),
-            None => {
-                let design = DiscreteDesign::with_poles(&self.reduced, period, &poles);
-                design.map_err(|error| error.of_pair(Pair::Decoupled))
-            }
+        if let Some(gain) = self.gain_with(poles.clone())? {
+            return DiscreteDesign::with_gain(&self.reduced, period, &gain);
         }
+        let design = DiscreteDesign::with_poles(&self.reduced, period, &poles);
+        design.map_err(|error| error.of_pair(Pair::Decoupled))
     }
 
     /// The gain with these poles, where zeros are fixed among them.

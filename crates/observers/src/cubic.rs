@@ -239,8 +239,10 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     copy(innovation, impulse);
     let size = largest(innovation);
     let direction = impulse;
+    // An innovation of zero has no direction, and is not divided by its size.
+    let length = choose(|| size > zero, size, one);
     for entry in direction.iter_mut() {
-        *entry /= size;
+        *entry /= length;
     }
     // y~' theta y~ = size^2 q; the square is never formed, so that it cannot overflow.
     let q = larger(quadratic(theta, direction), zero);
@@ -249,8 +251,10 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     let reach = root * size;
     // hypot(1, reach), then size/hypot and size/(1 + hypot); far away 1/root for both.
     let large = one / T::default_epsilon();
-    let hypot = (one + reach * reach).sqrt();
     let is_near = || reach <= large;
+    // Far away its square may overflow, and is not used.
+    let near = choose(is_near, reach, one);
+    let hypot = (one + near * near).sqrt();
     let top = choose(is_near, size, one);
     let left = top / choose(is_near, hypot, root);
     let right = top / choose(is_near, one + hypot, root);
@@ -259,7 +263,6 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     let pull = choose(|| pull < bound, pull, bound);
     for (innovation, direction) in innovation.iter_mut().zip(direction) {
         let (before, along) = (*innovation, *direction);
-        // An innovation of zero has no direction.
         *innovation = choose(|| size <= zero, before, along * left);
         *direction = choose(|| size <= zero, before, along * pull);
     }

@@ -68,9 +68,9 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     let (zero, one) = (T::zero(), T::one());
     copy(innovation, impulse);
     let size = largest(innovation);
+    let length = choose(|| size > zero, size, one);
     for entry in impulse.iter_mut() {
-        let (before, along) = (*entry, *entry / size);
-        *entry = choose(|| size > zero, along, before);
+        *entry /= length;
     }
     // y~' theta y~ = size^2 q; the square is bounded before it can overflow.
     let drive = larger(quadratic(theta, impulse), zero) * t * size * size;

@@ -359,7 +359,11 @@ pub const STATEMENTS: &[Form] = &[
         Claim::Nothing,
     ),
     form(
-        "With equality the error of z = K x, {}, is e' = F e, for all x(0) and w(0): asymptotic rate exp(-{} t).",
+        "With equality the error of {}, {}, is e' = F e, for all x(0) and w(0): asymptotic rate exp(-{} t).",
+        Claim::Nothing,
+    ),
+    form(
+        "With equality the error of {}, {}, is e+ = F e, for all x(0) and w(0): asymptotic factor {} at each sample.",
         Claim::Nothing,
     ),
     form(

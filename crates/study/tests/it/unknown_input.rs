@@ -153,8 +153,6 @@ fn conditions_that_fail_are_named() {
     let unstable = "[plant]\na = [[1.5]]\nc = [[1]]\ndt = 1\n[[observer]]\nkind = \"unknown-input\"\ne = [[0.25]]\nf = [[1]]\npoles = [0.5]\n";
     let (said, _) = why(unstable);
     assert!(said.contains("the invariant zero 1.25, which is not inside the unit circle"), "{said}");
-    let (said, _) = why(&OF_SAMPLES.replace("poles = [0.5, 0]", "decay_rate = 1"));
-    assert!(said.contains("continuous time"), "{said}");
     let (said, _) = why(&OF_SAMPLES.replace("[0.5, 0]", "[0.4, 0]"));
     assert!(said.contains("that no gain moves, 0.5"), "{said}");
     let (said, _) = why(&OF_SAMPLES.replace("e = [[1], [0]]", "e = [[0], [1]]"));
@@ -163,11 +161,12 @@ fn conditions_that_fail_are_named() {
     assert!(shape.contains("`f` is 1 x 1"), "{shape}");
 }
 
-/// The Kalman gain of the pair that is left.
+/// The gain of the pair that is left: of a Kalman filter, or by an inequality.
 #[test]
 fn the_gain_may_be_that_of_a_filter() {
     for text in [
         OF_SAMPLES.replace("poles = [0.5, 0]", "kalman = { w = 1, v = 1 }"),
+        OF_SAMPLES.replace("poles = [0.5, 0]", "decay_rate = 1"),
         ACCELERATED.replace("poles = [-4, -5]", "kalman = { w = 1, v = 1 }"),
         ACCELERATED.replace("poles = [-4, -5]", "lmi = true"),
         ACCELERATED.replace("poles = [-4, -5]", "decay_rate = 1"),

@@ -197,7 +197,8 @@ fn every_operation_is_listed<T: Target>(is_cubic: bool, outputs: usize) {
     }
     let runs: Vec<usize> = places.values().map(|places| places[0].runs).collect();
     println!("{}: {accepted} observers, paths of {runs:?} runs", T::FORMAT);
-    assert!(runs.len() == 1 + usize::from(is_cubic) && runs.iter().all(|runs| *runs > 100), "{runs:?}");
+    // Near and far starts take the same operations: the step chooses between numbers.
+    assert!(runs.len() == 1 && runs[0] > 100, "{runs:?}");
 }
 
 #[test]

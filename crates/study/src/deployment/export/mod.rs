@@ -229,7 +229,7 @@ pub(crate) fn prepared(
         let predicted = if options.feedback { "the feedback" } else { "fixed point" };
         let hypothesis = format!("it is in filter form, and {predicted} takes the prediction");
         let has_form = observer.kind.whole_gain().is_some();
-        let hint = if has_form { "form = \"predictor\"" } else { "kind = \"luenberger\", which is a predictor" };
+        let hint = if has_form { "form = \"predictor\"" } else { "an observer of the whole state that predicts" };
         return Err(refused(NoObserver::new(hypothesis).hint(hint)));
     }
     sampled.design.stored_in(observer, numbers.formats().stored).map_err(refused)?;
