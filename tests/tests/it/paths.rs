@@ -43,7 +43,7 @@ impl Sources {
         }
         let entries = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path());
         files.extend(entries.filter(|path| path.is_file()).map(|path| from_root(&path)));
-        let code = files.iter().filter(|path| path.ends_with(".rs")).map(|path| {
+        let code = files.iter().filter(|path| Path::new(path).extension().is_some_and(|it| it == "rs")).map(|path| {
             let text = std::fs::read_to_string(root.join(path)).unwrap();
             let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
             (path.clone(), lines.flat_map(|line| [line, "\n"]).collect())

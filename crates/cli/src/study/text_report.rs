@@ -18,10 +18,7 @@ pub(super) fn answer(
     let failures = results.failures();
     // Gains and proofs are printed by `design`, `certify` and `run` only.
     let designs = matches!(step, Step::Design | Step::Certify | Step::Run);
-    let text = match markdown {
-        true => results.markdown(designs),
-        false => text(designs, results, &failures, folder),
-    };
+    let text = if markdown { results.markdown(designs) } else { text(designs, results, &failures, folder) };
     let answer = Answer::new(text, results)?.negative(!failures.is_empty());
     match stopped {
         None => Ok(answer),
