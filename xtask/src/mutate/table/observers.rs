@@ -36,7 +36,7 @@ pub(super) const SOURCES: &[Source] = &[
             ),
             mutant("cubic flow: w t y'theta y without the 2", Constant, "two * q * t", "q * t"),
             mutant("cubic flow: no w", Dropped, "(w * drive).sqrt()", "drive.sqrt()"),
-            mutant("cubic flow: 1 + reach", Dropped, "(one + reach * reach).sqrt()", "(one + reach).sqrt()"),
+            mutant("cubic flow: 1 + reach", Dropped, "(one + near * near).sqrt()", "(one + near).sqrt()"),
             mutant(
                 "cubic flow: impulse of Euler's step",
                 Dropped,
