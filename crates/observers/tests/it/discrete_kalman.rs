@@ -6,8 +6,7 @@ use luenberger_observers::{
 };
 use luenberger_plants::PlantError;
 use nalgebra::{
-    DMatrix, DVector, Matrix1, Matrix2, Matrix2x3, Matrix3, RowVector2, RowVector3, SMatrix, SVector, Vector1, Vector2,
-    Vector3,
+    DMatrix, DVector, Matrix1, Matrix2, Matrix2x3, Matrix3, RowVector3, SMatrix, SVector, Vector1, Vector2, Vector3,
 };
 use proptest::prelude::*;
 
@@ -232,7 +231,7 @@ fn the_extended_filter_of_a_linear_plant() {
     let (h, q) = (0.2_f64, 0.5);
     let plant = luenberger_plants::double_integrator();
     let (bd, c, v, p0) =
-        (Vector2::new(h * h / 2.0, h), RowVector2::new(1.0, 0.0), Matrix1::new(0.1), Matrix2::identity());
+        (Vector2::new(h * h / 2.0, h), nalgebra::RowVector2::new(1.0, 0.0), Matrix1::new(0.1), Matrix2::identity());
     let filter = KalmanFilter::new(KalmanModel {
         ad: Matrix2::new(1.0, h, 0.0, 1.0),
         bd,
