@@ -7,11 +7,12 @@
 //! decided without rounding, and convergence is proved for the real T:
 //! `proof/src/certificate/theorem/unknown_input.rs`.
 //!
-//! If d enters the outputs as well, `y = C x + F d`, or the plant is in discrete time, the observer is `z' = T A xhat +
-//! T B u + J (y - C xhat)`, or z+, with `H F = 0` and `T E = J F`. With `S = [C E, F1; F, 0]`, F1 the columns of F that
-//! are not 0, `[H G] = [E - L F, 0] S^+` and `J = L + G` satisfy both for every L, and the error has the matrix `A0 - L
-//! C0`, `A0 = A - [E 0] S^+ [C A; C]`, `C0 = C - [F 0] S^+ [C A; C]`: L is a gain of the pair (A0, C0), which is
-//! detectable iff (A, E, C, F) is strongly detectable (`proof/src/certificate/theorem/decoupling.rs`).
+//! If d enters the outputs as well, `y = C x + F d`, or the plant is in discrete time, the observer is
+//! `z' = T A xhat + T B u + J (y - C xhat)`, or z+, with `H F = 0` and `T E = J F`. With `S = [C E, F1; F, 0]`, F1 the
+//! columns of F that are not 0, `[H G] = [E - L F, 0] S^+` and `J = L + G` satisfy both for every L, and the error has
+//! the matrix `A0 - L C0`, `A0 = A - [E 0] S^+ [C A; C]`, `C0 = C - [F 0] S^+ [C A; C]`: L is a gain of the pair
+//! (A0, C0), which is detectable iff (A, E, C, F) is strongly detectable
+//! (`proof/src/certificate/theorem/decoupling.rs`).
 
 use luenberger_linalg::{RealMatrixView, invariant_zeros, kalman_decomposition, place_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
@@ -22,8 +23,6 @@ use luenberger_proof::certificate::{Certificate, DecouplingConvergence, StoredCu
 use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, Dyn};
 
-type DecouplingObserver = UnknownInputObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
-
 use crate::certificate::{certified, plant};
 use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
@@ -31,6 +30,9 @@ use crate::discrete::DiscreteDesign;
 use crate::error::{DesignError, Pair};
 use crate::linear::{LinearDesign, LyapunovWeight};
 use crate::lyapunov_choice::proved_or_first;
+
+/// z, H and the observer of the reduced pair, of which xhat = z + H y.
+type DecouplingObserver = UnknownInputObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
 use crate::proportional_integral::{exact_product, has_full_column_rank, least_seen};
 
 /// The plant that remains when the unknown input is decoupled: (TA, TB, C), with the H of the estimate.

@@ -1,7 +1,7 @@
 //! The advice as sections of a document, as text and as Markdown.
 
 use luenberger_figures::{Cell, Grid, Report, Section};
-use luenberger_proof::wording::{counted, significant};
+use luenberger_proof::wording::significant;
 
 use super::UNPROVED_FACTOR;
 use super::ranking::Criterion;
@@ -11,15 +11,7 @@ use crate::results::with_unit;
 impl Advice {
     /// The advice as text; `budget` is the time it had, in words.
     pub fn text(&self, budget: &str) -> String {
-        let plant = &self.plant;
-        let head = format!(
-            "{}: {}, {}, {} ({})\n",
-            self.title,
-            counted(plant.states.len(), "state"),
-            counted(plant.inputs.len(), "input"),
-            counted(plant.outputs.len(), "output"),
-            plant.kind
-        );
+        let head = self.plant.headline(&self.title);
         self.sections(budget).iter().fold(head, |text, section| text + &section.text())
     }
 

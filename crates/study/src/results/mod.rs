@@ -37,7 +37,7 @@ pub use scores::{
 pub use statement::{DesignVerdict, Statement};
 
 pub use luenberger_design::UnseenModes;
-use luenberger_proof::wording::{at_least, at_most, rounded, shortest, significant};
+use luenberger_proof::wording::{at_least, at_most, counted, rounded, shortest, significant};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -150,6 +150,16 @@ pub struct PlantSummary {
 }
 
 impl PlantSummary {
+    /// The first line of a text: `TITLE: 2 states, 1 input, 1 output (linear)`.
+    pub(crate) fn headline(&self, title: &str) -> String {
+        let [states, inputs, outputs] = [
+            counted(self.states.len(), "state"),
+            counted(self.inputs.len(), "input"),
+            counted(self.outputs.len(), "output"),
+        ];
+        format!("{title}: {states}, {inputs}, {outputs} ({})\n", self.kind)
+    }
+
     /// The unit of a state, an input or an output, if the file gives it.
     pub fn unit(&self, name: &str) -> Option<&String> {
         let columns =

@@ -36,15 +36,7 @@ impl Results {
 
     /// The results as text, with `designs` as in [`markdown`](Self::markdown).
     pub fn text(&self, designs: bool) -> String {
-        let plant = &self.plant;
-        let head = format!(
-            "{}: {}, {}, {} ({})\n",
-            self.title,
-            counted(plant.states.len(), "state"),
-            counted(plant.inputs.len(), "input"),
-            counted(plant.outputs.len(), "output"),
-            plant.kind
-        );
+        let head = self.plant.headline(&self.title);
         self.sections(designs).iter().fold(head, |text, section| text + &section.text())
     }
 
