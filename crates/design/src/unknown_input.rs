@@ -188,8 +188,8 @@ impl DecoupledPlant {
 
     /// The linear design with these poles for the reduced plant: n of them, real or complex, closed under conjugation.
     ///
-    /// The invariant zeros of (A, E, C) that no gain moves have to be among them, each to six digits; the others are
-    /// placed in the observable part of (TA, C).
+    /// The invariant zeros of (A, E, C) that no gain moves have to be among them, each to 1e-6 of the largest of all
+    /// poles and zeros; the others are placed in the observable part of (TA, C).
     ///
     /// ```
     /// use luenberger_design::DecoupledPlant;
@@ -256,10 +256,12 @@ impl DecoupledPlant {
         if fixed.is_empty() || poles.len() != n {
             return Ok(None);
         }
+        // In units of the poles and zeros themselves, whatever the unit of time is.
+        let size = poles.iter().chain(fixed).map(|pole| pole.norm()).fold(0.0, f64::max);
         for zero in fixed {
             let nearest = (0..poles.len())
                 .min_by(|i, j| (poles[*i] - zero).norm().total_cmp(&(poles[*j] - zero).norm()))
-                .filter(|k| (poles[*k] - zero).norm() <= 1e-6 * (1.0 + zero.norm()));
+                .filter(|k| (poles[*k] - zero).norm() <= 1e-6 * size);
             let Some(nearest) = nearest else { return Err(DesignError::FixedPoles { zeros: fixed.clone() }) };
             poles.swap_remove(nearest);
         }

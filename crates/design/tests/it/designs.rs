@@ -8,8 +8,8 @@ use luenberger_design::robust::{
     redesigned_margin, theorem5_bound,
 };
 use luenberger_design::{
-    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, SampledCubicDesign, Theorem1,
-    cubic_lmi_design, theta_from_cost_shares,
+    CubicDesign, CubicGain, DecoupledPlant, DesignError, FeedbackDesign, LinearDesign, LyapunovWeight,
+    SampledCubicDesign, Theorem1, cubic_lmi_design, theta_from_cost_shares,
 };
 use luenberger_linalg::spectral_abscissa;
 use luenberger_plants::{StateSpace, double_integrator, third_order};
@@ -367,5 +367,18 @@ fn an_extended_state_observer_is_a_disturbance_observer() {
         let of_y = lu.solve(&complex(design.l())).unwrap()[2];
         let q = (Complex::from(w) / (s + w)).powi(3);
         assert!((of_u + q).norm() < 1e-12 && (of_y - q * s * (s + 1.0)).norm() < 1e-10 * (1.0 + of_y.norm()));
+    }
+}
+
+/// The zero -2 of (A, E, C) is a pole in every unit of time, and -2.001 is not it.
+#[test]
+fn poles_beside_a_zero_are_refused_in_every_unit_of_time() {
+    for unit in [2f64.powi(-40), 1.0, 2f64.powi(40)] {
+        let a = dmatrix![0.0, 1.0; -1.0, -2.0] * unit;
+        let plant = StateSpace::new(a, dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+        let decoupled = DecoupledPlant::new(&plant, &dmatrix![1.0; 0.0]).unwrap();
+        assert!(decoupled.with_poles(&[-2.0 * unit, -5.0 * unit]).unwrap().certificate.is_proved(), "{unit:e}");
+        let beside = decoupled.with_poles(&[-2.001 * unit, -5.0 * unit]);
+        assert!(matches!(beside, Err(DesignError::FixedPoles { .. })), "{unit:e}: {beside:?}");
     }
 }
