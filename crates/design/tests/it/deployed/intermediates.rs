@@ -105,13 +105,15 @@ fn every_operation_is_listed<T: Target>(is_cubic: bool, outputs: usize) {
         _ => 1000.0,
     };
     let mut accepted = 0;
+    // Starts near and far: with `c = sqrt(2 w h z'theta z)` up to 1/epsilon and beyond.
+    let mut starts = [0; 2];
     for case in 0..1500 {
         // Powers of two of every size: N = -w/c I exactly, and e+ = 0.25 e. P = I proves it.
         let power = |random: &mut Random, share: f64| 2.0_f64.powi((random.unit() * share * range) as i32);
         let share = [0.05, 0.2, 0.5, 1.0][case % 4];
         let (size, gain) = (power(&mut random, share / 4.0), power(&mut random, share / 4.0));
         let (w, h) = (power(&mut random, share), power(&mut random, share / 2.0));
-        // Every other one with c = sqrt(2 w h z'theta z) near 1/epsilon, where the code branches.
+        // Every other one with c = sqrt(2 w h z'theta z) near 1/epsilon, where the step chooses.
         let near = (w * h).recip() * (T::default_epsilon().value() * size * gain).powi(-2);
         let scale = if case % 8 < 4 { power(&mut random, share) } else { near * power(&mut random, 0.1) };
         let theta: Vec<f64> = (0..outputs).map(|_| (scale * random.unit()).abs()).collect();
@@ -156,6 +158,13 @@ fn every_operation_is_listed<T: Target>(is_cubic: bool, outputs: usize) {
             let xhat: Vec<f64> = x.iter().map(|x| rounded(x - within(size))).collect();
             let u = [rounded(within(noise))];
             let y: Vec<f64> = x.iter().map(|x| rounded(gain * x + within(noise))).collect();
+            if let Some(gains) = &deployed.stored.cubic {
+                let z: Vec<f64> = (0..n).map(|i| y[i] - deployed.stored.c[(i, i)] * xhat[i]).collect();
+                let size = z.iter().fold(0.0, |size: f64, z| size.max(z.abs()));
+                let q: f64 = (0..n).map(|i| gains.theta[(i, i)] * (z[i] / size).powi(2)).sum();
+                let c = (2.0 * gains.w * gains.h * q).sqrt() * size;
+                starts[usize::from(c > T::default_epsilon().value().recip())] += 1;
+            }
             let (next, tape) = step::<T>(&deployed, &xhat, &u, &y);
             assert!(next.iter().all(|x| x.is_finite()), "{next:?} from {xhat:?}, {y:?}: {deployed:?}");
             let key: Vec<&'static str> = tape.iter().map(|(operation, _)| *operation).collect();
@@ -199,6 +208,7 @@ fn every_operation_is_listed<T: Target>(is_cubic: bool, outputs: usize) {
     println!("{}: {accepted} observers, paths of {runs:?} runs", T::FORMAT);
     // Near and far starts take the same operations: the step chooses between numbers.
     assert!(runs.len() == 1 && runs[0] > 100, "{runs:?}");
+    assert!(!is_cubic || starts.iter().all(|starts| *starts > 100), "{starts:?}");
 }
 
 #[test]
