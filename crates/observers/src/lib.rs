@@ -85,7 +85,6 @@ pub mod linear;
 pub mod mean_value;
 pub mod moving_horizon;
 pub mod nonlinear_luenberger;
-#[cfg(feature = "alloc")]
 mod numbers;
 pub mod numerical_kkl;
 pub mod observer;

@@ -1,8 +1,9 @@
 //! The numbers of each observer, stated once: a list of its matrices and numbers, and how its constructor takes them.
 //!
-//! From the list follow the observer over another scalar and with other sizes (`map`, `to_static`; see
-//! [`static_size`](crate::static_size)) and its form in files (feature `serde`; see the head of `serialization.rs`).
-//! The constructor is called in both, so that what it checks is checked of rounded numbers and of those of a file.
+//! From the list follow the observer over another scalar and with other sizes (`map`, `cast`, `to_static`; feature
+//! `alloc`, see the head of `static_size.rs`) and its form in files (feature `serde`; see the head of
+//! `serialization/mod.rs`). The constructor is called in both, so that what it checks is checked of rounded numbers and
+//! of those of a file. Its text has a line for each number.
 //!
 //! A line of a list is `key: kind = value`, where `value` reads it from the observer `o`; the keys are the variables of
 //! the constructor's call, and the names in files, in this order. Documentation before a list is that of `to_static`.
@@ -17,6 +18,12 @@
 //! | `plain(usize)` | a value that does not depend on the scalar | the value |
 //! | `option(usize)` | one, or none | the value, or nothing |
 //! | `whole(Form)` | another observer, whose form is this | its form |
+
+use core::fmt::{self, Display, Formatter};
+
+use luenberger_plants::text::write_matrix;
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
 
 /// What is done with a number of each kind.
 macro_rules! number {
@@ -48,9 +55,54 @@ macro_rules! number {
     (map maybe_number $value:expr, $f:ident) => { $value.map(nalgebra::convert::<f64, T>) };
     (map whole $value:expr, $f:ident, $form:ident) => { $value.map(&mut $f)? };
     (map $kind:ident $value:expr, $f:ident, $type:ty) => { $value };
+    // Itself, in a line of text.
+    (show matrix $value:expr, $lines:ident, $key:ident, $name:literal) => { $lines.matrix($name, $value)? };
+    (show maybe $value:expr, $lines:ident, $key:ident, $name:literal) => {
+        $value.map_or(Ok(()), |value| $lines.matrix($name, value))?
+    };
+    (show number $value:expr, $lines:ident, $key:ident) => { $lines.number(stringify!($key), &$value)? };
+    (show whole $value:expr, $lines:ident, $key:ident, $form:ident) => { $lines.whole($value)? };
+}
+
+/// The text of an observer, line by line.
+struct Lines<'a, 'b> {
+    f: &'a mut Formatter<'b>,
+    /// What stands before the next line.
+    before: &'static str,
+}
+
+impl Lines<'_, '_> {
+    fn next(&mut self) -> fmt::Result {
+        let before = core::mem::replace(&mut self.before, "\n");
+        self.f.write_str(before)
+    }
+
+    /// A matrix, if it has entries.
+    fn matrix<T: RealField + Copy, R: Dim, C: Dim>(&mut self, name: &str, m: &OMatrix<T, R, C>) -> fmt::Result
+    where
+        DefaultAllocator: Allocator<R, C>,
+    {
+        if m.is_empty() {
+            return Ok(());
+        }
+        self.next()?;
+        write_matrix(self.f, name, m)
+    }
+
+    fn number(&mut self, name: &str, value: &impl Display) -> fmt::Result {
+        self.next()?;
+        write!(self.f, "{name} = ")?;
+        value.fmt(self.f)
+    }
+
+    fn whole(&mut self, observer: &impl Display) -> fmt::Result {
+        self.next()?;
+        observer.fmt(self.f)
+    }
 }
 
 /// A size that is known at run time, for each size.
+#[cfg(feature = "alloc")]
 macro_rules! at_run_time {
     ($size:ident) => {
         Dyn
@@ -80,6 +132,20 @@ macro_rules! numbers {
         |$o:ident| { $($key:ident: $kind:ident $(($argument:tt))? = $value:expr),+ $(,)? }
         $build:expr;
     )+) => {$(
+        /// The matrices and numbers, a line each.
+        impl<T: RealField + Copy, $($size: Dim),+> Display for $observer<T, $($size),+>
+        where
+            DefaultAllocator: $($bound +)+,
+        {
+            fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+                let $o = self;
+                let mut lines = Lines { f, before: "" };
+                $(number!(show $kind $value, lines, $key $(, $argument)?);)+
+                Ok(())
+            }
+        }
+
+        #[cfg(feature = "alloc")]
         impl $observer<f64, $(at_run_time!($size)),+> {
             /// The same observer over the scalar `T` and with these sizes, of matrices that `f` makes of its own, whose
             /// names it is given. Other numbers are rounded to the nearest of `T`.
@@ -166,6 +232,7 @@ macro_rules! numbers {
 
 /// What follows from the list of an observer of a plant of the user's, which is given over the scalar of the target:
 /// `Form where S: Bound` are its plants, `designed` its numbers of states and outputs.
+#[cfg(feature = "alloc")]
 macro_rules! numbers_of_plant {
     ($(
         $(#[$doc:meta])*
@@ -278,6 +345,8 @@ macro_rules! numbers_of_plant {
 }
 
 mod of_matrices;
+#[cfg(feature = "alloc")]
 mod of_plant;
 
+#[cfg(feature = "alloc")]
 pub use of_plant::SizedPlant;

@@ -1,23 +1,33 @@
 //! Observers of matrices alone.
 
+use core::fmt::{self, Display, Formatter};
+
+#[cfg(feature = "alloc")]
+use luenberger_plants::LinearPlant;
+use luenberger_plants::Size;
 #[cfg(feature = "serde")]
 use luenberger_plants::serialization::{Rows, rows};
-use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DMatrix, DefaultAllocator, Dim, Dyn, RealField};
+#[cfg(feature = "alloc")]
+use nalgebra::{Const, DMatrix, Dyn};
+use nalgebra::{DefaultAllocator, Dim, RealField};
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::SerializeStruct as _};
 
+use super::Lines;
+#[cfg(feature = "alloc")]
 use crate::error::ObserverError;
 use crate::observer::SampledObserver as _;
 #[cfg(feature = "serde")]
 use crate::serialization::matrix;
+#[cfg(feature = "alloc")]
 use crate::static_size::{dynamic, rounded, sized};
 use crate::{
-    CubicObserver, DiscreteLinearObserver, FunctionalObserver, KalmanFilter, KalmanModel, LinearObserver,
-    SampledCubicGains, SampledCubicObserver, SampledIntervalGains, SampledIntervalObserver, StationaryKalmanFilter,
-    VaryingPeriodObserver,
+    CubicObserver, DiscreteLinearObserver, FunctionalObserver, KalmanFilter, LinearObserver, SampledCubicObserver,
+    SampledIntervalObserver, StationaryKalmanFilter, VaryingPeriodObserver,
 };
+#[cfg(feature = "alloc")]
+use crate::{KalmanModel, SampledCubicGains, SampledIntervalGains};
 
 numbers! {
     LinearObserver as Linear<N, M, P> where Size<N, M, P>;

@@ -342,6 +342,32 @@ fn matrices_are_mapped_by_their_names() {
     assert_eq!(misfit(linear.map::<f64, Dyn, Dyn, Dyn>(wider(&["B"]))), "D must be 3 x 3, found 3 x 2");
 }
 
+/// A line for each matrix with entries and for each number; another observer has lines of its own.
+#[test]
+fn the_text_has_a_line_for_each_number() {
+    let plant = StateSpace { a: dmatrix![0.5], b: DMatrix::zeros(1, 0), c: dmatrix![2.0], d: None };
+    let observer = DiscreteLinearObserver::new(plant, dmatrix![0.25], 0.1).unwrap();
+    assert_eq!(format!("{observer:.2}"), "A = [0.50]\nC = [2.00]\nL = [0.25]\nperiod = 0.10");
+    let plant = luenberger_plants::double_integrator().to_dynamic().with_feedthrough(dmatrix![0.5]).unwrap();
+    let observer = LinearObserver::of(plant, dmatrix![7.0; 10.0]).unwrap();
+    assert_eq!(observer.to_string(), "A = [0, 1; 0, 0]\nB = [0; 1]\nC = [1, 0]\nL = [7; 10]\nD = [0.5]");
+    let gains = SampledCubicGains {
+        ad: dmatrix![0.5],
+        bd: DMatrix::zeros(1, 0),
+        c: dmatrix![1.0],
+        ld: dmatrix![0.25],
+        n: dmatrix![-2.0],
+        theta: dmatrix![3.0],
+        w: 2.0,
+        period: 0.1,
+    };
+    let nominal = SampledCubicObserver::new(gains).unwrap();
+    let varying =
+        VaryingPeriodObserver::new(nominal, dmatrix![-7.0], DMatrix::zeros(1, 0), dmatrix![0.5], 0.3).unwrap();
+    let nominal = "Ad = [0.5]\nC = [1]\nLd = [0.25]\nN = [-2]\ntheta = [3]\nw = 2\nperiod = 0.1";
+    assert_eq!(varying.to_string(), format!("{nominal}\nA = [-7]\nK = [0.5]\nlongest = 0.3"));
+}
+
 #[test]
 fn a_factor_beyond_the_range_of_the_scalar_is_an_error() -> Result<(), ObserverError> {
     let interval = Numbers::new(&[1.0]).interval();
