@@ -70,7 +70,7 @@ fn keys(text: &str) -> Vec<&str> {
     let mut depth = 0;
     let mut found = Vec::new();
     for (part, next) in text.split('"').zip(text.split('"').skip(1)) {
-        depth += part.matches(['{', '[']).count() as i32 - part.matches(['}', ']']).count() as i32;
+        depth = depth + part.matches(['{', '[']).count() - part.matches(['}', ']']).count();
         found.extend((depth == 1 && part.ends_with(['{', ','])).then_some(next));
     }
     found
