@@ -46,8 +46,10 @@ fn readme(export: &Export, count: usize) -> String {
 {kind} as a `no_std` crate on `luenberger-observers`. The test compares {count} steps with the design, bit by bit:
 
 ```console
-$ cargo test
+$ cargo test --config 'patch.crates-io.luenberger-observers.path = \"/path/to/luenberger/crates/observers\"'
 ```
+
+Without the option once `luenberger-observers` is published; with it for every command of cargo here and in `c/`.
 
 `c/` is the same observer as a static library for programs in C, with its header and the same test:
 
