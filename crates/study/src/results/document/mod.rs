@@ -180,7 +180,9 @@ pub(crate) fn comparison(results: &Results) -> Section {
             let caption = match (table.rows.len(), simulation.same_start()) {
                 (0 | 1, _) => "Norm of the error.",
                 (_, true) => "Norm of the error; the best values are marked.",
-                (_, false) => "Norm of the error. The observers start from different estimates: none is marked as best.",
+                (_, false) => {
+                    "Norm of the error. The observers start from different estimates: none is marked as best."
+                }
             };
             section = scores(section, &table, caption);
         }
