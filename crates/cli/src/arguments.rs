@@ -94,10 +94,11 @@ pub(crate) enum Command {
     Sweep(SweepInput),
     /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
     ///
-    /// All kinds but functional; what has no export is refused with the reason and a hint. A linear observer in
-    /// continuous time is designed for the plant sampled at --period. The folder contains the source, a test with
-    /// golden vectors, a build file, a README and the certificate. An observer without a certificate needs --unproved.
-    /// Output {"observer", "folder", "files", "period", "operations", "bytes", "proved", "statement", "digest"}.
+    /// All kinds, functional for plants in discrete time; what has no export is refused with the reason and a hint. A
+    /// linear observer in continuous time is designed for the plant sampled at --period. The folder contains the source,
+    /// a test with golden vectors, a build file, a README and the certificate. An observer without a certificate needs
+    /// --unproved. Output {"observer", "folder", "files", "period", "operations", "bytes", "proved", "statement",
+    /// "digest"}.
     #[command(after_help = EXPORT)]
     Export(ExportInput),
     /// Lyapunov equation A X + X A' + Q = 0
