@@ -566,12 +566,7 @@ where
         let noises = self.noise_model();
         same_sizes::<N, M, P>(plant.dimensions(), (noises.w.nrows(), noises.v.nrows()))?;
         let (noises, h) = (fixed_noises::<T, N, P, _, _>(noises)?, nalgebra::convert(self.h()));
-        let filter = StaticExtendedKalmanFilter::<Q, T, N, M, P>::discrete(plant, noises, h)?
-            .with_prediction(self.prediction())?;
-        match self.gate() {
-            Some(gate) => filter.with_gate(nalgebra::convert(gate)),
-            None => Ok(filter),
-        }
+        StaticExtendedKalmanFilter::<Q, T, N, M, P>::discrete(plant, noises, h)?.with_options_of(self)
     }
 }
 

@@ -175,6 +175,9 @@ struct Extended<S, T> {
     error_controlled: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     gate: Option<T>,
+    /// Of an iterated filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    iterations: Option<usize>,
 }
 
 impl<S, T, N: Dim, M: Dim, P: Dim> Serialize for ExtendedKalmanFilter<S, T, N, M, P>
@@ -195,6 +198,7 @@ where
             substeps,
             error_controlled,
             gate: self.gate(),
+            iterations: Some(self.iterations()).filter(|iterations| *iterations > 1),
         };
         form.serialize(serializer)
     }
@@ -207,12 +211,13 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Extended { plant, w, v, p0, period, substeps, error_controlled, gate } =
+        let Extended { plant, w, v, p0, period, substeps, error_controlled, gate, iterations } =
             Extended::<S, T>::deserialize(deserializer)?;
         let build = || -> Result<Self, ObserverError> {
             let noises = NoiseModel { w: matrix("W", &w)?, v: matrix("V", &v)?, p0: matrix("P(0)", &p0)? };
-            let filter =
-                Self::discrete(plant, noises, period)?.with_prediction(prediction(substeps, error_controlled))?;
+            let filter = Self::discrete(plant, noises, period)?
+                .with_prediction(prediction(substeps, error_controlled))?
+                .with_iterations(iterations.unwrap_or(1))?;
             match gate {
                 Some(gate) => filter.with_gate(gate),
                 None => Ok(filter),
