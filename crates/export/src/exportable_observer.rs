@@ -26,7 +26,7 @@ pub enum ExportableObserver {
     Cubic(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
     /// The sampled cubic observer at varying periods; the last input is the time since the last step.
     Varying(VaryingPeriodStep<f64, Dyn, Dyn, Dyn>),
-    /// The extended Kalman filter.
+    /// The extended Kalman filter, iterated or not.
     Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The unscented Kalman filter in square-root form.
     Unscented(UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
@@ -433,12 +433,7 @@ impl ExportableObserver {
                 let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.noise_model());
                 let noises = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
                 let period = nalgebra::convert(filter.period());
-                let same =
-                    ExtendedKalmanFilter::discrete(plant, noises, period)?.with_prediction(filter.prediction())?;
-                let same = match filter.gate() {
-                    Some(gate) => same.with_gate(nalgebra::convert(gate))?,
-                    None => same,
-                };
+                let same = ExtendedKalmanFilter::discrete(plant, noises, period)?.with_options_of(filter)?;
                 Cast::new(Sampled(same), Some(filter.plant().routines().h))
             }
             Self::Unscented(filter) => {
