@@ -197,7 +197,7 @@ pub fn observer() -> Result<Observer, ObserverError> {{
         ExportableObserver::Linear(_) => linear(&mut text, export, kind),
         ExportableObserver::Cubic(_) => cubic(&mut text, export, kind),
         ExportableObserver::Varying(step) => varying::observer(&mut text, export, step),
-        ExportableObserver::Kalman(_) => plant::kalman(&mut text, export),
+        ExportableObserver::Kalman(filter) => plant::kalman(&mut text, export, filter.iterations()),
         ExportableObserver::Unscented(filter) => plant::unscented(&mut text, export, filter.sigma_points()),
         ExportableObserver::MovingHorizon(estimator) => plant::moving_horizon(&mut text, export, estimator),
         ExportableObserver::SampledNonlinear(_) => plant::sampled_nonlinear(&mut text, export),
