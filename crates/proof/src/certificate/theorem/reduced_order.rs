@@ -16,7 +16,6 @@ use super::super::sentence::{Reading, Represented, tends_to_zero};
 use super::{Fact, Names, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
-use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::statement::times_left_inverse;
 

@@ -18,7 +18,6 @@ use super::super::sentence::{Reading, Represented, tends_to_zero};
 use super::{Fact, Names, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
-use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::statement::{structured_for, times_left_inverse};
 
