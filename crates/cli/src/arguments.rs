@@ -95,10 +95,10 @@ pub(crate) enum Command {
     /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
     ///
     /// All kinds, functional for plants in discrete time; what has no export is refused with the reason and a hint. A
-    /// linear observer in continuous time is designed for the plant sampled at --period. The folder contains the source,
-    /// a test with golden vectors, a build file, a README and the certificate. An observer without a certificate needs
-    /// --unproved. Output {"observer", "folder", "files", "period", "operations", "bytes", "proved", "statement",
-    /// "digest"}.
+    /// linear observer in continuous time is designed for the plant sampled at --period. The folder contains the
+    /// source, a test with golden vectors, a build file, a README and the certificate. An observer without a
+    /// certificate needs --unproved. Output {"observer", "folder", "files", "period", "operations", "bytes", "proved",
+    /// "statement", "digest"}.
     #[command(after_help = EXPORT)]
     Export(ExportInput),
     /// Lyapunov equation A X + X A' + Q = 0
@@ -284,8 +284,8 @@ pub(crate) struct NewInput {
 
 #[derive(Args)]
 pub(crate) struct StudyInput {
-    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to its
-    /// folder
+    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to
+    /// its folder
     #[arg(value_name = "STUDY")]
     pub(crate) study: Source,
     /// Results folder [default: STUDY-results for run, certify, simulate and sweep; none for the others]
@@ -319,8 +319,8 @@ pub(crate) struct RunInput {
 
 #[derive(Args)]
 pub(crate) struct AdviseInput {
-    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to its
-    /// folder
+    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to
+    /// its folder
     #[arg(value_name = "STUDY")]
     pub(crate) study: Source,
     /// Criterion, or several with weights: error, noise, peak, settling, cost, proved; error=2,cost=1

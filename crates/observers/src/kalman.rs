@@ -196,8 +196,8 @@ where
 
     /// The filter whose updates are linearised so often: the iterated extended Kalman filter; see the [module](self).
     ///
-    /// What the [gate](Self::with_gate) rejects at the first linearisation is not measured in the others. One more costs
-    /// h with its Jacobian, about `2 n^2 p + 4 n p^2` flops and one Cholesky factorisation of order p.
+    /// What the [gate](Self::with_gate) rejects at the first linearisation is not measured in the others. One more
+    /// costs h with its Jacobian, about `2 n^2 p + 4 n p^2` flops and one Cholesky factorisation of order p.
     ///
     /// ```
     /// use luenberger_observers::kalman::{NoiseModel, StaticExtendedKalmanFilter};

@@ -19,7 +19,8 @@ pub(super) fn renamed(folder: &Path, files: &[(String, String)]) {
     }
 }
 
-/// The study in a file, in the `study.toml` of a folder, or on standard input, where a text that begins with `{` is JSON.
+/// The study in a file, in the `study.toml` of a folder, or on standard input, where a text that begins with `{` is
+/// JSON.
 pub(super) fn read(source: &Source) -> Result<Study, Failure> {
     match source {
         Source::File(folder) if folder.is_dir() => Ok(Study::from_path(&in_folder(folder)?)?),

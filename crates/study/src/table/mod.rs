@@ -7,8 +7,8 @@
 //! mistake; every other one is reported with line and column.
 //!
 //! In place of a name may stand an expression of columns, such as `acc_x/9.81` or `(stamp - 1.7e9)/1e6`; a column of
-//! that name comes first. The column of times may have dates or times of day in place of numbers: they are seconds since
-//! the first row. Rows of one time, of sensors that measure independently of each other, are one row of a log.
+//! that name comes first. The column of times may have dates or times of day in place of numbers: they are seconds
+//! since the first row. Rows of one time, of sensors that measure independently of each other, are one row of a log.
 
 mod cell;
 mod error;

@@ -69,7 +69,8 @@ pub(super) fn seconds(moments: &[Moment]) -> Option<Vec<f64>> {
             midnights += 1;
         }
         before = now;
-        // Rounded once: the difference is an integer below 2^53 for a hundred days, and the quotient is exact to an ulp.
+        // Rounded once: the difference is an integer below 2^53 for a hundred days, and the quotient is exact to an
+        // ulp.
         (now + midnights * DAY - first.nanoseconds) as f64 / SECOND as f64
     });
     Some(since.collect())

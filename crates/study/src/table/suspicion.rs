@@ -260,8 +260,8 @@ fn stuck(name: &str, t: &[f64], column: &[f64]) -> Vec<Suspicion> {
         }
     }
     let span = |(start, length): (usize, usize)| (t[start], t[start + length - 1]);
-    // A quantised signal that moves slowly comes to a value by one quantum, leaves it by one, and rests on its neighbours
-    // too.
+    // A quantised signal that moves slowly comes to a value by one quantum, leaves it by one, and rests on its
+    // neighbours too.
     let is_slow = |k: usize| {
         let is_near = |other: Option<&(usize, usize)>| {
             other.is_none_or(|(start, length)| {
