@@ -25,7 +25,7 @@ pub enum ExportableObserver {
     Cubic(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
     /// The sampled cubic observer at varying periods; the last input is the time since the last step.
     Varying(VaryingPeriodStep<f64, Dyn, Dyn, Dyn>),
-    /// The extended Kalman filter.
+    /// The extended Kalman filter, iterated or not.
     Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The unscented Kalman filter in square-root form.
     Unscented(UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),

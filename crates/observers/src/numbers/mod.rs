@@ -277,8 +277,8 @@ macro_rules! numbers_of_plant {
                 self.map(plant, rounded)
             }
 
-            /// The same observer of `plant`, which is the plant of this one over the scalar `T`, with N states, M inputs
-            /// and P outputs; see the [module](crate::static_size).
+            /// The same observer of `plant`, which is the plant of this one over the scalar `T`, with N states, M
+            /// inputs and P outputs; see the [module](crate::static_size).
             $(#[$doc])*
             ///
             /// # Errors

@@ -68,11 +68,13 @@ numbers_of_plant! {
         substeps: option(usize) = o.prediction().substeps(),
         error_controlled: option(bool) = (o.prediction() == Prediction::ErrorControlled).then_some(true),
         gate: maybe_number = o.gate(),
+        iterations: option(usize) = Some(o.iterations()).filter(|iterations| *iterations > 1),
     }
     designed (o.noise_model().w.nrows(), o.noise_model().v.nrows());
     {
         let filter = ExtendedKalmanFilter::<_, T, N, M, P>::discrete(plant, NoiseModel { w, v, p0 }, period)?;
         let filter = filter.with_prediction(prediction(substeps, error_controlled))?;
+        let filter = filter.with_iterations(iterations.unwrap_or(1))?;
         match gate {
             Some(gate) => filter.with_gate(gate),
             None => Ok(filter),

@@ -274,6 +274,9 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
     let text = stored(&extended.with_gate(4.0).unwrap());
     assert!(text.ends_with(r#""period":0.1,"substeps":2,"gate":4.0}"#), "{text}");
     assert!(refused::<Filter>(&text, r#""gate":4.0"#, r#""gate":0.0"#).contains("gate"));
+    let text = stored(&ExtendedKalmanFilter::discrete(plant(), noises(), 0.1).unwrap().with_iterations(3).unwrap());
+    assert!(text.ends_with(r#""period":0.1,"iterations":3}"#), "{text}");
+    assert!(refused::<Filter>(&text, r#""iterations":3"#, r#""iterations":0"#).contains("linearisations"));
     let text = stored(&ExtendedKalmanFilter::discrete(plant(), noises(), 0.1).unwrap());
     assert!(text.ends_with(r#""period":0.1}"#), "{text}");
     let sigma = SigmaPoints { alpha: 0.5, ..SigmaPoints::default() };

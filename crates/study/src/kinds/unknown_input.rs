@@ -104,8 +104,8 @@ impl Specification for UnknownInput {
         Some(&self.e)
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        Some(Self { linear: self.linear.faster(factor, dt), ..self.clone() }.into())
     }
 
     fn updates(&self, dt: Option<f64>) -> bool {

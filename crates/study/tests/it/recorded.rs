@@ -422,6 +422,11 @@ fn others() -> Vec<(&'static str, String)> {
     let pendulum = |observer: &str| {
         format!("[plant]\nf = [\"x2\", \"-9.81*sin(x1) - 0.3*x2 + u1\"]\nh = [\"x1\"]\n[[observer]]\n{observer}\n")
     };
+    // With an output that has a curvature.
+    let ranged = |keys: &str| {
+        pendulum(&format!("kind = \"iterated-extended-kalman\"\n{keys}"))
+            .replace("[\"x1\"]", "[\"sqrt(1 + (x1 - 2)^2)\"]")
+    };
     let noise = "w = [1e-4, 1e-2]\nv = 0.04\nperiod = 0.05";
     let motor = |observer: &str| {
         format!(
@@ -445,6 +450,8 @@ fn others() -> Vec<(&'static str, String)> {
             "gain-of-a-map",
             map("kind = \"lpv\"\ngain = [[1], [2]]\nregion = { states = [[-0.5, 0.5], [-5, 5]], inputs = [[-1, 1]] }"),
         ),
+        ("iterated", ranged(&format!("gate = 1.5\n{noise}"))),
+        ("iterated-of-a-map", ranged(&format!("iterations = 5\n{noise}")).replace("[plant]\n", "[plant]\ndt = 0.05\n")),
         ("mhe", pendulum(&format!("kind = \"mhe\"\nwindow = 4\n{noise}"))),
         ("mhe-bounds", pendulum(&format!("kind = \"mhe\"\nwindow = 3\nstate_bounds = [[-1, 1], [-inf, 2]]\n{noise}"))),
         ("chain", pendulum("kind = \"high-gain\"\nr = 0.1")),
