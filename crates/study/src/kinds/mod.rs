@@ -8,6 +8,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `declaration` | what a kind declares |
+//! | `settings` | the macro `keys!`: the keys of a kind as a struct, with their list and reader |
 //! | `keys`, `filter`, `disturbance`, `norm_filter`, `peb` | keys and designs that kinds share |
 //! | the others | a kind each, under its name in studies |
 
@@ -62,6 +63,7 @@ mod pebo;
 mod proportional_integral;
 mod reduced_order;
 mod sampled_cubic;
+mod settings;
 mod sliding_mode;
 mod ukf;
 mod unknown_input;
@@ -78,6 +80,7 @@ use crate::study::{ObserverKind, Specification};
 use crate::synthesis::explain;
 
 pub use crate::designed::{At, Runnable, Running, StepOf};
+pub use crate::reader::{Given, Reader};
 pub use crate::study::{PlantClass, Time};
 pub use crate::synthesis::{Plan, Sampling};
 pub use cubic::Cubic;
@@ -99,6 +102,9 @@ pub use optimal_cubic::OptimalCubic;
 pub use peb::{ParameterEstimation, PebObserver};
 pub use reduced_order::{ReducedOrder, ReducedOrderObserver, WithFeedthrough};
 pub use sampled_cubic::{SampledCubic, VaryingPeriods};
+pub use settings::{KeyValue, Present, Size, Words};
+#[doc(hidden)]
+pub use settings::{by_key, by_keys, count, flat, of_name, value};
 pub use sliding_mode::SlidingModeSpec;
 pub use ukf::UnscentedSpec;
 pub use unknown_input::{UnknownInput, WithoutDisturbance};
