@@ -37,10 +37,6 @@ pub(crate) const Q: Key = optional("q", Type::Rows, "Q of that equation, n x n, 
 pub(super) const GAINS: &[Key] = &[POLES, DECAY, LMI, KALMAN, GAIN];
 /// What certifies that gain, and limits it.
 pub(super) const OF_GAIN: &[Key] = &[RHO, Q, MAX_GAIN, NOISE];
-/// The keys of filters with a covariance.
-pub(super) const FILTER: &[Key] = &[W, V, P0, PERIOD, SUBSTEPS];
-/// Their outliers, and the smoother.
-pub(super) const OF_FILTER: &[Key] = &[GATE, SMOOTH];
 /// An H-infinity or H2 filter.
 pub(super) const NORM_FILTER: &[Key] = &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN];
 /// The maps of a KKL observer, behind phi and Lambda.
@@ -81,14 +77,6 @@ pub(crate) const CROSS_INTENSITY: Key = optional(
     "Cross-intensity S = E w v' of process and measurement noise, n x p, with g q x p (default: 0).",
 );
 pub(crate) const PERIOD: Key = required("period", Type::Number(Range::Positive), "Sampling period.");
-
-pub(crate) const P0: Key =
-    optional("p0", Type::Weight, "Covariance of the initial error, n x n (default: the identity).");
-pub(crate) const SUBSTEPS: Key = optional(
-    "substeps",
-    Type::Count(1),
-    "Runge-Kutta steps per sampling period in exported code (default: as many as their error needs). Elsewhere the prediction controls its error.",
-);
 pub(crate) const GATE: Key = optional(
     "gate",
     Type::Number(Range::Positive),

@@ -34,6 +34,20 @@ macro_rules! runs {
     };
 }
 
+/// The designs of a filter with a covariance: the same in both times, but for its prediction.
+macro_rules! filters {
+    () => {
+        fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+            self.designed(&plan.study.plant.model, Prediction::ErrorControlled)
+        }
+
+        fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
+            plan.has_period_of_plant(self.filter.period, dt)?;
+            self.designed(&plan.study.plant.model, Prediction::Discrete)
+        }
+    };
+}
+
 pub(crate) mod cubic;
 mod declaration;
 pub(crate) mod disturbance;
@@ -87,6 +101,7 @@ pub use cubic::Cubic;
 pub use declaration::{Context, Declaration, Information, Keys, Rule, Tuning, Value};
 pub use disturbance::{DisturbanceSpec, WithDisturbance};
 pub use extended_kalman::ExtendedKalman;
+pub use filter::Filter;
 pub use functional::Functional;
 pub use high_gain::{Chains, HighGain};
 pub use interval::IntervalSpec;
