@@ -37,8 +37,6 @@ pub(crate) const Q: Key = optional("q", Type::Rows, "Q of that equation, n x n, 
 pub(super) const GAINS: &[Key] = &[POLES, DECAY, LMI, KALMAN, GAIN];
 /// What certifies that gain, and limits it.
 pub(super) const OF_GAIN: &[Key] = &[RHO, Q, MAX_GAIN, NOISE];
-/// An H-infinity or H2 filter.
-pub(super) const NORM_FILTER: &[Key] = &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN];
 /// The maps of a KKL observer, behind phi and Lambda.
 pub(super) const MAPS: &[Key] = &[B, LEFT_INVERSE, BOUNDED];
 /// The regression and the estimator of a PEBO.
@@ -298,20 +296,3 @@ const DREM: Variant = Variant {
         ),
     ]],
 };
-
-pub(crate) const ENTERING: Key = required(
-    "e",
-    Type::Rows,
-    "E, n x q: disturbances and noises w enter as x' = A x + B u + E w (x+ in discrete time).",
-);
-pub(crate) const MEASURED_NOISE: Key =
-    required("d", Type::Rows, "D, p x q: the same w enters the outputs, y = C x + D w.");
-pub(crate) const COUNTED: Key =
-    optional("h", Type::Rows, "H, r x n: the errors z = H e that count (default: those of all states).");
-pub(crate) const BOUND_OF_NORM: Key = optional(
-    "gamma",
-    Type::Number(Range::Positive),
-    "Bound of the norm from w to z (default: the least; for h-infinity 1 % above it).",
-);
-pub(crate) const THIS_GAIN: Key =
-    optional("gain", Type::Rows, "In place of a design: the norm of a given gain L, n x p.");
