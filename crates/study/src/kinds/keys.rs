@@ -169,18 +169,6 @@ pub(crate) const BOX: Table = Table {
     ],
 };
 
-pub(crate) const SECTOR: Table = Table {
-    name: "sectors",
-    about: "A nonlinearity G phi(t, H x, u) whose slope lies between low and high.",
-    variants: None,
-    keys: &[
-        required("g", Type::Rows, "G, n x q."),
-        required("h", Type::Rows, "H, q x n."),
-        required("low", Type::Number(Range::Any), "Smallest slope; -gamma for a Lipschitz constant gamma."),
-        required("high", Type::Number(Range::Any), "Largest slope; gamma for a Lipschitz constant gamma."),
-    ],
-};
-
 pub(crate) const PHI: Key = required(
     "phi",
     Type::Expressions,
