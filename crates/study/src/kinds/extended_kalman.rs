@@ -1,16 +1,18 @@
-//! The extended Kalman filter.
+//! The extended Kalman filter, and what it shares with the iterated one: the kinds `extended-kalman` and
+//! `iterated-extended-kalman`.
 
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_live as live;
 use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, SampledObserver};
+use luenberger_proof::wording::counted;
 use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{Filter, STAGES};
 use super::keys::{GATE, SMOOTH};
-use super::{Kind, as_kind};
+use super::{Kind, as_kind, iterated_extended_kalman};
 use crate::designed::{self, NonlinearStep, Running, StepOf, rows};
 use crate::model::Model;
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
@@ -41,7 +43,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
 };
 
 crate::keys! {
-    /// An extended Kalman filter.
+    /// An extended Kalman filter, or an iterated one.
     #[derive(Debug, Clone, PartialEq)]
     pub struct ExtendedKalman {
         /// Its noises and its period.
@@ -50,11 +52,19 @@ crate::keys! {
         gate: Option<f64> as &GATE,
         /// Whether estimates on a log are smoothed.
         smooth: bool as &SMOOTH = false,
+        /// How often an iterated filter linearises each measurement; none for the other kind, which has no such key.
+        iterations: Option<usize> as [&[]] => |_, _| Some(None),
     }
 }
 
 impl Specification for ExtendedKalman {
-    declared!();
+    fn name(&self) -> &'static str {
+        self.declaration().name
+    }
+
+    fn plant(&self) -> PlantClass {
+        self.declaration().plant
+    }
 
     fn period(&self) -> Option<f64> {
         Some(self.filter.period)
@@ -73,8 +83,9 @@ impl Specification for ExtendedKalman {
     }
 
     fn seconds_of_steps(&self, duration: f64) -> f64 {
-        let n = self.filter.w.nrows() as f64;
-        duration / self.filter.period * STAGES * n * n * n * 4e-9
+        let (n, p) = (self.filter.w.nrows() as f64, self.filter.v.nrows() as f64);
+        let again = self.iterations.map_or(0.0, |iterations| iterations as f64 - 1.0);
+        duration / self.filter.period * (STAGES * n + 4.0 * again * p) * n * n * 4e-9
     }
 }
 
@@ -83,21 +94,30 @@ impl Kind for ExtendedKalman {
 }
 
 impl ExtendedKalman {
+    fn declaration(&self) -> &'static Declaration {
+        if self.iterations.is_some() { &iterated_extended_kalman::DECLARATION } else { &DECLARATION }
+    }
+
     fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { filter: Filter { w, v, p0, period, .. }, gate, .. } = self;
+        let Self { filter: Filter { w, v, p0, period, .. }, gate, iterations, .. } = self;
         let mut filter = ExtendedKalmanFilter::discrete(model.clone(), self.filter.noises(), *period)?
-            .with_prediction(prediction)?;
+            .with_prediction(prediction)?
+            .with_iterations(iterations.unwrap_or(1))?;
         let gated = gate
             .map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
         if let Some(gate) = gate {
             filter = filter.with_gate(*gate)?;
         }
+        let linearised = iterations
+            .map_or_else(String::new, |iterations| format!(", each update linearised {}", counted(iterations, "time")));
+        let mut numbers = vec![number(Quantity::Period, *period)];
+        numbers.extend(iterations.map(|iterations| number("iterations", iterations as f64)));
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the gain is computed from the covariance along the estimate.{gated}"
+                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}"
             )),
             matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
-            numbers: vec![number(Quantity::Period, *period)],
+            numbers,
             ..uncertified("local convergence only")
         };
         Ok(Designed::new(filter.into(), report, None))
@@ -120,7 +140,11 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some(self)
     }
 
+    // The page has no iterated updates.
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        if self.iterations() > 1 {
+            return None;
+        }
         let noises = self.noise_model();
         let period = SampledObserver::<f64>::period(self);
         let [w, v, p0] = [&noises.w, &noises.v, &noises.p0].map(rows);
@@ -132,11 +156,9 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         let noises = self.noise_model();
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };
-            let filter = ExtendedKalmanFilter::discrete(plant, noises, SampledObserver::<f64>::period(self))?;
-            match self.gate() {
-                Some(gate) => filter.with_gate(gate),
-                None => Ok(filter),
-            }
+            let period = SampledObserver::<f64>::period(self);
+            let filter = ExtendedKalmanFilter::discrete(plant, noises, period)?.with_options_of(self)?;
+            filter.with_prediction(Prediction::Discrete)
         };
         let statement = "no theorem certifies an extended Kalman filter here.";
         let made_of = |filter| NonlinearStep::uncertified(ExportableObserver::Kalman(filter), statement);

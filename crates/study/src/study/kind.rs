@@ -184,8 +184,8 @@ pub trait Specification: Setting {
         None
     }
 
-    /// The same `factor` times as fast, in its poles and rates, for a plant in continuous time, or in discrete time with
-    /// the period `dt`; none if it has neither.
+    /// The same `factor` times as fast, in its poles and rates, for a plant in continuous time, or in discrete time
+    /// with the period `dt`; none if it has neither.
     fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
         let _ = (factor, dt);
         None

@@ -113,8 +113,8 @@ pub enum GainSpec {
     Given(DMatrix<f64>),
 }
 
-/// Poles that are `factor` times as fast: `factor s` in continuous time, and `z^factor` in discrete time with the period
-/// `dt`, where `z = exp(s dt)`.
+/// Poles that are `factor` times as fast: `factor s` in continuous time, and `z^factor` in discrete time with the
+/// period `dt`, where `z = exp(s dt)`.
 ///
 /// A real pole stays real with its sign, and conjugates stay conjugates: a negative z is no `exp(s dt)` of a real s.
 ///

@@ -119,8 +119,8 @@ fn the_samples_of_the_observer_in_the_loop_are_those_of_the_scores() {
     }
 }
 
-/// The poles of a plant in discrete time are `z = exp(s dt)`: twice as fast is their square, toward 0 and not beyond the
-/// circle. Decay rates are per unit of time in both times.
+/// The poles of a plant in discrete time are `z = exp(s dt)`: twice as fast is their square, toward 0 and not beyond
+/// the circle. Decay rates are per unit of time in both times.
 #[test]
 fn poles_in_discrete_time_are_taken_to_the_power() {
     let text = |observer: &str| {

@@ -13,10 +13,9 @@
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
-use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, names, rate_term};
+use super::{Fact, Names, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
-use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::statement::times_left_inverse;
 
@@ -45,9 +44,9 @@ impl ReducedOrderConvergence {
 impl Statement for ReducedOrderConvergence {
     const NAME: &'static str = "reduced-order-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let names = names(self);
+        let names = names.of(self);
         let mut facts = names.facts(["C'C + T'T > 0"])?;
         let flow = if facts.iter().all(|fact| fact.verdict.is_proved()) { self.flow(&names)? } else { None };
         let decrease = format!("F'P + PF{} < 0", rate_term(self.rate, "P"));

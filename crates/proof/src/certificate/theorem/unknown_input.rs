@@ -15,10 +15,9 @@
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
-use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, names, rate_term};
+use super::{Fact, Names, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
-use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::statement::{structured_for, times_left_inverse};
 
@@ -63,9 +62,9 @@ impl UnknownInputConvergence {
 impl Statement for UnknownInputConvergence {
     const NAME: &'static str = "unknown-input-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let mut names = names(self);
+        let mut names = names.of(self);
         let mut facts = names.facts(["(CE)'CE > 0"])?;
         let decoupler = if facts.iter().all(|fact| fact.verdict.is_proved()) { self.decoupler(&names)? } else { None };
         names = names.enclosed("T", decoupler.as_ref(), false);
