@@ -17,8 +17,8 @@ crate::keys! { |size|
         p0: DMatrix<f64>[n, n] as Weight = DMatrix::identity(size.states, size.states),
         /// The sampling period.
         period: f64 as &PERIOD,
-        /// Runge-Kutta steps per sampling period in exported code (default: as many as their error needs). Elsewhere the
-        /// prediction controls its error.
+        /// Runge-Kutta steps per sampling period in exported code (default: as many as their error needs). Elsewhere
+        /// the prediction controls its error.
         substeps: Option<usize> as Count(1),
     }
 }

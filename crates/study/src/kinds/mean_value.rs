@@ -60,8 +60,8 @@ crate::keys! { |size|
         eta: f64 as Number(Positive) = 1.0,
         /// Initial internal error, an estimate of x(0) - xhat(0), n numbers (default 0).
         internal_error: Vec<f64>[n] as Numbers(Any) = vec![0.0; size.states],
-        /// The observer as printed, with the mean Jacobian computed this way. It has no certificate, because its theorem
-        /// is false (default: the observer with output injection).
+        /// The observer as printed, with the mean Jacobian computed this way. It has no certificate, because its
+        /// theorem is false (default: the observer with output injection).
         as_printed: Option<PrintedMean> as Choice,
         ..[&[MAX_GAIN, NOISE]]
     }

@@ -73,8 +73,8 @@ crate::keys! { |size|
         nodes: usize as Count(2) = 5,
         /// Cutoff frequency of the Bessel filter z (default: the slowest of six that is accurate on a coarse table).
         cutoff: Option<f64> as Number(Positive),
-        /// Width of the layer around the region in which the plant is slowed down, for plants that are unbounded backward
-        /// in time (default: one half-width if a trajectory escapes, else none).
+        /// Width of the layer around the region in which the plant is slowed down, for plants that are unbounded
+        /// backward in time (default: one half-width if a trajectory escapes, else none).
         escape: Option<f64> as Number(Positive),
         /// Grid points of the table per axis (default: 33 to 97, three states 17 to 33, more states 9 to 17, until the
         /// table is accurate).
