@@ -53,13 +53,13 @@ crate::keys! { |size|
         /// The box of the states.
         region: Region as &REGION = Region::everywhere(size.states),
         /// The rate.
-        rate: RateSpec as [Rate::KEYS] => rate,
+        rate: RateSpec as [Goal::KEYS] => rate,
         ..[&[MAX_GAIN, NOISE]]
     }
 }
 
 crate::keys! {
-    struct Rate {
+    struct Goal {
         /// Decay rate to be certified (default 0).
         decay_rate: Option<f64> as Number(NotNegative),
         /// In place of decay_rate: the largest decay rate up to this bound is found and certified.
@@ -70,8 +70,8 @@ crate::keys! {
 }
 
 fn rate(given: &Given<'_>, reader: &mut Reader) -> Option<RateSpec> {
-    one_of(Rate::KEYS, given, false, reader)?;
-    let Rate { decay_rate, fastest, gain } = Rate::read(given, reader)?;
+    one_of(Goal::KEYS, given, false, reader)?;
+    let Goal { decay_rate, fastest, gain } = Goal::read(given, reader)?;
     let given = fastest.map(RateSpec::Fastest).or(gain.map(|gain| RateSpec::Gain(gain, 0.0)));
     Some(given.unwrap_or(RateSpec::Rate(decay_rate.unwrap_or(0.0))))
 }
