@@ -210,7 +210,7 @@ impl FullWindow {
         Self { n, p, stages: window, iterations, bounds: bounds(estimator).len(), measurement, linearised }
     }
 
-    /// The update by one measurement: gain, news, mean, T, and P in Joseph's form.
+    /// The update by one measurement: gain, w, mean, T, and P in Joseph's form.
     fn correction(&self) -> usize {
         let n = self.n;
         11 * n * n + 7 * n + 1 + 2 * square(n) + n * (n - 1)

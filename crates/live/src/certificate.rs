@@ -45,7 +45,7 @@ fn certified(experiment: &Experiment, observer: &StoredObserver, sliders: &Slide
         if sliders.gain != 1.0 || is_other_cubic || is_other_period {
             return Some(open(OF_DESIGN));
         }
-        let left = observer.hypotheses.as_ref().and_then(|of| left(of, experiment, observer, sliders));
+        let left = observer.hypotheses.as_ref().and_then(|of| failed_hypothesis(of, experiment, observer, sliders));
         return Some(left.map_or(GainVerdict::Elsewhere, GainVerdict::Open));
     };
     let mut least: Option<f64> = None;
@@ -82,9 +82,14 @@ fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
     }
 }
 
-/// Which hypothesis a slider above 1 leaves, if any. A smaller noise or first error than that of the report changes
-/// nothing of the report's verdict.
-fn left(of: &Hypotheses, experiment: &Experiment, observer: &StoredObserver, sliders: &Sliders) -> Option<String> {
+/// Which hypothesis does not hold with a slider above 1, if any. A smaller noise or first error than that of the report
+/// changes nothing of the report's verdict.
+fn failed_hypothesis(
+    of: &Hypotheses,
+    experiment: &Experiment,
+    observer: &StoredObserver,
+    sliders: &Sliders,
+) -> Option<String> {
     if sliders.noise > 1.0
         && let Some(why) =
             of.noise.iter().enumerate().find_map(|(i, bound)| noise_excess(experiment, i, *bound, sliders.noise))

@@ -325,8 +325,8 @@ where
     let mut deviation = T::zero();
     for i in 0..c.nrows() {
         for j in 0..c.nrows() {
-            let wished = if i == j { w } else { T::zero() };
-            deviation = deviation.max((entry_of_product(c, n, i, j) + wished).abs());
+            let expected = if i == j { w } else { T::zero() };
+            deviation = deviation.max((entry_of_product(c, n, i, j) + expected).abs());
         }
     }
     deviation

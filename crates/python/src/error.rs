@@ -134,11 +134,11 @@ pub(crate) fn design(py: Python<'_>, why: &NoObserver) -> PyErr {
             text = format!("{text}. {title}: {some}");
         }
     }
-    let noted = || -> PyResult<()> {
+    let with_advice = || -> PyResult<()> {
         numbers.set_item("alternatives", pyo3::types::PyTuple::new(py, alternatives)?)?;
         numbers.set_item("hints", pyo3::types::PyTuple::new(py, &why.hints)?)
     };
-    match noted() {
+    match with_advice() {
         Ok(()) => raise(py, class, text, &numbers),
         Err(error) => error,
     }

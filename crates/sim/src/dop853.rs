@@ -77,7 +77,7 @@ pub(crate) struct Dop853 {
     received: Vec<Lanes>,
     /// The derivative of the interpolant where the defect is sampled, and that of the plant.
     inner: Vec<Lanes>,
-    wished: Vec<Lanes>,
+    derivative: Vec<Lanes>,
 }
 
 /// Square roots are the same on every machine, a general power is not.
@@ -112,7 +112,7 @@ impl Dop853 {
             stage: column(n),
             received: column(n),
             inner: column(n),
-            wished: column(n),
+            derivative: column(n),
         };
         method.restart(t, y, slope, h);
         method
@@ -264,10 +264,10 @@ impl Dop853 {
         for ((attempted, value), slope) in self.attempted.iter().zip(&mut self.stage).zip(&mut self.inner) {
             (*value, *slope) = interpolant(attempted, s);
         }
-        f(self.t + s * h, &self.stage.as_flattened()[..n], &mut self.wished.as_flattened_mut()[..n]);
-        let (inner, wished) = (self.inner.as_flattened(), self.wished.as_flattened());
-        let pairs = self.y.as_flattened().iter().zip(self.end.as_flattened()).zip(inner.iter().zip(wished)).take(n);
-        pairs.map(|((y, end), (inner, wished))| ((inner - h * wished) / scale(*y, *end)).powi(2)).sum()
+        f(self.t + s * h, &self.stage.as_flattened()[..n], &mut self.derivative.as_flattened_mut()[..n]);
+        let (inner, derivative) = (self.inner.as_flattened(), self.derivative.as_flattened());
+        let pairs = self.y.as_flattened().iter().zip(self.end.as_flattened()).zip(inner.iter().zip(derivative)).take(n);
+        pairs.map(|((y, end), (inner, derivative))| ((inner - h * derivative) / scale(*y, *end)).powi(2)).sum()
     }
 
     /// `h lambda` from the slopes at the end of the step and at the stage before it, which are nearly the same point;

@@ -17,9 +17,9 @@ use luenberger_study::kinds::{
     Declaration, Information, Kind, Plan, Rule, Running, StepOf, Tuning, Value, as_kind, named, register,
 };
 use luenberger_study::results::DesignReport;
-use luenberger_study::schema::{Range, Type, required, schema};
+use luenberger_study::schema::schema;
 use luenberger_study::study::{ObserverKind, PlantClass, Specification, Time};
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute, keys};
 use nalgebra::{DMatrix, DVector, RealField, convert};
 
 static TRANSPOSED: Declaration = Declaration {
@@ -27,9 +27,9 @@ static TRANSPOSED: Declaration = Declaration {
     about: "Copy of a linear plant with the gain L = k C'.",
     source: "made for a test",
     plant: PlantClass::Linear(Time::OF_STATE),
-    keys: &[&[required("k", Type::Number(Range::Positive), "The gain k.")]],
+    keys: &[TransposedOutput::KEYS],
     kind: as_kind::<TransposedOutput>,
-    read: |given, _reader| Some(TransposedOutput { k: given.number_or("k", f64::NAN)? }.into()),
+    read: |given, reader| Some(TransposedOutput::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "transposed-output",
@@ -42,9 +42,12 @@ static TRANSPOSED: Declaration = Declaration {
     }]),
 };
 
-#[derive(Debug, PartialEq)]
-struct TransposedOutput {
-    k: f64,
+keys! {
+    #[derive(Debug, PartialEq)]
+    struct TransposedOutput {
+        /// The gain k.
+        k: f64 as Number(Positive),
+    }
 }
 
 impl Specification for TransposedOutput {
@@ -157,4 +160,5 @@ fn a_kind_of_another_crate_is_a_kind_like_the_others() {
     let wrong = "[[observer]]\nkind = \"transposed-output\"\nkk = -3\n";
     let error = read(wrong).unwrap_err().to_string();
     assert!(error.contains("`kk` is not a key of [[observer]] of the kind transposed-output"), "{error}");
+    assert!(error.contains("has no `k`") && error.contains("The gain k."), "{error}");
 }

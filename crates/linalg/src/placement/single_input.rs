@@ -36,13 +36,14 @@ struct Rotation<T> {
 }
 
 fn deflate(f: &DMatrix<f64>, beta: f64, requested: &RequestedPoles) -> DVector<f64> {
-    let mut left = Left { h: f.clone(), start: 0, beta };
-    let real: Vec<_> = requested.real.iter().map(|pole| left.deflate(*pole)).collect();
+    let mut deflated = Deflated { h: f.clone(), start: 0, beta };
+    let real: Vec<_> = requested.real.iter().map(|pole| deflated.deflate(*pole)).collect();
     let mut k = DVector::zeros(f.nrows());
     if !requested.pairs.is_empty() {
-        let mut left = Left { h: left.h.map(Complex::from), start: left.start, beta: Complex::from(left.beta) };
+        let mut deflated =
+            Deflated { h: deflated.h.map(Complex::from), start: deflated.start, beta: Complex::from(deflated.beta) };
         let pairs: Vec<_> =
-            requested.pairs.iter().flat_map(|pole| [*pole, pole.conj()]).map(|p| left.deflate(p)).collect();
+            requested.pairs.iter().flat_map(|pole| [*pole, pole.conj()]).map(|p| deflated.deflate(p)).collect();
         k = restored(k.map(Complex::from), real.len(), &pairs).map(|x| x.re);
     }
     restored(k, 0, &real)
@@ -62,13 +63,13 @@ fn restored<T: ComplexField>(mut k: DVector<T>, start: usize, steps: &[(T, Vec<R
 }
 
 /// Problem that remains after `start` poles, stored in the rows and columns from `start` on.
-struct Left<T> {
+struct Deflated<T> {
     h: DMatrix<T>,
     start: usize,
     beta: T,
 }
 
-impl<T: ComplexField<RealField = f64> + Copy> Left<T> {
+impl<T: ComplexField<RealField = f64> + Copy> Deflated<T> {
     /// One deflation step: returns `kappa`, and Z as rotations.
     fn deflate(&mut self, pole: T) -> (T, Vec<Rotation<T>>) {
         let Self { h, start, beta } = self;

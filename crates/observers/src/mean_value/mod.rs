@@ -342,8 +342,8 @@ where
             }
         }
         if let Some(l) = &self.l {
-            let surprise = OVector::from_fn_generic(y.shape_generic().0, U1, |k, _| y[k] - xhat[k] - e[k]);
-            error_slope += l * surprise;
+            let innovation = OVector::from_fn_generic(y.shape_generic().0, U1, |k, _| y[k] - xhat[k] - e[k]);
+            error_slope += l * innovation;
         }
         EstimateAndError::new(&slope, &error_slope)
     }

@@ -29,9 +29,9 @@ where
     /// Mean and covariance after the measurements of the stage.
     pub(super) mean: OVector<T, N>,
     pub(super) covariance: OMatrix<T, N, N>,
-    /// T and w.
-    keep: OMatrix<T, N, N>,
-    news: OVector<T, N>,
+    /// T and w, the sum of T' c nu/s over the updates.
+    transition: OMatrix<T, N, N>,
+    weighted_innovation: OVector<T, N>,
     /// A to the next stage.
     pub(super) forward: OMatrix<T, N, N>,
 }
@@ -43,8 +43,8 @@ where
     pub(super) fn new(mean: OVector<T, N>, covariance: OMatrix<T, N, N>) -> Self {
         let order = mean.shape_generic().0;
         Self {
-            keep: OMatrix::identity_generic(order, order),
-            news: OVector::zeros_generic(order, U1),
+            transition: OMatrix::identity_generic(order, order),
+            weighted_innovation: OVector::zeros_generic(order, U1),
             forward: OMatrix::identity_generic(order, order),
             mean,
             covariance,
@@ -73,9 +73,9 @@ where
         let scale = innovation / s;
         for i in 0..n {
             for k in 0..n {
-                row[i] += self.keep[(k, i)] * c[k];
+                row[i] += self.transition[(k, i)] * c[k];
             }
-            self.news[i] += row[i] * scale;
+            self.weighted_innovation[i] += row[i] * scale;
         }
         // K = P c/s; T <- T - K (c' T), P in Joseph's form.
         let gain = pc.map(|entry| entry / s);
@@ -84,7 +84,7 @@ where
         for i in 0..n {
             self.mean[i] += gain[i] * innovation;
             for j in 0..n {
-                self.keep[(i, j)] -= gain[i] * row[j];
+                self.transition[(i, j)] -= gain[i] * row[j];
                 once[(i, j)] -= gain[i] * c[j];
             }
         }
@@ -111,7 +111,7 @@ where
             }
             result
         };
-        let adjoint = before(&next.keep, lambda) - &next.news;
+        let adjoint = before(&next.transition, lambda) - &next.weighted_innovation;
         before(&self.forward, &adjoint)
     }
 

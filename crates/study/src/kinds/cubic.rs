@@ -10,11 +10,9 @@ use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN, THETA};
+use super::settings::one_of;
 use super::{Kind, as_kind};
 use crate::designed::{At, NonlinearStep, Runnable, Running, SampledDesign, StepOf};
-use crate::keys::{Range, Type, optional};
-use crate::reader::gain::{alternatives, general, theta};
-use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
 use crate::results::{DesignReport, NoObserver};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
@@ -33,23 +31,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Luenberger observer with a cubic term -(y~'theta y~) N y~, which preserves stability, for linear plants.",
     source: "Share Pasand, Luenberger-type cubic observers, eq. (5)",
     plant: PlantClass::AtPoint(Time::CONTINUOUS),
-    keys: &[
-        GAINS,
-        OF_GAIN,
-        &[
-            THETA,
-            optional(
-                "gamma",
-                Type::Number(Range::Positive),
-                "Gain of the cubic term, N = -gamma P^-1 C' theta. Give one of gamma, radial and s.",
-            ),
-            optional("radial", Type::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
-            optional("s", Type::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
-            ERROR_BOUNDS,
-        ],
-    ],
+    keys: &[Cubic::KEYS],
     kind: as_kind::<Cubic>,
-    read,
+    read: |given, reader| Some(Cubic::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "cubic",
@@ -62,34 +46,35 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let linear = gain::linear(node, size, reader);
-    let theta = theta(node, size.outputs, reader);
-    let correction = correction(node, size.outputs, reader);
-    Some(Cubic { linear: linear?, theta: theta?, correction: correction? }.into())
+crate::keys! { |size|
+    /// A cubic observer.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Cubic {
+        /// Its linear part.
+        linear: LinearSpec as [GAINS, OF_GAIN] => gain::linear,
+        /// theta, p x p.
+        theta: DMatrix<f64>[p, p] as &THETA = DMatrix::identity(size.outputs, size.outputs),
+        /// N.
+        correction: CubicGain as [Correction::KEYS] => correction,
+        ..[&[ERROR_BOUNDS]]
+    }
 }
 
-fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
-    alternatives(node, &["gamma", "radial", "s"], true, reader)?;
-    if let Some(gamma) = node.get("gamma") {
-        return Some(CubicGain::Gamma(gamma.number()?));
+crate::keys! {
+    struct Correction {
+        /// Gain of the cubic term, N = -gamma P^-1 C' theta. Give one of gamma, radial and s.
+        gamma: Option<f64> as Number(Positive),
+        /// w of N = -w P^-1 C'(C P^-1 C')^-1.
+        radial: Option<f64> as Number(Positive),
+        /// S of N = -P^-1 C'S, p x p, S + S' >= 0.
+        s: Option<DMatrix<f64>>[p, p] as Rows,
     }
-    if let Some(w) = node.get("radial") {
-        return Some(CubicGain::Radial(w.number()?));
-    }
-    general(node, p, reader)
 }
 
-/// A cubic observer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cubic {
-    /// Its linear part.
-    pub linear: LinearSpec,
-    /// theta, p x p.
-    pub theta: DMatrix<f64>,
-    /// N.
-    pub correction: CubicGain,
+fn correction(given: &Given<'_>, reader: &mut Reader) -> Option<CubicGain> {
+    one_of(Correction::KEYS, given, true, reader)?;
+    let Correction { gamma, radial, s } = Correction::read(given, reader)?;
+    gamma.map(CubicGain::Gamma).or(radial.map(CubicGain::Radial)).or(s.map(CubicGain::General))
 }
 
 impl Specification for Cubic {

@@ -13,10 +13,11 @@ use luenberger_proof::wording::counted;
 use nalgebra::{DMatrix, Dyn};
 
 use super::Kind;
+use super::keys::{GAMMA, THETA};
 use super::{extended_state, proportional_integral};
 use crate::designed::{Runnable, Running, SampledDesign};
 use crate::reader::tree::Node;
-use crate::reader::{Given, Reader, Reported, gain};
+use crate::reader::{Given, Reader, gain};
 use crate::results::{Advice, Cause, DesignReport, NoObserver, Quantity};
 use crate::steps::{self};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study};
@@ -57,7 +58,7 @@ pub(super) fn read(given: &Given<'_>, is_extended: bool, reader: &mut Reader) ->
     };
     let of_states = format!("the plant has {} and {disturbances} to be estimated", counted(size.states, "state"));
     let linear = gain::linear_of(node, both, &of_states, reader);
-    let cubic = cubic(node, size, reader);
+    let cubic = cubic(given, reader);
     let rate = match node.get("rate") {
         None => Some(vec![0.0; q]),
         Some(list) => {
@@ -74,7 +75,7 @@ pub(super) fn read(given: &Given<'_>, is_extended: bool, reader: &mut Reader) ->
         let message = "`rate` has no effect without `bounds`, which asks for a bound of the error";
         return reader.refuse(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
     }
-    Some(DisturbanceSpec { e, chain, rate, linear: linear?, cubic: cubic.ok()? }.into())
+    Some(DisturbanceSpec { e, chain, rate, linear: linear?, cubic: cubic? }.into())
 }
 
 /// E, with a column for each disturbance.
@@ -83,24 +84,25 @@ pub(super) fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Opt
     reader.matrix(node.get("e")?, "e", (Some(size.states), None), &why)
 }
 
-/// theta and gamma; none without `gamma`, where theta has no effect.
-pub(super) fn cubic(
-    node: &Node,
-    size: Dimensions,
-    reader: &mut Reader,
-) -> Result<Option<(DMatrix<f64>, f64)>, Reported> {
-    match (node.get("gamma"), node.entry("theta")) {
-        (Some(gamma), _) => {
-            let theta = gain::theta(node, size.outputs, reader).ok_or(Reported)?;
-            Ok(Some((theta, gamma.number().ok_or(Reported)?)))
-        }
-        (None, Some(theta)) => {
-            let message = "`theta` has no effect without a cubic term";
-            reader.wrong(theta.span.clone(), message, "expected `gamma` with it");
-            Err(Reported)
-        }
-        (None, None) => Ok(None),
+crate::keys! {
+    /// A cubic term.
+    pub(super) struct CubicTerm {
+        /// theta, p x p.
+        theta: Option<DMatrix<f64>>[p, p] as &THETA,
+        /// gamma.
+        gamma: Option<f64> as &GAMMA,
     }
+}
+
+/// theta and gamma; none without `gamma`, where theta has no effect.
+#[expect(clippy::option_option, reason = "wrong, absent, or given")]
+pub(super) fn cubic(given: &Given<'_>, reader: &mut Reader) -> Option<Option<(DMatrix<f64>, f64)>> {
+    let (CubicTerm { theta, gamma }, p) = (CubicTerm::read(given, reader)?, given.size().outputs);
+    if let (None, Some(entry)) = (gamma, given.node.entry(THETA.name)) {
+        let message = "`theta` has no effect without a cubic term";
+        return reader.refuse(entry.span.clone(), message, "expected `gamma` with it");
+    }
+    Some(gamma.map(|gamma| (theta.unwrap_or_else(|| DMatrix::identity(p, p)), gamma)))
 }
 
 /// An observer of the state and of a slowly varying disturbance, linear or cubic.

@@ -10,15 +10,14 @@ use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{self, STAGES};
-use super::keys::{FILTER, OF_FILTER};
+use super::filter::{Filter, STAGES};
+use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind, iterated_extended_kalman};
-use crate::designed::{Filter, NonlinearStep, Running, StepOf, rows};
+use crate::designed::{self, NonlinearStep, Running, StepOf, rows};
 use crate::model::Model;
-use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{ObserverKind, PlantClass, Specification, Study, Time};
+use crate::study::{PlantClass, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning;
 
@@ -28,9 +27,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Extended Kalman filter for a plant in continuous time with sampled measurements.",
     source: "Gelb, Applied Optimal Estimation, 1974, section 6.1",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[FILTER, OF_FILTER],
+    keys: &[ExtendedKalman::KEYS],
     kind: as_kind::<ExtendedKalman>,
-    read,
+    read: |given, reader| Some(ExtendedKalman::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "extended-kalman",
@@ -43,29 +42,19 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    Some(ExtendedKalman::of(filter::read(given, reader)?, None).into())
-}
-
-/// An extended Kalman filter, or an iterated one.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ExtendedKalman {
-    /// W, n x n.
-    pub w: DMatrix<f64>,
-    /// V, p x p.
-    pub v: DMatrix<f64>,
-    /// P(0), n x n.
-    pub p0: DMatrix<f64>,
-    /// The sampling period.
-    pub period: f64,
-    /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
-    pub substeps: Option<usize>,
-    /// How many standard deviations an innovation may have; none for no limit.
-    pub gate: Option<f64>,
-    /// Whether estimates on a log are smoothed.
-    pub smooth: bool,
-    /// How often an iterated filter linearises each measurement; none for the other kind.
-    pub iterations: Option<usize>,
+crate::keys! {
+    /// An extended Kalman filter, or an iterated one.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct ExtendedKalman {
+        /// Its noises and its period.
+        filter: Filter as [Filter::KEYS] => Filter::read,
+        /// How many standard deviations an innovation may have; none for no limit.
+        gate: Option<f64> as &GATE,
+        /// Whether estimates on a log are smoothed.
+        smooth: bool as &SMOOTH = false,
+        /// How often an iterated filter linearises each measurement; none for the other kind, which has no such key.
+        iterations: Option<usize> as [&[]] => |_, _| Some(None),
+    }
 }
 
 impl Specification for ExtendedKalman {
@@ -78,11 +67,11 @@ impl Specification for ExtendedKalman {
     }
 
     fn period(&self) -> Option<f64> {
-        Some(self.period)
+        Some(self.filter.period)
     }
 
     fn substeps(&self) -> Option<usize> {
-        self.substeps
+        self.filter.substeps
     }
 
     fn updates(&self, _dt: Option<f64>) -> bool {
@@ -94,38 +83,24 @@ impl Specification for ExtendedKalman {
     }
 
     fn seconds_of_steps(&self, duration: f64) -> f64 {
-        let (n, p) = (self.w.nrows() as f64, self.v.nrows() as f64);
+        let (n, p) = (self.filter.w.nrows() as f64, self.filter.v.nrows() as f64);
         let again = self.iterations.map_or(0.0, |iterations| iterations as f64 - 1.0);
-        duration / self.period * (STAGES * n + 4.0 * again * p) * n * n * 4e-9
+        duration / self.filter.period * (STAGES * n + 4.0 * again * p) * n * n * 4e-9
     }
 }
 
 impl Kind for ExtendedKalman {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
-        self.designed(&plan.study.plant.model, Prediction::ErrorControlled)
-    }
-
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
-        plan.has_period_of_plant(self.period, dt)?;
-        self.designed(&plan.study.plant.model, Prediction::Discrete)
-    }
+    filters!();
 }
 
 impl ExtendedKalman {
-    /// The filter with these keys.
-    pub(super) fn of(keys: filter::Filter, iterations: Option<usize>) -> Self {
-        let filter::Filter { w, v, p0, period, substeps, gate, smooth } = keys;
-        Self { w, v, p0, period, substeps, gate, smooth, iterations }
-    }
-
     fn declaration(&self) -> &'static Declaration {
         if self.iterations.is_some() { &iterated_extended_kalman::DECLARATION } else { &DECLARATION }
     }
 
     fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { w, v, p0, period, gate, iterations, .. } = self;
-        let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-        let mut filter = ExtendedKalmanFilter::discrete(model.clone(), noises, *period)?
+        let Self { filter: Filter { w, v, p0, period, .. }, gate, iterations, .. } = self;
+        let mut filter = ExtendedKalmanFilter::discrete(model.clone(), self.filter.noises(), *period)?
             .with_prediction(prediction)?
             .with_iterations(iterations.unwrap_or(1))?;
         let gated = gate
@@ -161,7 +136,7 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         replay.smoothed_filter(name, self.clone(), initial)
     }
 
-    fn filter(&self) -> Option<&dyn Filter> {
+    fn filter(&self) -> Option<&dyn designed::Filter> {
         Some(self)
     }
 

@@ -5,8 +5,7 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::disturbance::{self, DisturbanceSpec};
 use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN, UNKNOWN};
 use crate::keys::{Range, Type, optional};
-use crate::reader::{Given, Reader};
-use crate::study::{ObserverKind, PlantClass, Time};
+use crate::study::{PlantClass, Time};
 use crate::tuning::{Context, Keys, Value, chain_settling, disturbance as unknown, linear as is_linear, short};
 
 /// The kind.
@@ -39,7 +38,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         &[ERROR_BOUNDS],
     ],
     kind: as_kind::<DisturbanceSpec>,
-    read,
+    read: |given, reader| disturbance::read(given, true, reader),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "extended-state",
@@ -51,10 +50,6 @@ pub(super) static DECLARATION: Declaration = Declaration {
         keys: tuned,
     }]),
 };
-
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    disturbance::read(given, true, reader)
-}
 
 /// Order 1: a constant disturbance.
 fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {

@@ -1,39 +1,38 @@
 //! What the filters with a covariance share, those that are updated at samples.
 
-use luenberger_proof::wording::counted;
-use nalgebra::DMatrix;
+use luenberger_observers::NoiseModel;
+use nalgebra::{DMatrix, Dyn};
 
-use crate::reader::tree::Node;
-use crate::reader::{Given, Reader};
+use super::keys::{PERIOD, V, W};
 
-/// The keys that the filters have in common.
-pub(super) struct Filter {
-    pub(super) w: DMatrix<f64>,
-    pub(super) v: DMatrix<f64>,
-    pub(super) p0: DMatrix<f64>,
-    pub(super) period: f64,
-    pub(super) substeps: Option<usize>,
-    pub(super) gate: Option<f64>,
-    pub(super) smooth: bool,
+crate::keys! { |size|
+    /// The noises and the period of a filter with a covariance.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Filter {
+        /// W, n x n.
+        w: DMatrix<f64>[n, n] as &W,
+        /// V, p x p.
+        v: DMatrix<f64>[p, p] as &V,
+        /// Covariance of the initial error, n x n (default: the identity).
+        p0: DMatrix<f64>[n, n] as Weight = DMatrix::identity(size.states, size.states),
+        /// The sampling period.
+        period: f64 as &PERIOD,
+        /// Runge-Kutta steps per sampling period in exported code (default: as many as their error needs). Elsewhere
+        /// the prediction controls its error.
+        substeps: Option<usize> as Count(1),
+    }
 }
 
-/// Their values.
-pub(super) fn read(given: &Given<'_>, reader: &mut Reader) -> Option<Filter> {
-    let (node, size) = (given.node, given.size());
-    let (n, p) = (size.states, size.outputs);
-    let (of_states, of_outputs) =
-        (format!("the plant has {}", counted(n, "state")), format!("the plant has {}", counted(p, "output")));
-    let w = reader.weight(node.get("w")?, "w", n, &of_states);
-    let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
-    let p0 = match node.get("p0") {
-        Some(p0) => reader.weight(p0, "p0", n, &of_states),
-        None => Some(DMatrix::identity(n, n)),
-    };
-    let substeps = node.given("substeps", Node::count)?;
-    let gate = node.given("gate", Node::number)?;
-    let smooth = node.get("smooth").and_then(Node::truth).unwrap_or(false);
-    let period = node.get("period")?.number()?;
-    Some(Filter { w: w?, v: v?, p0: p0?, period, substeps, gate, smooth })
+impl Filter {
+    /// Noise of intensity W and covariance V, with P(0) = I.
+    pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
+        Self { p0: DMatrix::identity(w.nrows(), w.nrows()), w, v, period, substeps: None }
+    }
+
+    /// W, V and P(0).
+    pub(super) fn noises(&self) -> NoiseModel<f64, Dyn, Dyn> {
+        NoiseModel { w: self.w.clone(), v: self.v.clone(), p0: self.p0.clone() }
+    }
 }
 
 /// Evaluations of a prediction, about, of a plant that is not stiff.

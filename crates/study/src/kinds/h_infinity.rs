@@ -4,10 +4,8 @@ use luenberger_design::SystemNorm;
 
 use super::as_kind;
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::NORM_FILTER;
-use super::norm_filter::{self, NormFilterSpec};
-use crate::reader::{Given, Reader};
-use crate::study::{ObserverKind, PlantClass, Time};
+use super::norm_filter::{self, NormFilter, NormFilterSpec};
+use crate::study::{PlantClass, Time};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -15,9 +13,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "H-infinity filter: the energy of the errors z = H e is below gamma^2 times that of disturbances and noise, for linear plants.",
     source: "Nagpal and Khargonekar 1991; as an inequality Boyd et al. 1994",
     plant: PlantClass::AtPoint(Time::ANY),
-    keys: &[NORM_FILTER],
+    keys: &[NormFilter::KEYS],
     kind: as_kind::<NormFilterSpec>,
-    read,
+    read: |given, reader| norm_filter::read(given, SystemNorm::HInfinity, reader),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "h-infinity",
@@ -29,7 +27,3 @@ pub(super) static DECLARATION: Declaration = Declaration {
         keys: norm_filter::tuned,
     }]),
 };
-
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    norm_filter::read(given, SystemNorm::HInfinity, reader)
-}

@@ -12,7 +12,7 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN};
 use super::{Kind, as_kind};
 use crate::designed::{IntervalDeployment, Origin, Running, SampledDesign, rows};
-use crate::keys::{Range, Type, optional, required};
+use crate::keys::{Key, Type, optional};
 use crate::operation;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check, gain};
@@ -35,33 +35,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Interval observer, for linear plants: a lower and an upper bound of each state under bounded noise and disturbances, proved to enclose it.",
     source: "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013",
     plant: PlantClass::Linear(Time::ANY),
-    keys: &[
-        &[required(
-            "initial_bounds",
-            Type::Numbers(Range::NotNegative),
-            "Bounds of |x(0) - initial|, n numbers: the box in which the first state lies.",
-        )],
-        GAINS,
-        &[optional(
-            "least_width",
-            Type::Switch,
-            "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program (a sum up to one per cent larger is allowed for a smaller gain).",
-        )],
-        OF_GAIN,
-        &[
-            optional(
-                "coordinates",
-                Type::Choice(&[
-                    ("modal", "Those of the eigenvectors of A - L C; the poles have to be distinct."),
-                    ("plant", "The states themselves: for A - L C that are Metzler, or nearly so."),
-                ]),
-                "Coordinates in which the error is bounded (default modal; with least_width plant).",
-            ),
-            ERROR_BOUNDS,
-        ],
-    ],
+    keys: &[IntervalSpec::KEYS],
     kind: as_kind::<IntervalSpec>,
-    read,
+    read: |given, reader| Some(IntervalSpec::read(given, reader)?.bounded(given.node, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "interval",
@@ -74,50 +50,62 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let first = reader.numbers(node.get("initial_bounds")?, "initial_bounds", size.states, "state");
-    if node.get("bounds").is_none() {
-        let message = "the kind interval without `bounds`: nothing is known of noise and disturbances";
-        reader.absent(check::head(node), message, "expected `bounds`");
-        return None;
+crate::keys! {
+    /// An interval observer.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct IntervalSpec {
+        /// Bounds of |x(0) - initial|, n numbers: the box in which the first state lies.
+        initial_bounds: Vec<f64>[n] as Numbers(NotNegative),
+        /// The gain; none for the one of the least width.
+        gain: Option<LinearSpec> as [GAINS, &[LEAST_WIDTH], OF_GAIN] => gain_or_least_width,
+        /// Coordinates in which the error is bounded (default modal; with least_width plant).
+        coordinates: ErrorCoordinates as Choice =
+            if matches!(gain, Some(None)) { ErrorCoordinates::Plant } else { ErrorCoordinates::Modal },
+        ..[&[ERROR_BOUNDS]]
     }
-    let coordinates = match node.get("coordinates").and_then(Node::text) {
-        Some("plant") => Some(ErrorCoordinates::Plant),
-        Some(_) => Some(ErrorCoordinates::Modal),
-        None => None,
-    };
-    let least = node.entry("least_width").filter(|entry| entry.node.truth() == Some(true));
-    if let Some(entry) = least {
-        if let Some(gain) = GAINS.iter().find_map(|key| node.entry(key.name)) {
-            let message = format!("`{}` conflicts with `least_width`", gain.key);
-            return reader.refuse(gain.span.clone(), message, "expected one of them");
-        }
-        if coordinates == Some(ErrorCoordinates::Modal) {
-            let message = "`least_width` is the gain for the coordinates of the plant, and `coordinates` is \"modal\"";
-            return reader.refuse(
-                entry.span.clone(),
-                message,
-                "expected coordinates = \"plant\", or another specification of the gain",
-            );
-        }
-        let spec = IntervalSpec { gain: None, coordinates: ErrorCoordinates::Plant, first: first? };
-        return Some(spec.into());
-    }
-    let gain = gain::linear(node, size, reader)?;
-    let coordinates = coordinates.unwrap_or(ErrorCoordinates::Modal);
-    Some(IntervalSpec { gain: Some(gain), coordinates, first: first? }.into())
 }
 
-/// An interval observer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct IntervalSpec {
-    /// The gain; none for the one of the least width.
-    pub gain: Option<LinearSpec>,
-    /// The coordinates in which the error is bounded.
-    pub coordinates: ErrorCoordinates,
-    /// Bounds of |x(0) - xhat(0)|, n numbers.
-    pub first: Vec<f64>,
+crate::words! { ErrorCoordinates {
+    /// Those of the eigenvectors of A - L C; the poles have to be distinct.
+    Modal = "modal",
+    /// The states themselves: for A - L C that are Metzler, or nearly so.
+    Plant = "plant",
+} }
+
+const LEAST_WIDTH: Key = optional(
+    "least_width",
+    Type::Switch,
+    "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program (a sum up to one per cent larger is allowed for a smaller gain).",
+);
+
+#[expect(clippy::option_option, reason = "wrong, of the least width, or given")]
+fn gain_or_least_width(given: &Given<'_>, reader: &mut Reader) -> Option<Option<LinearSpec>> {
+    let node = given.node;
+    let Some(entry) = node.entry(LEAST_WIDTH.name).filter(|entry| entry.node.truth() == Some(true)) else {
+        return gain::linear(given, reader).map(Some);
+    };
+    if let Some(gain) = GAINS.iter().find_map(|key| node.entry(key.name)) {
+        let message = format!("`{}` conflicts with `least_width`", gain.key);
+        return reader.refuse(gain.span.clone(), message, "expected one of them");
+    }
+    if node.get("coordinates").and_then(Node::text) == Some("modal") {
+        let message = "`least_width` is the gain for the coordinates of the plant, and `coordinates` is \"modal\"";
+        let expected = "expected coordinates = \"plant\", or another specification of the gain";
+        return reader.refuse(entry.span.clone(), message, expected);
+    }
+    Some(None)
+}
+
+impl IntervalSpec {
+    /// With bounds of noise and disturbances, which all observers may have.
+    fn bounded(self, node: &Node, reader: &mut Reader) -> Option<Self> {
+        if node.get(ERROR_BOUNDS.name).is_none() {
+            let message = "the kind interval without `bounds`: nothing is known of noise and disturbances";
+            reader.absent(check::head(node), message, "expected `bounds`");
+            return None;
+        }
+        Some(self)
+    }
 }
 
 impl Specification for IntervalSpec {
@@ -132,7 +120,7 @@ impl Specification for IntervalSpec {
     }
 
     fn first_bounds(&self) -> Option<&[f64]> {
-        Some(&self.first)
+        Some(&self.initial_bounds)
     }
 
     fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
@@ -197,7 +185,7 @@ impl Kind for IntervalSpec {
 
     fn sampled(&self, of: &Sampling<'_>) -> Result<Option<SampledDesign>, NoObserver> {
         let Some(plant) = of.plant() else { return Ok(None) };
-        let (plan, coordinates) = (&of.plan, (self.coordinates, self.first.as_slice()));
+        let (plan, coordinates) = (&of.plan, (self.coordinates, self.initial_bounds.as_slice()));
         let deployed = if let Some(Origin::Interval(designed)) = of.designed.map(|designed| &designed.origin) {
             let found = (plant, designed.as_ref());
             IntervalDeployment::of_discrete(plan.study, plan.requested, coordinates, found, of.period)
@@ -239,9 +227,9 @@ fn continuous_design(
     let design = match &spec.gain {
         Some(gain) => {
             let linear = linear::linear_design(plant, gain, options)?;
-            IntervalDesign::new(&linear.observer, &acting, spec.coordinates, &spec.first)?
+            IntervalDesign::new(&linear.observer, &acting, spec.coordinates, &spec.initial_bounds)?
         }
-        None => IntervalDesign::least_width(plant, &acting, &spec.first)?,
+        None => IntervalDesign::least_width(plant, &acting, &spec.initial_bounds)?,
     };
     let inner = design.observer.inner();
     let flow = &inner.a - &inner.l * &inner.c;
@@ -277,7 +265,7 @@ fn discrete_design(
     spec: &IntervalSpec,
     given: Option<&ActingBounds>,
 ) -> Result<Designed, NoObserver> {
-    let design = sampled_design(sampling, (spec.coordinates, &spec.first), given)?;
+    let design = sampled_design(sampling, (spec.coordinates, &spec.initial_bounds), given)?;
     let gains = design.observer.gains();
     let flow = &gains.f - &gains.l * &gains.c;
     let report = DesignReport {

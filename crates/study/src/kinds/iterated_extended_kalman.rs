@@ -3,10 +3,6 @@
 use super::as_kind;
 use super::declaration::{Context, Declaration, Information, Keys, Rule, Tuning};
 use super::extended_kalman::ExtendedKalman;
-use super::filter;
-use super::keys::{FILTER, OF_FILTER};
-use crate::keys::{Type, optional};
-use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::study::{ObserverKind, PlantClass, Time};
 use crate::tuning;
@@ -17,15 +13,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Iterated extended Kalman filter: each measurement is linearised again where its update leads, by Gauss-Newton steps, for a plant in continuous time with sampled measurements, or in discrete time.",
     source: "Bell and Cathey 1993; Jazwinski, Stochastic Processes and Filtering Theory, 1970, section 8.3",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[
-        FILTER,
-        OF_FILTER,
-        &[optional(
-            "iterations",
-            Type::Count(1),
-            "How often each measurement is linearised, at most 100 (default 3; 1 is extended-kalman).",
-        )],
-    ],
+    keys: &[Iterated::KEYS],
     kind: as_kind::<ExtendedKalman>,
     read,
     takes_long: false,
@@ -40,20 +28,25 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-/// How often a measurement is linearised, where nothing is given.
-const ITERATIONS: usize = 3;
+crate::keys! {
+    struct Iterated {
+        /// The filter.
+        filter: ExtendedKalman as [ExtendedKalman::KEYS] => ExtendedKalman::read,
+        /// How often each measurement is linearised, at most 100 (default 3; 1 is extended-kalman).
+        iterations: usize as Count(1) = 3,
+    }
+}
 
 /// The most. Gauss-Newton steps that do not converge in so many do not converge.
 const MOST_ITERATIONS: usize = 100;
 
 fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let filter = filter::read(given, reader);
-    let iterations = given.node.get("iterations").map_or(Some(ITERATIONS), Node::count)?;
-    if let Some(entry) = given.node.entry("iterations").filter(|_| iterations > MOST_ITERATIONS) {
+    let Iterated { filter, iterations } = Iterated::read(given, reader)?;
+    if let Some(node) = given.node.get("iterations").filter(|_| iterations > MOST_ITERATIONS) {
         let message = format!("`iterations` is {iterations}");
-        return reader.refuse(entry.node.span.clone(), message, format!("expected at most {MOST_ITERATIONS}"));
+        return reader.refuse(node.span.clone(), message, format!("expected at most {MOST_ITERATIONS}"));
     }
-    Some(ExtendedKalman::of(filter?, Some(iterations)).into())
+    Some(ExtendedKalman { iterations: Some(iterations), ..filter }.into())
 }
 
 fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {

@@ -9,7 +9,7 @@ use super::keys::{CROSS_INTENSITY, NOISE_ENTERING, Q, RHO, V, W};
 use super::{Kind, as_kind};
 use crate::designed::Running;
 use crate::keys::{Type, optional};
-use crate::reader::{Given, Reader, gain};
+use crate::reader::gain;
 use crate::results::NoObserver;
 use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, discrete, linear};
@@ -38,7 +38,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         ),
     ]],
     kind: as_kind::<Kalman>,
-    read,
+    read: |given, reader| Some(Kalman(gain::linear(given, reader)?).into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "kalman",
@@ -50,10 +50,6 @@ pub(super) static DECLARATION: Declaration = Declaration {
         keys: tuned,
     }]),
 };
-
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    Some(Kalman(gain::linear(given.node, given.size(), reader)?).into())
-}
 
 /// A stationary Kalman filter with the gain of this specification.
 #[derive(Debug, Clone, PartialEq)]

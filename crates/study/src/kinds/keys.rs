@@ -37,12 +37,6 @@ pub(crate) const Q: Key = optional("q", Type::Rows, "Q of that equation, n x n, 
 pub(super) const GAINS: &[Key] = &[POLES, DECAY, LMI, KALMAN, GAIN];
 /// What certifies that gain, and limits it.
 pub(super) const OF_GAIN: &[Key] = &[RHO, Q, MAX_GAIN, NOISE];
-/// The keys of filters with a covariance.
-pub(super) const FILTER: &[Key] = &[W, V, P0, PERIOD, SUBSTEPS];
-/// Their outliers, and the smoother.
-pub(super) const OF_FILTER: &[Key] = &[GATE, SMOOTH];
-/// An H-infinity or H2 filter.
-pub(super) const NORM_FILTER: &[Key] = &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN];
 /// The maps of a KKL observer, behind phi and Lambda.
 pub(super) const MAPS: &[Key] = &[B, LEFT_INVERSE, BOUNDED];
 /// The regression and the estimator of a PEBO.
@@ -81,14 +75,6 @@ pub(crate) const CROSS_INTENSITY: Key = optional(
     "Cross-intensity S = E w v' of process and measurement noise, n x p, with g q x p (default: 0).",
 );
 pub(crate) const PERIOD: Key = required("period", Type::Number(Range::Positive), "Sampling period.");
-
-pub(crate) const P0: Key =
-    optional("p0", Type::Weight, "Covariance of the initial error, n x n (default: the identity).");
-pub(crate) const SUBSTEPS: Key = optional(
-    "substeps",
-    Type::Count(1),
-    "Runge-Kutta steps per sampling period in exported code (default: as many as their error needs). Elsewhere the prediction controls its error.",
-);
 pub(crate) const GATE: Key = optional(
     "gate",
     Type::Number(Range::Positive),
@@ -180,18 +166,6 @@ pub(crate) const BOX: Table = Table {
         optional("states", Type::Bounds, "n pairs [lower, upper]; bounds may be inf or -inf (default: no bounds)."),
         optional("inputs", Type::Bounds, "m pairs [lower, upper] (default: no bounds)."),
         optional("time", Type::Bound, "A pair [lower, upper] (default: no bounds)."),
-    ],
-};
-
-pub(crate) const SECTOR: Table = Table {
-    name: "sectors",
-    about: "A nonlinearity G phi(t, H x, u) whose slope lies between low and high.",
-    variants: None,
-    keys: &[
-        required("g", Type::Rows, "G, n x q."),
-        required("h", Type::Rows, "H, q x n."),
-        required("low", Type::Number(Range::Any), "Smallest slope; -gamma for a Lipschitz constant gamma."),
-        required("high", Type::Number(Range::Any), "Largest slope; gamma for a Lipschitz constant gamma."),
     ],
 };
 
@@ -310,20 +284,3 @@ const DREM: Variant = Variant {
         ),
     ]],
 };
-
-pub(crate) const ENTERING: Key = required(
-    "e",
-    Type::Rows,
-    "E, n x q: disturbances and noises w enter as x' = A x + B u + E w (x+ in discrete time).",
-);
-pub(crate) const MEASURED_NOISE: Key =
-    required("d", Type::Rows, "D, p x q: the same w enters the outputs, y = C x + D w.");
-pub(crate) const COUNTED: Key =
-    optional("h", Type::Rows, "H, r x n: the errors z = H e that count (default: those of all states).");
-pub(crate) const BOUND_OF_NORM: Key = optional(
-    "gamma",
-    Type::Number(Range::Positive),
-    "Bound of the norm from w to z (default: the least; for h-infinity 1 % above it).",
-);
-pub(crate) const THIS_GAIN: Key =
-    optional("gain", Type::Rows, "In place of a design: the norm of a given gain L, n x p.");

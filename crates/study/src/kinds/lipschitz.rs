@@ -3,15 +3,12 @@
 use luenberger_design::enclosure::enclose;
 use luenberger_design::{GainOptions, LipschitzDesign, LipschitzPlant, Region, Sector};
 use luenberger_proof::certificate::{ProvedSentence, Reading, Represented};
-use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::keys::{MAX_GAIN, NOISE, REGION, SECTOR};
-use super::{Kind, as_kind};
-use crate::keys::{Range, Type, optional};
-use crate::reader::gain::this_gain;
-use crate::reader::region::region;
+use super::keys::{MAX_GAIN, NOISE, REGION};
+use super::{KeyValue, Kind, Present, as_kind};
+use crate::keys::Table;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
@@ -26,21 +23,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Copy of a nonlinear plant with a gain for all nonlinearities within sectors (Thau, Rajamani, circle criterion).",
     source: "Thau 1973, Rajamani 1998, Arcak and Kokotovic 2001",
     plant: PlantClass::Nonlinear(Time::CONTINUOUS),
-    keys: &[&[
-        optional(
-            "a",
-            Type::Rows,
-            "Linear part A, n x n; the sectors are the rest of f (default: both are computed from the Jacobians over the region).",
-        ),
-        optional("sectors", Type::Tables(&SECTOR), "The nonlinearities."),
-        REGION,
-        optional("decay_rate", Type::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
-        optional("gain", Type::Rows, "In place of a design: a given gain L, n x p, is analysed."),
-        MAX_GAIN,
-        NOISE,
-    ]],
+    keys: &[Lipschitz::KEYS],
     kind: as_kind::<Lipschitz>,
-    read,
+    read: |given, reader| Some(Lipschitz::read(given, reader)?.checked(given.node, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "lipschitz",
@@ -53,51 +38,71 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let n = size.states;
-    let region = region(node, size, reader);
-    let gain = node.given("gain", |gain| this_gain(gain, size, reader))?;
-    let split = match (node.entry("a"), node.entry("sectors")) {
-        (None, None) => None,
-        (Some(a), Some(sectors)) => {
-            let of_states = format!("the plant has {}", counted(n, "state"));
-            let a = reader.matrix(&a.node, "a", (Some(n), Some(n)), &of_states);
-            let sectors: Vec<Option<Sector>> =
-                sectors.node.list()?.iter().map(|node| sector(node, n, reader)).collect();
-            Some((a?, sectors.into_iter().collect::<Option<Vec<_>>>()?))
-        }
-        (Some(one), None) | (None, Some(one)) => {
-            let message = format!("`{}` alone: `a` and `sectors` define the plant together", one.key);
-            return reader.refuse(one.span.clone(), message, "expected both, or neither");
-        }
-    };
-    Some(Lipschitz { split, region: region?, rate: given.number_or("decay_rate", 0.0)?, gain }.into())
+crate::keys! { |size|
+    /// One gain for all nonlinearities within given sectors.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Lipschitz {
+        /// Linear part A, n x n; the sectors are the rest of f (default: both are computed from the Jacobians over the
+        /// region).
+        a: Option<DMatrix<f64>>[n, n] as Rows,
+        /// The nonlinearities.
+        sectors: Option<Vec<Sector>> as Tables(&SECTOR),
+        /// The box for sectors derived from the Jacobians.
+        region: Region as &REGION = Region::everywhere(size.states),
+        /// Decay rate to be certified (default 0).
+        decay_rate: f64 as Number(NotNegative) = 0.0,
+        /// In place of a design: a given gain L, n x p, is analysed.
+        gain: Option<DMatrix<f64>>[n, p] as Rows,
+        ..[&[MAX_GAIN, NOISE]]
+    }
 }
 
-fn sector(node: &Node, n: usize, reader: &mut Reader) -> Option<Sector> {
-    let why = format!("the plant has {}", counted(n, "state"));
-    let g = reader.matrix(node.get("g")?, "g", (Some(n), None), &why);
-    let h = reader.matrix(node.get("h")?, "h", (None, Some(n)), &why);
-    let (low, high) = (node.get("low")?.number()?, node.get("high")?.number()?);
+const SECTOR: Table = Table {
+    name: "sectors",
+    about: "A nonlinearity G phi(t, H x, u) whose slope lies between low and high.",
+    variants: None,
+    keys: Slope::KEYS,
+};
+
+crate::keys! {
+    struct Slope {
+        /// G, n x q.
+        g: DMatrix<f64>[n, _] as Rows,
+        /// H, q x n.
+        h: DMatrix<f64>[_, n] as Rows,
+        /// Smallest slope; -gamma for a Lipschitz constant gamma.
+        low: f64 as Number(Any),
+        /// Largest slope; gamma for a Lipschitz constant gamma.
+        high: f64 as Number(Any),
+    }
+}
+
+impl KeyValue for Vec<Sector> {
+    fn read(of: Present<'_>, reader: &mut Reader) -> Option<Self> {
+        let read: Vec<_> = of.node.list()?.iter().map(|node| sector(&Given { node, ..*of.given }, reader)).collect();
+        read.into_iter().collect()
+    }
+}
+
+fn sector(given: &Given<'_>, reader: &mut Reader) -> Option<Sector> {
+    let Slope { g, h, low, high } = Slope::read(given, reader)?;
     if low > high {
-        reader.absent(check::head(node), format!("the sector goes from {low} to {high}"), "expected low <= high");
+        let message = format!("the sector goes from {low} to {high}");
+        reader.absent(check::head(given.node), message, "expected low <= high");
         return None;
     }
-    Some(Sector::slope(g?, h?, low, high))
+    Some(Sector::slope(g, h, low, high))
 }
 
-/// One gain for all nonlinearities within given sectors.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lipschitz {
-    /// A and the sectors, if given.
-    pub split: Option<(DMatrix<f64>, Vec<Sector>)>,
-    /// The box for sectors derived from the Jacobians.
-    pub region: Region,
-    /// The rate.
-    pub rate: f64,
-    /// A given gain.
-    pub gain: Option<DMatrix<f64>>,
+impl Lipschitz {
+    /// With A and sectors, or with neither.
+    fn checked(self, node: &Node, reader: &mut Reader) -> Option<Self> {
+        let ((Some(one), None) | (None, Some(one))) = (node.entry("a"), node.entry("sectors")) else {
+            return Some(self);
+        };
+        let message = format!("`{}` alone: `a` and `sectors` define the plant together", one.key);
+        reader.refuse(one.span.clone(), message, "expected both, or neither")
+    }
 }
 
 impl Specification for Lipschitz {
@@ -108,7 +113,7 @@ impl Specification for Lipschitz {
     }
 
     fn decay_rate(&self) -> Option<f64> {
-        Some(self.rate)
+        Some(self.decay_rate)
     }
 
     fn poses_inequality(&self) -> bool {
@@ -116,7 +121,7 @@ impl Specification for Lipschitz {
     }
 
     fn region_of_design(&self) -> Option<Region> {
-        self.split.is_none().then(|| self.region.clone())
+        self.a.is_none().then(|| self.region.clone())
     }
 
     fn takes_region(&self) -> bool {
@@ -124,32 +129,25 @@ impl Specification for Lipschitz {
     }
 
     fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
-        Some(Self { rate: self.rate * factor, ..self.clone() }.into())
+        Some(Self { decay_rate: self.decay_rate * factor, ..self.clone() }.into())
     }
 }
 
 impl Kind for Lipschitz {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
-        let Self { split, region, rate, gain } = self;
-        lipschitz(plan.study, split.as_ref(), region, *rate, gain.as_ref(), &plan.options())
+        lipschitz(plan.study, self, &plan.options())
     }
 }
 
-fn lipschitz(
-    study: &Study,
-    split: Option<&(DMatrix<f64>, Vec<Sector>)>,
-    region: &Region,
-    rate: f64,
-    gain: Option<&DMatrix<f64>>,
-    options: &GainOptions,
-) -> Result<Designed, NoObserver> {
+fn lipschitz(study: &Study, spec: &Lipschitz, options: &GainOptions) -> Result<Designed, NoObserver> {
+    let Lipschitz { a, sectors, region, decay_rate, gain } = spec;
     let enclosure = enclose(&study.plant.model, region)?;
     let read = LipschitzPlant::over(&enclosure)?;
-    let plant = match split {
+    let plant = match a.as_ref().zip(sectors.as_ref()) {
         Some((a, sectors)) => read.with_sectors(a.clone(), sectors.clone())?,
         None => read,
     };
-    let design = LipschitzDesign::new_with(&plant, gain, rate, options)?;
+    let design = LipschitzDesign::new_with(&plant, gain.as_ref(), *decay_rate, options)?;
     if let Some(sentence) = enclosure.sentence(&design.certificate, region, ("xhat", "t")) {
         return by_sectors(study, &design, Some(sentence), "The sectors enclose the Jacobian over the region.");
     }

@@ -8,21 +8,19 @@ use luenberger_export::ExportableObserver;
 use luenberger_live as live;
 use luenberger_observers::{DiscreteNonlinearObserver, NonlinearLuenbergerObserver, SampledObserver};
 use luenberger_proof::wording::significant;
-use nalgebra::Dyn;
+use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
 use super::lipschitz::by_sectors;
+use super::settings::one_of;
 use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf, rows};
 use crate::study::{ObserverKind, PlantClass, RateSpec, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, upper_bound};
 use crate::tuning::{nonlinear, over_region};
 
-use crate::keys::{Range, Type, optional};
 use crate::model::Model;
-use crate::reader::gain::{alternatives, this_gain};
-use crate::reader::region::region;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::synthesis::noise_gain::NoiseGain;
@@ -33,20 +31,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Copy of a nonlinear plant with one gain for all Jacobians over a region (polytopic design).",
     source: "Boyd et al., Linear Matrix Inequalities in System and Control Theory, 1994",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[&[
-        REGION,
-        optional("decay_rate", Type::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
-        optional(
-            "fastest",
-            Type::Number(Range::Positive),
-            "In place of decay_rate: the largest decay rate up to this bound is found and certified.",
-        ),
-        optional("gain", Type::Rows, "In place of a design: a given gain L, n x p, is analysed."),
-        MAX_GAIN,
-        NOISE,
-    ]],
+    keys: &[Lpv::KEYS],
     kind: as_kind::<Lpv>,
-    read,
+    read: |given, reader| Some(Lpv::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "lpv",
@@ -59,25 +46,34 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let region = region(node, size, reader);
-    alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;
-    let rate = match (node.get("fastest"), node.get("gain")) {
-        (Some(ceiling), _) => RateSpec::Fastest(ceiling.number()?),
-        (_, Some(gain)) => RateSpec::Gain(this_gain(gain, size, reader)?, 0.0),
-        _ => RateSpec::Rate(given.number_or("decay_rate", 0.0)?),
-    };
-    Some(Lpv { region: region?, rate }.into())
+crate::keys! { |size|
+    /// One gain for all Jacobians over a box.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Lpv {
+        /// The box of the states.
+        region: Region as &REGION = Region::everywhere(size.states),
+        /// The rate.
+        rate: RateSpec as [Goal::KEYS] => rate,
+        ..[&[MAX_GAIN, NOISE]]
+    }
 }
 
-/// One gain for all Jacobians over a box.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lpv {
-    /// The box of the states.
-    pub region: Region,
-    /// The rate.
-    pub rate: RateSpec,
+crate::keys! {
+    struct Goal {
+        /// Decay rate to be certified (default 0).
+        decay_rate: Option<f64> as Number(NotNegative),
+        /// In place of decay_rate: the largest decay rate up to this bound is found and certified.
+        fastest: Option<f64> as Number(Positive),
+        /// In place of a design: a given gain L, n x p, is analysed.
+        gain: Option<DMatrix<f64>>[n, p] as Rows,
+    }
+}
+
+fn rate(given: &Given<'_>, reader: &mut Reader) -> Option<RateSpec> {
+    one_of(Goal::KEYS, given, false, reader)?;
+    let Goal { decay_rate, fastest, gain } = Goal::read(given, reader)?;
+    let given = fastest.map(RateSpec::Fastest).or(gain.map(|gain| RateSpec::Gain(gain, 0.0)));
+    Some(given.unwrap_or(RateSpec::Rate(decay_rate.unwrap_or(0.0))))
 }
 
 impl Specification for Lpv {

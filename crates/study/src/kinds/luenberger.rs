@@ -9,7 +9,7 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN};
 use super::{Kind, as_kind};
 use crate::designed::{At, Runnable, Running};
-use crate::reader::{Given, Reader, gain};
+use crate::reader::gain;
 use crate::results::NoObserver;
 use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::operating_point::{in_deviations, page_point};
@@ -24,7 +24,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     plant: PlantClass::AtPoint(Time::ANY),
     keys: &[GAINS, OF_GAIN, &[ERROR_BOUNDS]],
     kind: as_kind::<Luenberger>,
-    read,
+    read: |given, reader| Some(Luenberger(gain::linear(given, reader)?).into()),
     takes_long: false,
     tuning: Tuning::Rules(&[
         Rule {
@@ -47,10 +47,6 @@ pub(super) static DECLARATION: Declaration = Declaration {
         },
     ]),
 };
-
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    Some(Luenberger(gain::linear(given.node, given.size(), reader)?).into())
-}
 
 /// A Luenberger observer with this gain.
 #[derive(Debug, Clone, PartialEq)]

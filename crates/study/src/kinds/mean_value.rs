@@ -14,11 +14,9 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{MAX_GAIN, NOISE, REGION};
 use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf};
-use crate::keys::{Range, Type, optional};
 use crate::model::Model;
-use crate::reader::region::region;
+use crate::reader::Reader;
 use crate::reader::tree::Node;
-use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::extension;
 use crate::steps::recorded::recorded;
@@ -35,29 +33,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Mean-value-theorem observer, with output injection or as printed, for plants whose outputs are the first states.",
     source: "Ben Messaoud and Hajji 2018, eq. (3)",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[&[
-        REGION,
-        optional("decay_rate", Type::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
-        optional("eta", Type::Number(Range::Positive), "Gain eta of the internal error (default 1)."),
-        optional(
-            "internal_error",
-            Type::Numbers(Range::Any),
-            "Initial internal error, an estimate of x(0) - xhat(0), n numbers (default 0).",
-        ),
-        optional(
-            "as_printed",
-            Type::Choice(&[
-                ("least-squares", "beta by bounded nonlinear least squares, as the paper computes it."),
-                ("root", "beta by bracketing the root of each row."),
-                ("integral", "The integral of the Jacobian along the segment."),
-            ]),
-            "The observer as printed, with the mean Jacobian computed this way. It has no certificate, because its theorem is false (default: the observer with output injection).",
-        ),
-        MAX_GAIN,
-        NOISE,
-    ]],
+    keys: &[MeanValue::KEYS],
     kind: as_kind::<MeanValue>,
-    read,
+    read: |given, reader| Some(MeanValue::read(given, reader)?.checked(given.node, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "mean-value",
@@ -70,44 +48,42 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let region = region(node, size, reader);
-    let internal_error = match node.get("internal_error") {
-        Some(error) => reader.numbers(error, "internal_error", size.states, "state"),
-        None => Some(vec![0.0; size.states]),
-    };
-    let printed = node.given("as_printed", |printed| printed_mean(node, printed, reader))?;
-    let (rate, eta) = (given.number_or("decay_rate", 0.0)?, given.number_or("eta", 1.0)?);
-    Some(MeanValue { region: region?, rate, eta, internal_error: internal_error?, printed }.into())
-}
-
-/// The mean of the Jacobian of the observer as printed, which has no gain to be designed.
-fn printed_mean(node: &Node, printed: &Node, reader: &mut Reader) -> Option<PrintedMean> {
-    if let Some(given) = ["decay_rate", "region", "max_gain", "noise"].iter().find_map(|key| node.entry(key)) {
-        let message = format!("`{}` has no effect: the observer as printed has no gain to be designed", given.key);
-        return reader.refuse(given.span.clone(), message, "expected it without `as_printed`");
+crate::keys! { |size|
+    /// A mean-value-theorem observer.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct MeanValue {
+        /// The box.
+        region: Region as &REGION = Region::everywhere(size.states),
+        /// Decay rate to be certified (default 0).
+        decay_rate: f64 as Number(NotNegative) = 0.0,
+        /// Gain eta of the internal error (default 1).
+        eta: f64 as Number(Positive) = 1.0,
+        /// Initial internal error, an estimate of x(0) - xhat(0), n numbers (default 0).
+        internal_error: Vec<f64>[n] as Numbers(Any) = vec![0.0; size.states],
+        /// The observer as printed, with the mean Jacobian computed this way. It has no certificate, because its
+        /// theorem is false (default: the observer with output injection).
+        as_printed: Option<PrintedMean> as Choice,
+        ..[&[MAX_GAIN, NOISE]]
     }
-    Some(match printed.text()? {
-        "least-squares" => PrintedMean::LeastSquares,
-        "root" => PrintedMean::Root,
-        _ => PrintedMean::Integral,
-    })
 }
 
-/// A mean-value-theorem observer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeanValue {
-    /// The box.
-    pub region: Region,
-    /// The rate.
-    pub rate: f64,
-    /// eta.
-    pub eta: f64,
-    /// e(0).
-    pub internal_error: Vec<f64>,
-    /// The mean of the Jacobian of the observer as printed; none with output injection.
-    pub printed: Option<PrintedMean>,
+crate::words! { PrintedMean {
+    /// beta by bounded nonlinear least squares, as the paper computes it.
+    LeastSquares = "least-squares",
+    /// beta by bracketing the root of each row.
+    Root = "root",
+    /// The integral of the Jacobian along the segment.
+    Integral = "integral",
+} }
+
+impl MeanValue {
+    /// The observer as printed has no gain to be designed.
+    fn checked(self, node: &Node, reader: &mut Reader) -> Option<Self> {
+        let of_design = ["decay_rate", "region", "max_gain", "noise"].iter().find_map(|key| node.entry(key));
+        let Some(given) = of_design.filter(|_| self.as_printed.is_some()) else { return Some(self) };
+        let message = format!("`{}` has no effect: the observer as printed has no gain to be designed", given.key);
+        reader.refuse(given.span.clone(), message, "expected it without `as_printed`")
+    }
 }
 
 /// How the mean of the Jacobian over the segment from xhat to xhat + e is computed.
@@ -125,7 +101,7 @@ impl Specification for MeanValue {
     declared!();
 
     fn decay_rate(&self) -> Option<f64> {
-        Some(self.rate)
+        Some(self.decay_rate)
     }
 
     fn poses_inequality(&self) -> bool {
@@ -141,17 +117,17 @@ impl Specification for MeanValue {
     }
 
     fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
-        Some(Self { rate: self.rate * factor, ..self.clone() }.into())
+        Some(Self { decay_rate: self.decay_rate * factor, ..self.clone() }.into())
     }
 }
 
 impl Kind for MeanValue {
     fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         first_states_measured(plan.study, plan.requested)?;
-        let Self { region, rate, eta, internal_error, printed } = self;
-        match printed {
-            Some(mean) => as_printed(&plan.study.plant.model, *mean, *eta, internal_error),
-            None => mean_value(plan.study, region, *rate, *eta, internal_error, &plan.options()),
+        let Self { region, decay_rate, eta, internal_error, as_printed } = self;
+        match as_printed {
+            Some(mean) => with_printed_mean(&plan.study.plant.model, *mean, *eta, internal_error),
+            None => mean_value(plan.study, region, *decay_rate, *eta, internal_error, &plan.options()),
         }
     }
 }
@@ -181,7 +157,7 @@ impl Running for MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn> {
     }
 
     fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
-        let printed = of.observer.kind.of::<MeanValue>().and_then(|spec| spec.printed);
+        let printed = of.observer.kind.of::<MeanValue>().and_then(|spec| spec.as_printed);
         if printed == Some(PrintedMean::Integral) {
             return extension(self, of).map(Some);
         }
@@ -288,7 +264,12 @@ impl Mean<Model, f64, Dyn, Dyn, Dyn> for PrintedMean {
 }
 
 /// The observer; nothing is proved of it.
-fn as_printed(model: &Model, mean: PrintedMean, eta: f64, internal_error: &[f64]) -> Result<Designed, NoObserver> {
+fn with_printed_mean(
+    model: &Model,
+    mean: PrintedMean,
+    eta: f64,
+    internal_error: &[f64],
+) -> Result<Designed, NoObserver> {
     let start = DVector::from_column_slice(internal_error);
     let observer = MeanValueObserver::new(model.clone(), eta, mean, start)?;
     let report = DesignReport {

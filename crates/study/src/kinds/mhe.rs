@@ -9,18 +9,16 @@ use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{self, STAGES};
-use super::keys::FILTER;
+use super::filter::{Filter, STAGES};
 use super::{Kind, as_kind};
-use crate::designed::{Filter, NonlinearStep, Running, StepOf};
-use crate::keys::{Type, optional};
+use crate::designed::{self, NonlinearStep, Running, StepOf};
+use crate::keys::Key;
 use crate::model::Model;
 use crate::reader::region::bounds;
-use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{ObserverKind, PlantClass, Specification, Time};
+use crate::study::{PlantClass, Specification, Time};
 use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning::{self, Context, Keys, Value};
 
@@ -30,24 +28,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Moving-horizon estimator: the states of the last samples by least squares, with bounds, for a plant in continuous time with sampled measurements, or in discrete time.",
     source: "Rao, Rawlings and Mayne 2003; Bell, Burke and Pillonetto 2009",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[
-        FILTER,
-        &[
-            optional("window", Type::Count(1), "Samples in the window, at most 32 (default 10)."),
-            optional(
-                "iterations",
-                Type::Count(1),
-                "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
-            ),
-            optional(
-                "state_bounds",
-                Type::Bounds,
-                "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
-            ),
-        ],
-    ],
+    keys: &[MovingHorizonSpec::KEYS],
     kind: as_kind::<MovingHorizonSpec>,
-    read,
+    read: |given, reader| Some(MovingHorizonSpec::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "mhe",
@@ -60,58 +43,60 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let filter = filter::read(given, reader);
-    let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
-    let horizon =
-        Horizon { window: count("window", HORIZON.window)?, iterations: count("iterations", HORIZON.iterations)? };
-    if let Some(entry) = node.entry("window").filter(|_| horizon.window > LONGEST_WINDOW) {
-        let message = format!("`window` is {}", horizon.window);
-        return reader.refuse(entry.node.span.clone(), message, format!("expected at most {LONGEST_WINDOW} samples"));
+crate::keys! {
+    /// A moving-horizon estimator.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct MovingHorizonSpec {
+        /// Its noises and its period.
+        filter: Filter as [Filter::KEYS] => Filter::read,
+        /// Samples in the window, and Gauss-Newton steps at each.
+        horizon: Horizon as [Window::KEYS] => horizon,
+        /// Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).
+        state_bounds: Option<Vec<(f64, f64)>> as Bounds => state_bounds,
     }
-    let bounds = match node.entry("state_bounds") {
-        Some(entry) => {
-            let bounds = bounds(&entry.node, "state_bounds", size.states, "state", reader)?;
-            if let Some(k) = bounds.iter().position(|(low, high)| low >= high) {
-                let message = format!("pair {} of `state_bounds` is from {} to {}", k + 1, bounds[k].0, bounds[k].1);
-                return reader.refuse(entry.node.span.clone(), message, "expected the lower bound below the upper one");
-            }
-            Some(bounds)
-        }
-        None => None,
-    };
-    let filter::Filter { w, v, p0, period, substeps, .. } = filter?;
-    Some(MovingHorizonSpec { w, v, p0, period, substeps, horizon, bounds }.into())
 }
 
-/// A moving-horizon estimator.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MovingHorizonSpec {
-    /// W, n x n.
-    pub w: DMatrix<f64>,
-    /// V, p x p.
-    pub v: DMatrix<f64>,
-    /// P(0), n x n.
-    pub p0: DMatrix<f64>,
-    /// The sampling period.
-    pub period: f64,
-    /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
-    pub substeps: Option<usize>,
-    /// Samples in the window, and Gauss-Newton steps at each.
-    pub horizon: Horizon,
-    /// Bounds of the states, if there are some; infinite ones are none.
-    pub bounds: Option<Vec<(f64, f64)>>,
+crate::keys! {
+    struct Window {
+        /// Samples in the window, at most 32 (default 10).
+        window: usize as Count(1) = HORIZON.window,
+        /// Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).
+        iterations: usize as Count(1) = HORIZON.iterations,
+    }
 }
 
 /// The horizon, where none is given.
 const HORIZON: Horizon = Horizon { window: 10, iterations: 2 };
 
+fn horizon(given: &Given<'_>, reader: &mut Reader) -> Option<Horizon> {
+    let Window { window, iterations } = Window::read(given, reader)?;
+    match given.node.get("window").filter(|_| window > LONGEST_WINDOW) {
+        Some(node) => {
+            let expected = format!("expected at most {LONGEST_WINDOW} samples");
+            reader.refuse(node.span.clone(), format!("`window` is {window}"), expected)
+        }
+        None => Some(Horizon { window, iterations }),
+    }
+}
+
+/// Bounds with a lower end below the upper one.
+#[expect(clippy::option_option, reason = "wrong, absent, or given")]
+fn state_bounds(key: &Key, given: &Given<'_>, reader: &mut Reader) -> Option<Option<Vec<(f64, f64)>>> {
+    let Some(node) = given.node.get(key.name) else { return Some(None) };
+    let bounds = bounds(node, key.name, given.size().states, "state", reader)?;
+    match bounds.iter().position(|(low, high)| low >= high) {
+        Some(k) => {
+            let message = format!("pair {} of `{}` is from {} to {}", k + 1, key.name, bounds[k].0, bounds[k].1);
+            reader.refuse(node.span.clone(), message, "expected the lower bound below the upper one")
+        }
+        None => Some(Some(bounds)),
+    }
+}
+
 impl MovingHorizonSpec {
     /// The estimator for noise of intensity W and covariance V, with P(0) = I, a window of ten samples and no bounds.
     pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
-        let p0 = DMatrix::identity(w.nrows(), w.nrows());
-        Self { w, v, p0, period, substeps: None, horizon: HORIZON, bounds: None }
+        Self { filter: Filter::new(w, v, period), horizon: HORIZON, state_bounds: None }
     }
 }
 
@@ -119,11 +104,11 @@ impl Specification for MovingHorizonSpec {
     declared!();
 
     fn period(&self) -> Option<f64> {
-        Some(self.period)
+        Some(self.filter.period)
     }
 
     fn substeps(&self) -> Option<usize> {
-        self.substeps
+        self.filter.substeps
     }
 
     fn updates(&self, _dt: Option<f64>) -> bool {
@@ -132,10 +117,10 @@ impl Specification for MovingHorizonSpec {
 
     // With active bounds the interior-point method adds steps.
     fn seconds_of_steps(&self, duration: f64) -> f64 {
-        let (n, horizon) = (self.w.nrows() as f64, self.horizon);
-        let passes = horizon.iterations as f64 + self.bounds.as_ref().map_or(0.0, |_| 30.0);
+        let (n, horizon) = (self.filter.w.nrows() as f64, self.horizon);
+        let passes = horizon.iterations as f64 + self.state_bounds.as_ref().map_or(0.0, |_| 30.0);
         let stage = (STAGES + 8.0) * n * n * n;
-        duration / self.period * passes * horizon.window as f64 * stage * 8e-9
+        duration / self.filter.period * passes * horizon.window as f64 * stage * 8e-9
     }
 
     fn has_shorter_steps(&self) -> bool {
@@ -144,43 +129,38 @@ impl Specification for MovingHorizonSpec {
 }
 
 impl Kind for MovingHorizonSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
-        designed(&plan.study.plant.model, self, Prediction::ErrorControlled)
-    }
-
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
-        plan.has_period_of_plant(self.period, dt)?;
-        designed(&plan.study.plant.model, self, Prediction::Discrete)
-    }
+    filters!();
 }
 
-/// The estimator of a plant in continuous or in discrete time.
-fn designed(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> Result<Designed, NoObserver> {
-    let MovingHorizonSpec { w, v, p0, period, horizon, bounds, .. } = spec;
-    let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    let mut estimator =
-        MovingHorizonEstimator::discrete(model.clone(), noises, *horizon, *period)?.with_prediction(prediction)?;
-    let mut bounded = String::new();
-    if let Some(bounds) = bounds {
-        let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
-        estimator = estimator.with_bounds(DVector::from_vec(lower), DVector::from_vec(upper))?;
-        " The estimates at the samples stay within the bounds of the states.".clone_into(&mut bounded);
+impl MovingHorizonSpec {
+    /// The estimator of a plant in continuous or in discrete time.
+    fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
+        let Self { filter: Filter { w, v, p0, period, .. }, horizon, state_bounds } = self;
+        let noises = self.filter.noises();
+        let mut estimator =
+            MovingHorizonEstimator::discrete(model.clone(), noises, *horizon, *period)?.with_prediction(prediction)?;
+        let mut bounded = String::new();
+        if let Some(bounds) = state_bounds {
+            let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
+            estimator = estimator.with_bounds(DVector::from_vec(lower), DVector::from_vec(upper))?;
+            " The estimates at the samples stay within the bounds of the states.".clone_into(&mut bounded);
+        }
+        let report = DesignReport {
+            statement: Statement::of(format!(
+                "One measurement every {period}; the states of the last {} by least squares, {} at each.{bounded}",
+                counted(horizon.window, "sample"),
+                counted(horizon.iterations, "Gauss-Newton step")
+            )),
+            matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+            numbers: vec![
+                number(Quantity::Period, *period),
+                number("window", horizon.window as f64),
+                number("iterations", horizon.iterations as f64),
+            ],
+            ..uncertified("no theorem of stability")
+        };
+        Ok(Designed::new(estimator.into(), report, None))
     }
-    let report = DesignReport {
-        statement: Statement::of(format!(
-            "One measurement every {period}; the states of the last {} by least squares, {} at each.{bounded}",
-            counted(horizon.window, "sample"),
-            counted(horizon.iterations, "Gauss-Newton step")
-        )),
-        matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
-        numbers: vec![
-            number(Quantity::Period, *period),
-            number("window", horizon.window as f64),
-            number("iterations", horizon.iterations as f64),
-        ],
-        ..uncertified("no theorem of stability")
-    };
-    Ok(Designed::new(estimator.into(), report, None))
 }
 
 impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_WINDOW> {
@@ -192,7 +172,7 @@ impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_
         replay.filter(name, filter.clone().with_joined_predictions().unwrap_or(filter), initial)
     }
 
-    fn filter(&self) -> Option<&dyn Filter> {
+    fn filter(&self) -> Option<&dyn designed::Filter> {
         Some(self)
     }
 

@@ -8,6 +8,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `declaration` | what a kind declares |
+//! | `settings` | the macro `keys!`: the keys of a kind as a struct, with their list and reader |
 //! | `keys`, `filter`, `disturbance`, `norm_filter`, `peb` | keys and designs that kinds share |
 //! | the others | a kind each, under its name in studies |
 
@@ -29,6 +30,20 @@ macro_rules! runs {
     ($time:ident) => {
         fn any(&self) -> std::sync::Arc<dyn luenberger_sim::AnyObserver + '_> {
             crate::designed::$time(self)
+        }
+    };
+}
+
+/// The designs of a filter with a covariance: the same in both times, but for its prediction.
+macro_rules! filters {
+    () => {
+        fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+            self.designed(&plan.study.plant.model, Prediction::ErrorControlled)
+        }
+
+        fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
+            plan.has_period_of_plant(self.filter.period, dt)?;
+            self.designed(&plan.study.plant.model, Prediction::Discrete)
         }
     };
 }
@@ -63,6 +78,7 @@ mod pebo;
 mod proportional_integral;
 mod reduced_order;
 mod sampled_cubic;
+mod settings;
 mod sliding_mode;
 mod ukf;
 mod unknown_input;
@@ -79,12 +95,14 @@ use crate::study::{ObserverKind, Specification};
 use crate::synthesis::explain;
 
 pub use crate::designed::{At, Runnable, Running, StepOf};
+pub use crate::reader::{Given, Reader};
 pub use crate::study::{PlantClass, Time};
 pub use crate::synthesis::{Plan, Sampling};
 pub use cubic::Cubic;
 pub use declaration::{Context, Declaration, Information, Keys, Rule, Tuning, Value};
 pub use disturbance::{DisturbanceSpec, WithDisturbance};
 pub use extended_kalman::ExtendedKalman;
+pub use filter::Filter;
 pub use functional::Functional;
 pub use high_gain::{Chains, HighGain};
 pub use interval::IntervalSpec;
@@ -100,6 +118,9 @@ pub use optimal_cubic::OptimalCubic;
 pub use peb::{ParameterEstimation, PebObserver};
 pub use reduced_order::{ReducedOrder, ReducedOrderObserver, WithFeedthrough};
 pub use sampled_cubic::{SampledCubic, VaryingPeriods};
+pub use settings::{KeyValue, Present, Size, Words};
+#[doc(hidden)]
+pub use settings::{by_key, by_keys, count, flat, of_name, value};
 pub use sliding_mode::SlidingModeSpec;
 pub use ukf::UnscentedSpec;
 pub use unknown_input::{UnknownInput, WithoutDisturbance};

@@ -10,9 +10,11 @@ use luenberger_plants::StateSpace;
 use luenberger_proof::wording::{at_most, counted};
 use nalgebra::{DMatrix, Dyn};
 
+use super::keys::MAX_GAIN;
+use super::settings::one_of;
 use super::{Kind, h_infinity, h2};
 use crate::designed::{Runnable, SampledDesign};
-use crate::reader::gain::{alternatives, this_gain};
+use crate::keys::Key;
 use crate::reader::{Given, Reader};
 use crate::results::{Advice, Cause, DesignReport, NoObserver, Proposal, Quantity};
 use crate::steps::around;
@@ -25,27 +27,47 @@ use crate::synthesis::{
 };
 use crate::tuning::{Context, Keys, Value, linear as is_linear, noisy, process_noise, short};
 
-pub(super) fn read(given: &Given<'_>, norm: SystemNorm, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let (n, p) = (size.states, size.outputs);
-    let of_states = format!("the plant has {}", counted(n, "state"));
-    let e = reader.matrix(node.get("e")?, "e", (Some(n), None), &of_states);
-    let q = e.as_ref().map(DMatrix::ncols);
+crate::keys! { |size|
+    /// The keys of an H-infinity or H2 filter.
+    pub(super) struct NormFilter {
+        /// E, n x q: disturbances and noises w enter as x' = A x + B u + E w (x+ in discrete time).
+        e: DMatrix<f64>[n, _] as Rows,
+        /// D, p x q: the same w enters the outputs, y = C x + D w.
+        d: DMatrix<f64> as Rows => |key, given, reader| in_outputs(key, e.as_ref(), given, reader),
+        /// H, r x n: the errors z = H e that count (default: those of all states).
+        h: DMatrix<f64>[_, n] as Rows = DMatrix::identity(size.states, size.states),
+        /// The least norm, a bound, or a given gain.
+        goal: NormTarget as [Goal::KEYS] => goal,
+        ..[&[MAX_GAIN]]
+    }
+}
+
+crate::keys! {
+    struct Goal {
+        /// Bound of the norm from w to z (default: the least; for h-infinity 1 % above it).
+        gamma: Option<f64> as Number(Positive),
+        /// In place of a design: the norm of a given gain L, n x p.
+        gain: Option<DMatrix<f64>>[n, p] as Rows,
+    }
+}
+
+/// D, with the columns of E.
+fn in_outputs(key: &Key, e: Option<&DMatrix<f64>>, given: &Given<'_>, reader: &mut Reader) -> Option<DMatrix<f64>> {
+    let (p, q) = (given.size().outputs, e.map(DMatrix::ncols));
     let columns = q.map_or_else(String::new, |q| format!(" and `e` {}", counted(q, "column")));
-    let of_outputs = format!("the plant has {}{columns}", counted(p, "output"));
-    let d = reader.matrix(node.get("d")?, "d", (Some(p), q), &of_outputs);
-    let h = match node.get("h") {
-        Some(h) => reader.matrix(h, "h", (None, Some(n)), &of_states),
-        None => Some(DMatrix::identity(n, n)),
-    };
-    alternatives(node, &["gamma", "gain"], false, reader)?;
-    let goal = match (node.get("gamma"), node.get("gain")) {
-        (Some(gamma), _) => Some(NormTarget::Below(gamma.number()?)),
-        (None, Some(gain)) => this_gain(gain, size, reader).map(NormTarget::OfGain),
-        (None, None) => Some(NormTarget::Least),
-    };
-    let performance = GeneralizedPlant { e: e?, d: d?, h: h? };
-    Some(NormFilterSpec { norm, performance, goal: goal? }.into())
+    let why = format!("the plant has {}{columns}", counted(p, "output"));
+    reader.matrix(given.node.get(key.name)?, key.name, (Some(p), q), &why)
+}
+
+fn goal(given: &Given<'_>, reader: &mut Reader) -> Option<NormTarget> {
+    one_of(Goal::KEYS, given, false, reader)?;
+    let Goal { gamma, gain } = Goal::read(given, reader)?;
+    Some(gamma.map(NormTarget::Below).or(gain.map(NormTarget::OfGain)).unwrap_or(NormTarget::Least))
+}
+
+pub(super) fn read(given: &Given<'_>, norm: SystemNorm, reader: &mut Reader) -> Option<ObserverKind> {
+    let NormFilter { e, d, h, goal } = NormFilter::read(given, reader)?;
+    Some(NormFilterSpec { norm, performance: GeneralizedPlant { e, d, h }, goal }.into())
 }
 
 /// An H-infinity or H2 filter.

@@ -3,7 +3,7 @@
 use luenberger_design::{
     CubicDesign, DiscreteDesign, EstimationProblem, LinearDesign, OptimalCubicDesign, SampledCubicDesign,
 };
-use luenberger_plants::StateSpace;
+use luenberger_plants::{Dimensions, StateSpace};
 use luenberger_proof::wording::{counted, significant};
 use nalgebra::DMatrix;
 
@@ -12,7 +12,7 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::ERROR_BOUNDS;
 use super::{Kind, as_kind};
 use crate::designed::SampledDesign;
-use crate::keys::{Range, Type, optional, required};
+use crate::keys::Key;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check};
 use crate::results::{NoObserver, Statement};
@@ -29,35 +29,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Cubic observer whose gains L, N and theta have the least cost for given noise and first errors, found by a search from the linear optimum, for linear plants.",
     source: "open problem of Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md",
     plant: PlantClass::Linear(Time::CONTINUOUS),
-    keys: &[&[
-        required(
-            "first_errors",
-            Type::Numbers(Range::Positive),
-            "Semi-axes of the ellipsoid of first errors x(0) - xhat(0), n numbers.",
-        ),
-        optional(
-            "horizon",
-            Type::Number(Range::Positive),
-            "Time of operation that follows a first error: the factor of the error under noise in the cost (default: the duration of the simulation).",
-        ),
-        optional(
-            "noise_deviation",
-            Type::Numbers(Range::Positive),
-            "Standard deviations of the measurement noise, p numbers, of a normal distribution (default: the noise of the simulation, with its distribution).",
-        ),
-        optional(
-            "noise_period",
-            Type::Number(Range::Positive),
-            "Time for which each value of the noise is held (default: that of the simulation).",
-        ),
-        optional("process_noise", Type::Weight, "Intensity of the process noise, n x n, per unit of time (default 0)."),
-        optional(
-            "weight",
-            Type::Weight,
-            "T of e'Te in the cost, n x n (default: each error in units of its first error).",
-        ),
-        ERROR_BOUNDS,
-    ]],
+    keys: &[Costs::KEYS],
     kind: as_kind::<OptimalCubic>,
     read,
     takes_long: true,
@@ -79,71 +51,81 @@ struct Simulated {
     period: f64,
 }
 
-/// The problem of the observer `node`; what it does not say is that of `root`'s simulation.
+crate::keys! {
+    /// What the cost is of.
+    struct Costs {
+        /// Semi-axes of the ellipsoid of first errors x(0) - xhat(0), n numbers.
+        first_errors: Vec<f64>[n] as Numbers(Positive),
+        /// Time of operation that follows a first error: the factor of the error under noise in the cost (default: the
+        /// duration of the simulation).
+        horizon: Option<f64> as Number(Positive),
+        /// Standard deviations of the measurement noise, p numbers, of a normal distribution (default: the noise of the
+        /// simulation, with its distribution).
+        noise_deviation: Option<Vec<f64>>[p] as Numbers(Positive),
+        /// Time for which each value of the noise is held (default: that of the simulation).
+        noise_period: Option<f64> as Number(Positive),
+        /// Intensity of the process noise, n x n, per unit of time (default 0).
+        process_noise: Option<DMatrix<f64>> as Weight => |key, given, reader| semidefinite(key, "W", given, reader),
+        /// T of e'Te in the cost, n x n (default: each error in units of its first error).
+        weight: Option<DMatrix<f64>> as Weight => |key, given, reader| semidefinite(key, "T", given, reader),
+        ..[&[ERROR_BOUNDS]]
+    }
+}
+
+/// The problem of the observer; what it does not say is that of the simulation.
 fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, root, size) = (given.node, given.root, given.size());
-    let (n, p) = (size.states, size.outputs);
-    let of_states = format!("the plant has {}", counted(n, "state"));
-    let first_errors = reader.numbers(node.get("first_errors")?, "first_errors", n, "state");
+    let (node, root, Dimensions { states: n, outputs: p, .. }) = (given.node, given.root, given.size());
+    let costs = Costs::read(given, reader);
     let simulation = root.get("simulation");
-    let horizon = node.get("horizon").or_else(|| simulation?.get("duration"));
-    if horizon.is_none() {
+    let missing = |key: &str| node.get(key).is_none();
+    let duration = simulation.and_then(|simulation| simulation.get("duration")?.number());
+    if missing("horizon") && duration.is_none() {
         let message = "there is no simulation whose duration could be the horizon";
         reader.absent(check::head(node), message, "expected `horizon`, the time of operation after a first error");
     }
     let simulated = simulation.and_then(|simulation| simulated(simulation, p));
-    let (noise, is_uniform) = match (node.get("noise_deviation"), &simulated) {
-        (Some(given), _) => (reader.numbers(given, "noise_deviation", p, "output"), false),
-        (None, Some(simulated)) => (Some(simulated.deviations.clone()), simulated.is_uniform),
-        (None, None) => {
-            let message = "no noise is given for every output, and without noise no gain is too large";
-            let expected = "expected `noise_deviation`, or a [simulation] with `noise` on every output";
-            reader.absent(check::head(node), message, expected);
-            (None, false)
-        }
-    };
-    let period = match (node.get("noise_period"), &simulated) {
-        (Some(period), _) => period.number(),
-        (None, Some(simulated)) => Some(simulated.period),
-        (None, None) => {
-            let message = "the time for which a value of the noise is held is not given";
-            reader.absent(check::head(node), message, "expected `noise_period` with `noise_deviation`");
-            None
-        }
-    };
-    let process = match node.get("process_noise") {
-        Some(process) => semidefinite(process, "process_noise", n, &of_states, reader),
-        None => Some(DMatrix::zeros(n, n)),
-    };
-    let weight = node.given("weight", |weight| semidefinite(weight, "weight", n, &of_states, reader))?;
+    if missing("noise_deviation") && simulated.is_none() {
+        let message = "no noise is given for every output, and without noise no gain is too large";
+        let expected = "expected `noise_deviation`, or a [simulation] with `noise` on every output";
+        reader.absent(check::head(node), message, expected);
+    }
+    if missing("noise_period") && simulated.is_none() {
+        let message = "the time for which a value of the noise is held is not given";
+        reader.absent(check::head(node), message, "expected `noise_period` with `noise_deviation`");
+    }
+    let Costs { first_errors, horizon, noise_deviation, noise_period, process_noise, weight } = costs?;
     if let Some(zero) = weight.as_ref().filter(|weight| weight.amax() == 0.0) {
         let message = format!("`weight` is 0, {} x {}", zero.nrows(), zero.ncols());
         return reader.refuse(node.get("weight")?.span.clone(), message, "expected a weight that counts some error");
     }
-    let problem = EstimationProblem::new(&first_errors?, &noise?, period?, horizon?.number()?);
+    let is_uniform = noise_deviation.is_none() && simulated.as_ref().is_some_and(|of| of.is_uniform);
+    let period = noise_period.or(simulated.as_ref().map(|of| of.period))?;
+    let deviations = noise_deviation.or(simulated.map(|of| of.deviations))?;
+    let problem = EstimationProblem::new(&first_errors, &deviations, period, horizon.or(duration)?);
     let weight = weight.unwrap_or_else(|| problem.weight.clone());
-    let problem = EstimationProblem { is_uniform, process: process?, weight, ..problem };
-    Some(OptimalCubic(problem).into())
+    let process = process_noise.unwrap_or_else(|| DMatrix::zeros(n, n));
+    Some(OptimalCubic(EstimationProblem { is_uniform, process, weight, ..problem }).into())
 }
 
-/// A matrix that is symmetric and positive semidefinite.
-fn semidefinite(node: &Node, name: &str, n: usize, why: &str, reader: &mut Reader) -> Option<DMatrix<f64>> {
-    let matrix = reader.weight(node, name, n, why)?;
-    let least =
-        luenberger_linalg::symmetric(name_of(name), &matrix).ok().and_then(|m| luenberger_linalg::lambda_min(&m).ok());
+/// A matrix that is symmetric and positive semidefinite, which an error calls `symbol`.
+#[expect(clippy::option_option, reason = "wrong, absent, or given")]
+fn semidefinite(
+    key: &Key,
+    symbol: &'static str,
+    given: &Given<'_>,
+    reader: &mut Reader,
+) -> Option<Option<DMatrix<f64>>> {
+    let (Some(node), name, n) = (given.node.get(key.name), key.name, given.size().states) else { return Some(None) };
+    let matrix = reader.weight(node, name, n, &format!("the plant has {}", counted(n, "state")))?;
+    let least = luenberger_linalg::symmetric(symbol, &matrix).ok().and_then(|m| luenberger_linalg::lambda_min(&m).ok());
     match least {
-        Some(least) if least >= -(n as f64) * f64::EPSILON * matrix.norm() => Some(matrix),
+        Some(least) if least >= -(n as f64) * f64::EPSILON * matrix.norm() => Some(Some(matrix)),
         Some(least) => {
-            let message = format!("`{name}` has the eigenvalue {}", luenberger_proof::wording::significant(least, 4));
+            let message = format!("`{name}` has the eigenvalue {}", significant(least, 4));
             reader.refuse(node.span.clone(), message, "expected a positive semidefinite matrix")
         }
         None => reader.refuse(node.span.clone(), format!("`{name}` is not symmetric"), "expected a symmetric matrix"),
     }
-}
-
-/// What an error calls the matrix.
-fn name_of(name: &str) -> &'static str {
-    if name == "weight" { "T" } else { "W" }
 }
 
 /// The noise of the simulation, if every output has some.

@@ -4,8 +4,7 @@ use super::as_kind;
 use super::declaration::{Declaration, Tuning};
 use super::keys::{MAPS, PHI, REGRESSION};
 use super::peb::{self, ParameterEstimation};
-use crate::reader::{Given, Reader};
-use crate::study::{ObserverKind, PlantClass, Time};
+use crate::study::{PlantClass, Time};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -15,11 +14,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     plant: PlantClass::Nonlinear(Time::OF_STATE),
     keys: &[&[PHI], MAPS, REGRESSION],
     kind: as_kind::<ParameterEstimation>,
-    read,
+    read: |given, reader| peb::read(given, false, reader),
     takes_long: false,
     tuning: Tuning::MAPS_BY_HAND,
 };
-
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    peb::read(given, false, reader)
-}

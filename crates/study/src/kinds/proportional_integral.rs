@@ -2,11 +2,10 @@
 
 use super::as_kind;
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::disturbance::{self, DisturbanceSpec};
-use super::keys::{ERROR_BOUNDS, GAINS, GAMMA, OF_GAIN, THETA, UNKNOWN};
+use super::disturbance::{self, CubicTerm, DisturbanceSpec};
+use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN, UNKNOWN};
 use crate::keys::{Range, Type, optional};
-use crate::reader::{Given, Reader};
-use crate::study::{ObserverKind, PlantClass, Time};
+use crate::study::{PlantClass, Time};
 use crate::tuning::{Context, Keys, Value, disturbance as unknown, poles as tuned_poles};
 
 /// The kind.
@@ -26,10 +25,11 @@ pub(super) static DECLARATION: Declaration = Declaration {
         ],
         GAINS,
         OF_GAIN,
-        &[THETA, GAMMA, ERROR_BOUNDS],
+        CubicTerm::KEYS,
+        &[ERROR_BOUNDS],
     ],
     kind: as_kind::<DisturbanceSpec>,
-    read,
+    read: |given, reader| disturbance::read(given, false, reader),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "proportional-integral",
@@ -41,10 +41,6 @@ pub(super) static DECLARATION: Declaration = Declaration {
         keys: tuned,
     }]),
 };
-
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    disturbance::read(given, false, reader)
-}
 
 fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     let e = unknown(context)?;

@@ -14,12 +14,9 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::cubic::at_point_refusal;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{GAINS, OF_GAIN, PERIOD, THETA};
+use super::settings::one_of;
 use super::{Kind, as_kind};
 use crate::designed::{At, NonlinearStep, Origin, Runnable, Running, SampledDesign, StepOf, continuous};
-use crate::keys::{Range, Type, optional};
-use crate::reader::gain::{alternatives, general, theta};
-use crate::reader::region::bound;
-use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
 use crate::results::{Advice, Cause, DesignReport, DesignVerdict, NoObserver, Proposal, Quantity, Statement};
 use crate::study::{LinearSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Study, Time};
@@ -36,41 +33,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Sampled cubic observer, stable at every sampling period, for linear plants.",
     source: "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md",
     plant: PlantClass::AtPoint(Time::ANY),
-    keys: &[
-        GAINS,
-        OF_GAIN,
-        &[
-            THETA,
-            optional(
-                "gamma",
-                Type::Number(Range::Positive),
-                "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted and s.",
-            ),
-            optional(
-                "weighted",
-                Type::Number(Range::Positive),
-                "gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.",
-            ),
-            optional(
-                "s",
-                Type::Rows,
-                "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step.",
-            ),
-            PERIOD,
-            optional(
-                "jitter",
-                Type::Bound,
-                "Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws the periods between them (default: the period only).",
-            ),
-            optional(
-                "misses",
-                Type::Count(0),
-                "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
-            ),
-        ],
-    ],
+    keys: &[SampledCubic::KEYS],
     kind: as_kind::<SampledCubic>,
-    read,
+    read: |given, reader| Some(SampledCubic::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "sampled-cubic",
@@ -83,65 +48,67 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let linear = gain::linear(node, size, reader);
-    let theta = theta(node, size.outputs, reader);
-    let correction = correction(node, size.outputs, reader);
-    let period = node.get("period")?.number()?;
-    let varying = match node.get("jitter").or_else(|| node.get("misses")) {
-        Some(_) => Some(periods(node, period, reader)?).filter(|periods| !periods.is_constant()),
-        None => None,
-    };
-    Some(SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }.into())
+crate::keys! { |size|
+    /// A sampled cubic observer.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct SampledCubic {
+        /// Its linear part.
+        linear: LinearSpec as [GAINS, OF_GAIN] => gain::linear,
+        /// theta, p x p.
+        theta: DMatrix<f64>[p, p] as &THETA = DMatrix::identity(size.outputs, size.outputs),
+        /// The gain of its cubic term: radial ones are in closed form, others take a semi-implicit step.
+        correction: CubicGain as [Correction::KEYS] => correction,
+        /// The sampling period.
+        period: f64 as &PERIOD,
+        /// The periods and misses at which convergence is to be proved besides.
+        varying: Option<Periods> as [Varying::KEYS] => |given, reader| varying(period?, given, reader),
+    }
+}
+
+crate::keys! {
+    struct Correction {
+        /// w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted
+        /// and s.
+        gamma: Option<f64> as Number(Positive),
+        /// gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.
+        weighted: Option<f64> as Number(Positive),
+        /// S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step.
+        s: Option<DMatrix<f64>>[p, p] as Rows,
+    }
 }
 
 /// N, where `gamma` is the strength of a radial gain.
-fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
-    alternatives(node, &["gamma", "weighted", "s"], true, reader)?;
-    if let Some(w) = node.get("gamma") {
-        return Some(CubicGain::Radial(w.number()?));
-    }
-    if let Some(gamma) = node.get("weighted") {
-        return Some(CubicGain::Gamma(gamma.number()?));
-    }
-    general(node, p, reader)
+fn correction(given: &Given<'_>, reader: &mut Reader) -> Option<CubicGain> {
+    one_of(Correction::KEYS, given, true, reader)?;
+    let Correction { gamma, weighted, s } = Correction::read(given, reader)?;
+    gamma.map(CubicGain::Radial).or(weighted.map(CubicGain::Gamma)).or(s.map(CubicGain::General))
 }
 
-/// `jitter` and `misses`.
-fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Periods> {
-    let misses = match node.get("misses") {
-        Some(misses) => misses.count()?,
-        None => 0,
-    };
+crate::keys! {
+    struct Varying {
+        /// Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws
+        /// the periods between them (default: the period only).
+        jitter: Option<(f64, f64)> as Bound,
+        /// Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many
+        /// (default 0).
+        misses: usize as Count(0) = 0,
+    }
+}
+
+#[expect(clippy::option_option, reason = "wrong, absent, or given")]
+fn varying(period: f64, given: &Given<'_>, reader: &mut Reader) -> Option<Option<Periods>> {
+    let Varying { jitter, misses } = Varying::read(given, reader)?;
     if misses > MOST_MISSES {
-        let span = node.get("misses")?.span.clone();
+        let span = given.node.get("misses")?.span.clone();
         return reader.refuse(span, format!("`misses` is {misses}"), format!("expected at most {MOST_MISSES}"));
     }
-    let Some(jitter) = node.get("jitter") else {
-        return Some(Periods { shortest: period, longest: period, misses });
-    };
-    let (shortest, longest) = bound(jitter)?;
+    let (shortest, longest) = jitter.unwrap_or((period, period));
     if !(shortest > 0.0 && shortest <= period && period <= longest && longest.is_finite()) {
         let message = format!("`jitter` is from {shortest} to {longest}, and `period` is {period}");
-        return reader.refuse(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
+        let span = given.node.get("jitter")?.span.clone();
+        return reader.refuse(span, message, "expected positive, finite bounds that contain the period");
     }
-    Some(Periods { shortest, longest, misses })
-}
-
-/// A sampled cubic observer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SampledCubic {
-    /// Its linear part.
-    pub linear: LinearSpec,
-    /// theta, p x p.
-    pub theta: DMatrix<f64>,
-    /// The gain of its cubic term: radial ones are in closed form, others take a semi-implicit step.
-    pub correction: CubicGain,
-    /// The sampling period.
-    pub period: f64,
-    /// The periods and misses at which convergence is to be proved besides.
-    pub varying: Option<Periods>,
+    Some(Some(Periods { shortest, longest, misses }).filter(|periods| !periods.is_constant()))
 }
 
 impl Specification for SampledCubic {

@@ -20,10 +20,7 @@ use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study,
 use crate::synthesis::{Designed, Plan, facts, matrix, number, other_kinds, proved_of, upper_bound};
 use crate::tuning::{Context, INSTANTS, Keys, MANY, Value, continuous as in_continuous_time, short};
 
-use crate::keys::{Range, Type, optional, required};
 use crate::model::Model;
-use crate::reader::tree::Node;
-use crate::reader::{Given, Reader};
 use crate::results::{Advice, DesignReport, DesignVerdict, NoObserver, Proposal, Quantity, Statement};
 use crate::structure::Structure;
 use crate::synthesis::explain;
@@ -34,29 +31,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Super-twisting observer and robust exact differentiator, for chains of integrators x1' = x2, .., x_n' = f(x, u) + d with the output x1: exact after a finite time in continuous time, stepped at samples without chattering.",
     source: "Levant 2003; Davila, Fridman and Levant 2005; implicit step: Acary and Brogliato 2010, Mojallizadeh, Brogliato and Acary 2021",
     plant: PlantClass::Nonlinear(Time::CONTINUOUS),
-    keys: &[&[
-        required(
-            "bound",
-            Type::Number(Range::Positive),
-            "Bound of |d|, the disturbance and the model error in the equation of x_n.",
-        ),
-        optional(
-            "k",
-            Type::Numbers(Range::Positive),
-            "Gains k_i of |e|^((n-i)/n) sign(e), n numbers (default: from the bound D, for n = 2 2.1 D^(1/2) and 1.1 D).",
-        ),
-        PERIOD,
-        optional(
-            "discretisation",
-            Type::Choice(&[
-                ("implicit", "The implicit Euler method, which does not chatter."),
-                ("explicit", "The explicit Euler method, for comparison."),
-            ]),
-            "How the sign is discretised (default implicit).",
-        ),
-    ]],
+    keys: &[SlidingModeSpec::KEYS],
     kind: as_kind::<SlidingModeSpec>,
-    read,
+    read: |given, reader| Some(SlidingModeSpec::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "sliding-mode",
@@ -69,34 +46,32 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let node = given.node;
-    let gains = node.given("k", |gains| reader.numbers(gains, "k", given.size().states, "state"))?;
-    let spec = SlidingModeSpec {
-        gains,
-        explicit: node.get("discretisation").and_then(Node::text) == Some("explicit"),
-        ..SlidingModeSpec::new(node.get("bound")?.number()?, node.get("period")?.number()?)
-    };
-    Some(spec.into())
+crate::keys! {
+    /// A sliding-mode observer.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct SlidingModeSpec {
+        /// Bound of |d|, the disturbance and the model error in the equation of x_n.
+        bound: f64 as Number(Positive),
+        /// Gains k_i of |e|^((n-i)/n) sign(e), n numbers (default: from the bound D, for n = 2 2.1 D^(1/2) and 1.1 D).
+        k: Option<Vec<f64>>[n] as Numbers(Positive),
+        /// The sampling period.
+        period: f64 as &PERIOD,
+        /// How the sign is discretised (default implicit).
+        discretisation: Discretisation as Choice = Discretisation::Implicit,
+    }
 }
 
-/// A sliding-mode observer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SlidingModeSpec {
-    /// The bound of |d|, the disturbance and the model error in the equation of x_n.
-    pub bound: f64,
-    /// The gains, n of them; none for those that follow from the bound.
-    pub gains: Option<Vec<f64>>,
-    /// The sampling period.
-    pub period: f64,
-    /// Whether the explicit Euler method is used, for comparison.
-    pub explicit: bool,
-}
+crate::words! { Discretisation {
+    /// The implicit Euler method, which does not chatter.
+    Implicit = "implicit",
+    /// The explicit Euler method, for comparison.
+    Explicit = "explicit",
+} }
 
 impl SlidingModeSpec {
     /// The gains that follow from the bound, and the implicit discretisation.
     pub fn new(bound: f64, period: f64) -> Self {
-        Self { bound, gains: None, period, explicit: false }
+        Self { bound, k: None, period, discretisation: Discretisation::Implicit }
     }
 }
 
@@ -111,7 +86,7 @@ impl Specification for SlidingModeSpec {
     fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
         let power = |i: usize| factor.powi(i32::try_from(i + 1).unwrap_or(i32::MAX));
         let scaled = |gains: &Vec<f64>| gains.iter().enumerate().map(|(i, gain)| gain * power(i)).collect();
-        Some(Self { gains: self.gains.as_ref().map(scaled), ..self.clone() }.into())
+        Some(Self { k: self.k.as_ref().map(scaled), ..self.clone() }.into())
     }
 }
 
@@ -193,7 +168,7 @@ fn chain(study: &Study, requested: &ObserverSpec) -> Result<(), NoObserver> {
 
 /// The gains of a specification.
 fn gains(spec: &SlidingModeSpec, order: usize) -> Result<Vec<f64>, luenberger_design::DesignError> {
-    match &spec.gains {
+    match &spec.k {
         Some(gains) => Ok(gains.clone()),
         None => sliding_mode_gains(order, spec.bound),
     }
@@ -203,7 +178,7 @@ fn designed(model: &Model, reading: &Reading<'_>, spec: &SlidingModeSpec) -> Res
     let states = reading.states;
     let n = model.size().states;
     let gains = gains(spec, n)?;
-    let rule = if spec.explicit { Discretisation::Explicit } else { Discretisation::Implicit };
+    let (rule, is_explicit) = (spec.discretisation, spec.discretisation == Discretisation::Explicit);
     let observer = SlidingModeObserver::new(model.clone(), DVector::from_column_slice(&gains), spec.period, rule)?;
     let certified = match gains.as_slice() {
         [k1, k2] => SuperTwistingDesign::new([*k1, *k2], spec.bound)?,
@@ -219,11 +194,11 @@ fn designed(model: &Model, reading: &Reading<'_>, spec: &SlidingModeSpec) -> Res
             "No stability certificate for {n} states: convergence in continuous time is a theorem of Levant's, for gains that are large enough."
         )),
     };
-    let mut statement = statement.remark(match (spec.explicit, n) {
+    let mut statement = statement.remark(match (is_explicit, n) {
         (true, _) => "The step evaluates the sign at the old estimate (explicit Euler): it chatters, and is meant for comparison.",
         (false, _) => "The step solves for the sign (implicit Euler): it does not chatter.",
     });
-    if !spec.explicit && n == 2 && gains[1] >= bound {
+    if !is_explicit && n == 2 && gains[1] >= bound {
         statement = statement.remark(format!(
             "Of the sampled observer the theory says, beside the certificate: once two innovations in a row are at most h^2 k2, about {}, and without noise, {} is exact at every sample after its correction, and {} up to h {}/2 = {}.",
             significant(h * h * gains[1], 4),

@@ -8,17 +8,15 @@ use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{self, STAGES};
-use super::keys::{FILTER, OF_FILTER};
+use super::filter::{Filter, STAGES};
+use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind};
-use crate::designed::{Filter, NonlinearStep, Running, StepOf};
-use crate::keys::{Range, Type, optional};
+use crate::designed::{self, NonlinearStep, Running, StepOf};
 use crate::model::Model;
-use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{ObserverKind, PlantClass, Specification, Time};
+use crate::study::{PlantClass, Specification, Time};
 use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning;
 
@@ -28,25 +26,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Unscented Kalman filter in square-root form, for a plant in continuous time with sampled measurements, or in discrete time.",
     source: "Julier and Uhlmann 2004; Van der Merwe and Wan, ICASSP 2001",
     plant: PlantClass::Nonlinear(Time::ANY),
-    keys: &[
-        FILTER,
-        OF_FILTER,
-        &[
-            optional(
-                "alpha",
-                Type::Number(Range::Positive),
-                "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
-            ),
-            optional(
-                "beta",
-                Type::Number(Range::Any),
-                "Weight of the central point in covariances (default 2, for Gaussian errors).",
-            ),
-            optional("kappa", Type::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
-        ],
-    ],
+    keys: &[UnscentedSpec::KEYS],
     kind: as_kind::<UnscentedSpec>,
-    read,
+    read: |given, reader| Some(UnscentedSpec::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "ukf",
@@ -59,61 +41,52 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, n) = (given.node, given.size().states);
-    let filter = filter::read(given, reader);
-    let standard = SigmaPoints::default();
-    let number = |key: &str, otherwise: f64| node.get(key).map_or(Some(otherwise), Node::number);
-    let sigma = SigmaPoints {
-        alpha: number("alpha", standard.alpha)?,
-        beta: number("beta", standard.beta)?,
-        kappa: number("kappa", standard.kappa)?,
-    };
-    if sigma.weights::<f64>(n).is_err() {
-        let key = node.entry("kappa").or_else(|| node.entry("alpha"))?;
-        let message = format!(
-            "`{}` leaves no sigma points: alpha = {}, kappa = {}, and the plant has {}",
-            key.key,
-            sigma.alpha,
-            sigma.kappa,
-            counted(n, "state")
-        );
-        return reader.refuse(
-            key.span.clone(),
-            message,
-            format!("expected kappa > -{n} and an alpha of about 1e-3 to 1"),
-        );
+crate::keys! {
+    /// An unscented Kalman filter.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct UnscentedSpec {
+        /// Its noises and its period.
+        filter: Filter as [Filter::KEYS] => Filter::read,
+        /// How many standard deviations an innovation may have; none for no limit.
+        gate: Option<f64> as &GATE,
+        /// Whether estimates on a log are smoothed.
+        smooth: bool as &SMOOTH = false,
+        /// The sigma points.
+        sigma: SigmaPoints as [Sigma::KEYS] => sigma,
     }
-    let filter::Filter { w, v, p0, period, substeps, gate, smooth } = filter?;
-    Some(UnscentedSpec { w, v, p0, sigma, period, substeps, gate, smooth }.into())
 }
 
-/// An unscented Kalman filter.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UnscentedSpec {
-    /// W, n x n.
-    pub w: DMatrix<f64>,
-    /// V, p x p.
-    pub v: DMatrix<f64>,
-    /// P(0), n x n.
-    pub p0: DMatrix<f64>,
-    /// The sigma points.
-    pub sigma: SigmaPoints,
-    /// The sampling period.
-    pub period: f64,
-    /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
-    pub substeps: Option<usize>,
-    /// How many standard deviations an innovation may have; none for no limit.
-    pub gate: Option<f64>,
-    /// Whether estimates on a log are smoothed.
-    pub smooth: bool,
+crate::keys! {
+    struct Sigma {
+        /// Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).
+        alpha: f64 as Number(Positive) = SigmaPoints::default().alpha,
+        /// Weight of the central point in covariances (default 2, for Gaussian errors).
+        beta: f64 as Number(Any) = SigmaPoints::default().beta,
+        /// Second parameter of the distance, above -n (default 0).
+        kappa: f64 as Number(Any) = SigmaPoints::default().kappa,
+    }
+}
+
+/// Sigma points with weights.
+fn sigma(given: &Given<'_>, reader: &mut Reader) -> Option<SigmaPoints> {
+    let Sigma { alpha, beta, kappa } = Sigma::read(given, reader)?;
+    let (sigma, n) = (SigmaPoints { alpha, beta, kappa }, given.size().states);
+    if sigma.weights::<f64>(n).is_ok() {
+        return Some(sigma);
+    }
+    let key = given.node.entry("kappa").or_else(|| given.node.entry("alpha"))?;
+    let message = format!(
+        "`{}` leaves no sigma points: alpha = {alpha}, kappa = {kappa}, and the plant has {}",
+        key.key,
+        counted(n, "state")
+    );
+    reader.refuse(key.span.clone(), message, format!("expected kappa > -{n} and an alpha of about 1e-3 to 1"))
 }
 
 impl UnscentedSpec {
     /// The filter for noise of intensity W and covariance V, with P(0) = I and the usual sigma points.
     pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
-        let (p0, sigma) = (DMatrix::identity(w.nrows(), w.nrows()), SigmaPoints::default());
-        Self { w, v, p0, sigma, period, substeps: None, gate: None, smooth: false }
+        Self { filter: Filter::new(w, v, period), gate: None, smooth: false, sigma: SigmaPoints::default() }
     }
 }
 
@@ -121,11 +94,11 @@ impl Specification for UnscentedSpec {
     declared!();
 
     fn period(&self) -> Option<f64> {
-        Some(self.period)
+        Some(self.filter.period)
     }
 
     fn substeps(&self) -> Option<usize> {
-        self.substeps
+        self.filter.substeps
     }
 
     fn updates(&self, _dt: Option<f64>) -> bool {
@@ -137,48 +110,43 @@ impl Specification for UnscentedSpec {
     }
 
     fn seconds_of_steps(&self, duration: f64) -> f64 {
-        let n = self.w.nrows() as f64;
-        duration / self.period * (2.0 * STAGES * n * n + 15.0 * n * n * n) * 8e-9
+        let n = self.filter.w.nrows() as f64;
+        duration / self.filter.period * (2.0 * STAGES * n * n + 15.0 * n * n * n) * 8e-9
     }
 }
 
 impl Kind for UnscentedSpec {
-    fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
-        designed(&plan.study.plant.model, self, Prediction::ErrorControlled)
-    }
-
-    fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
-        plan.has_period_of_plant(self.period, dt)?;
-        designed(&plan.study.plant.model, self, Prediction::Discrete)
-    }
+    filters!();
 }
 
-/// The filter of a plant in continuous or in discrete time.
-fn designed(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Result<Designed, NoObserver> {
-    let UnscentedSpec { w, v, p0, sigma, period, gate, .. } = spec;
-    let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    let mut filter =
-        UnscentedKalmanFilter::discrete(model.clone(), noises, *sigma, *period)?.with_prediction(prediction)?;
-    let mut gated = String::new();
-    if let Some(gate) = gate {
-        filter = filter.with_gate(*gate)?;
-        gated = format!(" Innovations beyond {gate} standard deviations are rejected.");
+impl UnscentedSpec {
+    /// The filter of a plant in continuous or in discrete time.
+    fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
+        let Self { filter: Filter { w, v, p0, period, .. }, sigma, gate, .. } = self;
+        let noises = self.filter.noises();
+        let mut filter =
+            UnscentedKalmanFilter::discrete(model.clone(), noises, *sigma, *period)?.with_prediction(prediction)?;
+        let mut gated = String::new();
+        if let Some(gate) = gate {
+            filter = filter.with_gate(*gate)?;
+            gated = format!(" Innovations beyond {gate} standard deviations are rejected.");
+        }
+        let points = 2 * w.nrows() + 1;
+        let report = DesignReport {
+            statement: Statement::of(format!(
+                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}"
+            )),
+            matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+            numbers: vec![
+                number(Quantity::Period, *period),
+                number("alpha", sigma.alpha),
+                number("beta", sigma.beta),
+                number("kappa", sigma.kappa),
+            ],
+            ..uncertified("no theorem of stability")
+        };
+        Ok(Designed::new(filter.into(), report, None))
     }
-    let points = 2 * w.nrows() + 1;
-    let report = DesignReport {
-        statement: Statement::of(format!(
-            "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}"
-        )),
-        matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
-        numbers: vec![
-            number(Quantity::Period, *period),
-            number("alpha", sigma.alpha),
-            number("beta", sigma.beta),
-            number("kappa", sigma.kappa),
-        ],
-        ..uncertified("no theorem of stability")
-    };
-    Ok(Designed::new(filter.into(), report, None))
 }
 
 impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
@@ -193,7 +161,7 @@ impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         replay.smoothed_filter(name, self.clone(), initial)
     }
 
-    fn filter(&self) -> Option<&dyn Filter> {
+    fn filter(&self) -> Option<&dyn designed::Filter> {
         Some(self)
     }
 

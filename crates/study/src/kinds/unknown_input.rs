@@ -15,8 +15,8 @@ use luenberger_proof::wording::counted;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::disturbance::{cubic, cubic_of, matrices, unknown};
-use super::keys::{GAINS, GAMMA, OF_GAIN, THETA, UNKNOWN};
+use super::disturbance::{CubicTerm, cubic, cubic_of, matrices};
+use super::keys::{GAINS, OF_GAIN, UNKNOWN};
 use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Runnable, Running, StepOf, rows};
 use crate::keys::{Key, Type, optional};
@@ -48,9 +48,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, which may enter the outputs, y = C x + D u + F d, for linear plants with rank [C E, F; F, 0] = q + rank(F) and stable invariant zeros of (A, E, C, F).",
     source: "open problem of Share Pasand, Luenberger-type cubic observers; Hautus 1983; Darouach, Zasadzinski and Xu 1994",
     plant: PlantClass::Linear(Time::ANY),
-    keys: &[&[UNKNOWN, OF_OUTPUTS], GAINS, OF_GAIN, &[THETA, GAMMA]],
+    keys: &[UnknownInput::KEYS],
     kind: as_kind::<UnknownInput>,
-    read,
+    read: |given, reader| Some(UnknownInput::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "unknown-input",
@@ -63,34 +63,27 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let e = unknown(node, size, reader);
-    let linear = gain::linear(node, size, reader);
-    let cubic = cubic(node, size, reader);
-    let e = e?;
-    let f = match node.get("f") {
-        Some(f) => {
-            let (outputs, inputs) = (counted(size.outputs, "output"), counted(e.ncols(), "column"));
-            let why = format!("the plant has {outputs}, and `e` has {inputs}");
-            reader.matrix(f, "f", (Some(size.outputs), Some(e.ncols())), &why)?
-        }
-        None => DMatrix::zeros(size.outputs, e.ncols()),
-    };
-    Some(UnknownInput { e, f, linear: linear?, cubic: cubic.ok()? }.into())
+crate::keys! {
+    /// An observer whose error does not depend on a disturbance, linear or cubic.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct UnknownInput {
+        /// E, n x q.
+        e: DMatrix<f64>[n, _] as &UNKNOWN,
+        /// F, p x q.
+        f: DMatrix<f64> as &OF_OUTPUTS => |key, given, reader| in_outputs(key, e.as_ref()?.ncols(), given, reader),
+        /// Its linear part, for the plant without the disturbance.
+        linear: LinearSpec as [GAINS, OF_GAIN] => gain::linear,
+        /// theta, p x p, and gamma of a cubic term.
+        cubic: Option<(DMatrix<f64>, f64)> as [CubicTerm::KEYS] => cubic,
+    }
 }
 
-/// An observer whose error does not depend on a disturbance, linear or cubic.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UnknownInput {
-    /// E, n x q.
-    pub e: DMatrix<f64>,
-    /// F, p x q.
-    pub f: DMatrix<f64>,
-    /// Its linear part, for the plant without the disturbance.
-    pub linear: LinearSpec,
-    /// theta, p x p, and gamma of a cubic term.
-    pub cubic: Option<(DMatrix<f64>, f64)>,
+/// F, with a column for each disturbance.
+fn in_outputs(key: &Key, q: usize, given: &Given<'_>, reader: &mut Reader) -> Option<DMatrix<f64>> {
+    let p = given.size().outputs;
+    let Some(node) = given.node.get(key.name) else { return Some(DMatrix::zeros(p, q)) };
+    let why = format!("the plant has {}, and `e` has {}", counted(p, "output"), counted(q, "column"));
+    reader.matrix(node, key.name, (Some(p), Some(q)), &why)
 }
 
 impl Specification for UnknownInput {

@@ -1,12 +1,12 @@
 //! Gains of observers of linear plants: poles, noise, cubic terms.
 
-use luenberger_design::{CubicGain, KalmanNoise, LyapunovWeight, bandwidth_poles};
+use luenberger_design::{KalmanNoise, LyapunovWeight, bandwidth_poles};
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check};
+use super::{Given, Reader, check};
 use crate::study::{GainSpec, LinearSpec};
 use crate::tuning::sampled;
 
@@ -27,8 +27,9 @@ pub(crate) fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mu
     }
 }
 
-pub(crate) fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSpec> {
-    linear_of(node, size, &format!("the plant has {}", counted(size.states, "state")), reader)
+pub(crate) fn linear(given: &Given<'_>, reader: &mut Reader) -> Option<LinearSpec> {
+    let size = given.size();
+    linear_of(given.node, size, &format!("the plant has {}", counted(size.states, "state")), reader)
 }
 
 /// As [`linear`], for the plant whose number of states is what `of_states` says.
@@ -134,22 +135,4 @@ pub(crate) fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader)
 
 fn shown(pole: Complex<f64>) -> String {
     if pole.im == 0.0 { pole.re.to_string() } else { format!("[{}, {}]", pole.re, pole.im) }
-}
-
-pub(crate) fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
-    let (n, p) = (size.states, size.outputs);
-    let why = format!("the plant has {} and {}", counted(n, "state"), counted(p, "output"));
-    reader.matrix(node, "gain", (Some(n), Some(p)), &why)
-}
-
-pub(crate) fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
-    match node.get("theta") {
-        Some(theta) => reader.weight(theta, "theta", p, &format!("the plant has {}", counted(p, "output"))),
-        None => Some(DMatrix::identity(p, p)),
-    }
-}
-
-pub(crate) fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
-    let of_outputs = format!("the plant has {}", counted(p, "output"));
-    Some(CubicGain::General(reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &of_outputs)?))
 }

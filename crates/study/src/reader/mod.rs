@@ -20,7 +20,6 @@ use nalgebra::DMatrix;
 use crate::diagnostic::Diagnostic;
 use crate::digest::{self, FileDigest};
 use crate::model::PlantModel;
-pub(crate) use disturbance::Reported;
 use tree::Node;
 
 /// An `[[observer]]` that is read.
@@ -40,11 +39,6 @@ impl Given<'_> {
     /// The sizes of the plant.
     pub fn size(&self) -> Dimensions {
         self.plant.model.size()
-    }
-
-    /// The number of a key, or this one without the key; none if it is no number, which is a mistake already.
-    pub fn number_or(&self, key: &str, otherwise: f64) -> Option<f64> {
-        self.node.get(key).map_or(Some(otherwise), Node::number)
     }
 }
 

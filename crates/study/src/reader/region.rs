@@ -8,7 +8,11 @@ use super::Reader;
 use super::tree::Node;
 
 pub(crate) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
-    let Some(table) = node.get("region") else { return Some(Region::everywhere(size.states)) };
+    node.get("region").map_or_else(|| Some(Region::everywhere(size.states)), |table| of_table(table, size, reader))
+}
+
+/// The region of this table.
+pub(crate) fn of_table(table: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
     let mut region = match table.get("states") {
         Some(states) => Region::new(&bounds(states, "states", size.states, "state", reader)?),
         None => Region::everywhere(size.states),

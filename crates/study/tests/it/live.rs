@@ -404,6 +404,17 @@ fn noise_and_first_errors_leave_no_other_certificate() {
     }
 }
 
+/// An observer without code in the page is named with its kind.
+#[test]
+fn an_observer_that_is_not_in_the_page_is_named_with_its_kind() {
+    let text = CARRIAGE.replace("INPUT", "expressions = [\"0\"]").replacen("extended-kalman", "ukf", 1);
+    let (experiment, _, html) = page_of(&study(&text), &scratch("in-part"));
+    let name = &study(&text).observers[0].name;
+    assert!(experiment.is_some_and(|experiment| experiment.observers.iter().all(|of| of.name != *name)));
+    let said = format!("Not simulated in this page, which has no code for them: {name} (kind ukf).");
+    assert!(html.contains(&said), "{said}");
+}
+
 /// What the page cannot run has a sentence in its place; a study on a log has no such section.
 #[test]
 fn what_the_page_cannot_run_is_said() {

@@ -124,7 +124,7 @@ impl Subject<'_> {
             let estimate = self.spec.initial.clone();
             let corner: Vec<f64> = {
                 let mut random = self.random.borrow_mut();
-                estimate.iter().zip(&spec.first).map(|(x, r)| x + r * random.sign()).collect()
+                estimate.iter().zip(&spec.initial_bounds).map(|(x, r)| x + r * random.sign()).collect()
             };
             let inputs = self.inputs(None);
             let signs = self.signs(bounds.noise.len(), bounds.disturbance.len());
@@ -205,7 +205,7 @@ impl Subject<'_> {
             .designed
             .and_then(|designed| matrix(&designed.report, "T"))
             .map_or(1.0, |t| t.amax() * t.clone().try_inverse().map_or(1e6, |inverse| inverse.amax()));
-        spec.first.iter().fold(0.0, |most: f64, x| most.max(*x)) * (1.0 + largest)
+        spec.initial_bounds.iter().fold(0.0, |most: f64, x| most.max(*x)) * (1.0 + largest)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Claims of convergence, held against trajectories.
 
 use luenberger_design::Region;
+use luenberger_observers::sliding_mode::Discretisation;
 use luenberger_study::kinds::{SlidingModeSpec, UnknownInput};
 use nalgebra::{DMatrix, DVector};
 
@@ -356,7 +357,7 @@ impl Subject<'_> {
                 spec.bound
             )));
         }
-        if spec.explicit {
+        if spec.discretisation == Discretisation::Explicit {
             return Ok(Held::Unchecked);
         }
         let reaching = said.number("bound of the reaching time from an error of 1 in the last state").unwrap_or(10.0);

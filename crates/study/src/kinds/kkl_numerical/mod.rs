@@ -8,10 +8,9 @@ use std::sync::Arc;
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf, continuous};
-use crate::keys::{Range, Type, optional, required};
+use crate::keys::{Key, Type, optional};
 use crate::model::Model;
 use crate::reader::region::finite_bounds;
-use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::results::{Advice, Cause, DesignReport, DesignVerdict, NamedNumber, NoObserver, Statement};
 use crate::steps::steps_for;
@@ -42,52 +41,9 @@ pub(super) static DECLARATION: Declaration = Declaration {
     about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with one output: of 2 to 6 states, or of 2 or 3 states with inputs that are held at constant values.",
     source: "Kazantzis and Kravaris 1998, Andrieu and Praly 2006; computed by simulation",
     plant: PlantClass::Nonlinear(Time::OF_STATE),
-    keys: &[&[
-        required("domain", Type::Bounds, "Region of the states, n finite pairs [lower, upper]."),
-        optional(
-            "inputs",
-            Type::Bounds,
-            "Range of each input, m finite pairs [lower, upper]: the inputs are held at constant values of it (required for a plant with inputs).",
-        ),
-        optional(
-            "nodes",
-            Type::Count(2),
-            "Values of each input for which there is a table, up to 33; between them T is interpolated (default 5).",
-        ),
-        optional(
-            "cutoff",
-            Type::Number(Range::Positive),
-            "Cutoff frequency of the Bessel filter z (default: the slowest of six that is accurate on a coarse table).",
-        ),
-        optional(
-            "escape",
-            Type::Number(Range::Positive),
-            "Width of the layer around the region in which the plant is slowed down, for plants that are unbounded backward in time (default: one half-width if a trajectory escapes, else none).",
-        ),
-        optional(
-            "points",
-            Type::Count(5),
-            "Grid points of the table per axis (default: 33 to 97, three states 17 to 33, more states 9 to 17, until the table is accurate).",
-        ),
-        optional(
-            "rank",
-            Type::Count(1),
-            "Largest rank of the table for five or six states, up to 32; the table is a tensor train (default 24).",
-        ),
-        optional("leaves", Type::Count(1), "Largest number of leaves of the tree of polynomials (default 32)."),
-        optional("degree", Type::Count(1), "Degree of the polynomials (default 4, five or six states 3)."),
-        optional("samples", Type::Count(100), "Number of samples of the fit (default 8000)."),
-        optional(
-            "form",
-            Type::Choice(&[
-                ("interpolated", "Interpolation in the table: accurate."),
-                ("embedded", "Tree of polynomials: small enough for a microcontroller."),
-            ]),
-            "Left inverse to simulate (default interpolated).",
-        ),
-    ]],
+    keys: &[KklSpec::KEYS],
     kind: as_kind::<KklSpec>,
-    read,
+    read: |given, reader| Some(KklSpec::read(given, reader)?.checked(given, reader)?.into()),
     takes_long: true,
     tuning: Tuning::Rules(&[Rule {
         name: "kkl-numerical",
@@ -100,101 +56,92 @@ pub(super) static DECLARATION: Declaration = Declaration {
     }]),
 };
 
-fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let (node, size) = (given.node, given.size());
-    let n = size.states;
-    let number = |key: &str| node.get(key).and_then(Node::number);
-    let domain = finite_bounds(node.get("domain")?, "domain", (n, "state"), reader)?;
-    let inputs = match node.get("inputs") {
-        Some(inputs) => finite_bounds(inputs, "inputs", (size.inputs, "input"), reader)?,
-        None => Vec::new(),
-    };
-    if inputs.is_empty()
-        && let Some(nodes) = node.entry("nodes")
-    {
-        let message = "`nodes` without `inputs`";
-        return reader.refuse(nodes.span.clone(), message, "expected `inputs`, the range of each input");
+crate::keys! { |size|
+    /// A numerical KKL observer.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct KklSpec {
+        /// Region of the states, n finite pairs [lower, upper].
+        domain: Vec<(f64, f64)> as Bounds => |key, given, reader| {
+            finite_bounds(given.node.get(key.name)?, key.name, (given.size().states, "state"), reader)
+        },
+        /// Range of each input, m finite pairs; empty for a plant without inputs.
+        inputs: Vec<(f64, f64)> as &INPUTS => |key, given, reader| match given.node.get(key.name) {
+            Some(inputs) => finite_bounds(inputs, key.name, (given.size().inputs, "input"), reader),
+            None => Some(Vec::new()),
+        },
+        /// Values of each input for which there is a table, up to 33; between them T is interpolated (default 5).
+        nodes: usize as Count(2) = 5,
+        /// Cutoff frequency of the Bessel filter z (default: the slowest of six that is accurate on a coarse table).
+        cutoff: Option<f64> as Number(Positive),
+        /// Width of the layer around the region in which the plant is slowed down, for plants that are unbounded
+        /// backward in time (default: one half-width if a trajectory escapes, else none).
+        escape: Option<f64> as Number(Positive),
+        /// Grid points of the table per axis (default: 33 to 97, three states 17 to 33, more states 9 to 17, until the
+        /// table is accurate).
+        points: Option<usize> as Count(5),
+        /// Largest rank of the table for five or six states, up to 32; the table is a tensor train (default 24).
+        rank: usize as Count(1) = 24,
+        /// Largest number of leaves of the tree of polynomials (default 32).
+        leaves: usize as Count(1) = 32,
+        /// Degree of the polynomials (default 4, five or six states 3).
+        degree: usize as Count(1) = if size.states > MOST_STATES_OF_A_FULL_TABLE { 3 } else { 4 },
+        /// Number of samples of the fit (default 8000).
+        samples: usize as Count(100) = 8000,
+        /// Left inverse to simulate (default interpolated).
+        form: Form as Choice = Form::Interpolated,
     }
-    let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
-    let standard = KklSpec::new(domain);
-    let nodes = count("nodes", standard.nodes)?;
-    if nodes > MOST_NODES {
-        let message = format!("`nodes` is {nodes}");
-        return reader.refuse(node.get("nodes")?.span.clone(), message, format!("expected at most {MOST_NODES}"));
-    }
-    let is_low_rank = n > MOST_STATES_OF_A_FULL_TABLE;
-    if !is_low_rank && let Some(rank) = node.entry("rank") {
-        let message = format!("`rank` for a plant with {}", counted(n, "state"));
-        let expected = format!("up to {MOST_STATES_OF_A_FULL_TABLE} states the table has all points of the grid");
-        return reader.refuse(rank.span.clone(), message, expected);
-    }
-    let rank = count("rank", standard.rank)?;
-    if rank > MOST_RANK {
-        let message = format!("`rank` is {rank}");
-        return reader.refuse(node.get("rank")?.span.clone(), message, format!("expected at most {MOST_RANK}"));
-    }
-    let spec = KklSpec {
-        inputs,
-        rank,
-        nodes,
-        cutoff: number("cutoff"),
-        escape: number("escape"),
-        points: node.given("points", Node::count)?,
-        leaves: count("leaves", standard.leaves)?,
-        degree: count("degree", standard.degree)?,
-        samples: count("samples", standard.samples)?,
-        embedded: node.get("form").and_then(Node::text) == Some("embedded"),
-        ..standard
-    };
-    Some(spec.into())
 }
 
-/// A numerical KKL observer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct KklSpec {
-    /// The box of the states.
-    pub domain: Vec<(f64, f64)>,
-    /// The cut-off frequency of the filter; none to search it.
-    pub cutoff: Option<f64>,
-    /// The margin around the box, outside of which the plant is slowed down; none to slow it down if it escapes.
-    pub escape: Option<f64>,
-    /// Grid points per axis; none to search them.
-    pub points: Option<usize>,
-    /// Maximal number of leaves of the tree.
-    pub leaves: usize,
-    /// Degree of the polynomials.
-    pub degree: usize,
-    /// Number of samples for the fit.
-    pub samples: usize,
-    /// Largest rank of the table, for more states than a full table can have.
-    pub rank: usize,
-    /// Whether the embedded form is simulated.
-    pub embedded: bool,
-    /// Bounds of the inputs, which are held at constant values; empty for a plant without inputs.
-    pub inputs: Vec<(f64, f64)>,
-    /// Values of each input for which there is a table.
-    pub nodes: usize,
+const INPUTS: Key = optional(
+    "inputs",
+    Type::Bounds,
+    "Range of each input, m finite pairs [lower, upper]: the inputs are held at constant values of it (required for a plant with inputs).",
+);
+
+/// The form of the left inverse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// A table.
+    Interpolated,
+    /// A tree of polynomials.
+    Embedded,
+}
+
+crate::words! { Form {
+    /// Interpolation in the table: accurate.
+    Interpolated = "interpolated",
+    /// Tree of polynomials: small enough for a microcontroller.
+    Embedded = "embedded",
+} }
+
+impl KklSpec {
+    /// With keys that have an effect, and numbers that a table may have.
+    fn checked(self, given: &Given<'_>, reader: &mut Reader) -> Option<Self> {
+        let (node, n) = (given.node, given.size().states);
+        if self.inputs.is_empty()
+            && let Some(nodes) = node.entry("nodes")
+        {
+            let message = "`nodes` without `inputs`";
+            return reader.refuse(nodes.span.clone(), message, "expected `inputs`, the range of each input");
+        }
+        if n <= MOST_STATES_OF_A_FULL_TABLE
+            && let Some(rank) = node.entry("rank")
+        {
+            let message = format!("`rank` for a plant with {}", counted(n, "state"));
+            let expected = format!("up to {MOST_STATES_OF_A_FULL_TABLE} states the table has all points of the grid");
+            return reader.refuse(rank.span.clone(), message, expected);
+        }
+        for (key, count, most) in [("nodes", self.nodes, MOST_NODES), ("rank", self.rank, MOST_RANK)] {
+            if count > most {
+                let span = node.get(key)?.span.clone();
+                return reader.refuse(span, format!("`{key}` is {count}"), format!("expected at most {most}"));
+            }
+        }
+        Some(self)
+    }
 }
 
 impl KklSpec {
-    /// The observer of a plant without inputs on this box of its states, with the defaults of a study.
-    pub fn new(domain: Vec<(f64, f64)>) -> Self {
-        let degree = if domain.len() > MOST_STATES_OF_A_FULL_TABLE { 3 } else { 4 };
-        Self {
-            domain,
-            cutoff: None,
-            escape: None,
-            points: None,
-            leaves: 32,
-            degree,
-            samples: 8000,
-            rank: 24,
-            embedded: false,
-            inputs: Vec::new(),
-            nodes: 5,
-        }
-    }
-
     /// Grid points per axis of all tables that the design may compute for a plant with so many states, those of the
     /// search included.
     pub fn tables(&self, states: usize) -> Vec<usize> {
@@ -211,6 +158,11 @@ impl KklSpec {
         } else {
             (points as f64).powf(states as f64)
         }
+    }
+
+    /// Whether the small form is simulated.
+    pub fn is_embedded(&self) -> bool {
+        self.form == Form::Embedded
     }
 
     /// Values of the inputs for which there are tables; one without inputs.
@@ -419,7 +371,7 @@ fn designed(model: &Model, requested: &KklSpec, cancel: &AtomicBool) -> Result<D
         ($n:literal, $z:literal, $table:ty, $accurate:ident, $embedded:ident) => {{
             let (design, report) = of_size::<$table, $n, $z>(&plant.fixed()?, requested, cancel)?;
             let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
-            (if requested.embedded { Kkl::$embedded(small) } else { Kkl::$accurate(accurate) }, report)
+            (if requested.is_embedded() { Kkl::$embedded(small) } else { Kkl::$accurate(accurate) }, report)
         }};
     }
     let (kkl, report) = match (size.states, size.inputs) {
@@ -502,7 +454,7 @@ fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
     let Chosen { settings, wanted, choice, domain, target } = &made;
     let design = Design::<W, N, Z>::with_table(plant, target, domain, SVector::zeros(), settings, &mut on)?;
     let measured = &design.report;
-    let form = if requested.embedded { &measured.embedded } else { &measured.interpolated };
+    let form = if requested.is_embedded() { &measured.embedded } else { &measured.interpolated };
     let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
     let table = design.interpolated.map().inverse().spline();
     if let Some(rank) = table.rank() {
@@ -556,7 +508,7 @@ fn held_inputs<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     }
     let HeldInputDesign { observer, report: measured } = design?;
     let Chosen { wanted, choice, target, .. } = &made;
-    let form = if requested.embedded { &measured.embedded } else { &measured.interpolated };
+    let form = if requested.is_embedded() { &measured.embedded } else { &measured.interpolated };
     let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
     numbers.push(number("inputs with a table", measured.tables as f64));
     numbers.extend(errors(form));
@@ -570,7 +522,7 @@ fn held_inputs<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
             explained(choice, wanted)
         ),
     );
-    Ok((Box::new(if requested.embedded { observer.embedded() } else { observer }), report))
+    Ok((Box::new(if requested.is_embedded() { observer.embedded() } else { observer }), report))
 }
 
 /// The numbers of every design.
