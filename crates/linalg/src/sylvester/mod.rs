@@ -33,8 +33,8 @@ pub struct Sylvester {
     /// in the coordinates of the Schur forms), by three substitutions; by at most eleven if the equation may be
     /// singular. An upper bound, seldom more than three times too large.
     pub separation: f64,
-    /// Condition number `(||A|| + ||B||) / separation` or `(||A|| ||B|| + 1) / separation`: to first order, the relative
-    /// change of `X` per relative change of the data.
+    /// Condition number `(||A|| + ||B||) / separation` or `(||A|| ||B|| + 1) / separation`: to first order, the
+    /// relative change of `X` per relative change of the data.
     pub condition: f64,
     /// Relative error measured by refinement, if the separation is at rounding level.
     refined: Option<f64>,
