@@ -173,7 +173,7 @@ impl<'a> Names<'a> {
     /// [`ProofError`] for text that is no expression in these names, and for shapes that do not fit.
     pub(crate) fn expression(&self, text: &str) -> Result<InNames<'_>, ProofError> {
         let formula = parse::expression(&self.read(text), self)?;
-        shapes::check(&formula, self)?;
+        shapes::check(&formula, false, self)?;
         Ok(InNames { formula, names: self })
     }
 
@@ -190,7 +190,7 @@ impl<'a> Names<'a> {
             let why = UndecidedReason::NotByThisMatrix { name: "P" };
             return Ok(Verdict::Undecided { why, best: f64::NAN });
         }
-        shapes::check(&formula, self)?;
+        shapes::check(&formula, true, self)?;
         for named in &used {
             named.check()?;
         }

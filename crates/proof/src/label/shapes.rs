@@ -4,10 +4,11 @@ use super::parse::Formula;
 use super::{Names, Value};
 use crate::error::ProofError;
 
-/// The name that was given first is right: an error has the later one, with the shape that it should have.
-pub(super) fn check(formula: &Formula, names: &Names<'_>) -> Result<(), ProofError> {
+/// The name that was given first is right: an error has the later one, with the shape that it should have. The sides of
+/// an inequality are square.
+pub(super) fn check(formula: &Formula, is_square: bool, names: &Names<'_>) -> Result<(), ProofError> {
     let mut sizes = Sizes { same_as: (0..2 * names.names.len()).collect(), names };
-    if let Some((rows, columns)) = sizes.of(formula) {
+    if let Some((rows, columns)) = sizes.of(formula).filter(|_| is_square) {
         sizes.are_equal(rows, columns);
     }
     let mut known: Vec<Option<usize>> = vec![None; sizes.same_as.len()];

@@ -34,7 +34,7 @@ pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum, sc
 pub use interval_observer::{BlockCoordinates, HeldPlant, SampledBounds, SampledIntervals, held_plant};
 pub(crate) use interval_observer::{entries_at_least, product_up, rounding, units};
 pub(crate) use kkl::{Axes, Composition, Expressions};
-pub(crate) use left_inverse::{Product, Stacked, times_left_inverse};
+pub(crate) use left_inverse::times_left_inverse;
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive, stein_decrease,

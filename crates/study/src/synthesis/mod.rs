@@ -81,6 +81,11 @@ fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
         margin: fact.verdict.margin(),
         words,
         is_at_vertex: fact.vertex.is_some(),
+        names_margin: match &fact.verdict {
+            Verdict::Proved { .. } => true,
+            Verdict::Refuted { .. } => false,
+            Verdict::Undecided { best, .. } => !best.is_nan(),
+        },
         equation: equation(&fact.inequality).map(str::to_owned),
     }
 }
