@@ -169,6 +169,14 @@ pub(super) fn super_twisting(document: &Value, random: &mut Random) -> Found {
     ensure(p.is_positive(), said("P > 0"))?;
     margin_of(document, 0, &p)?;
     let number = Exact::number;
+    // The matrix of the theorem, as it is written.
+    let (seen, zero) = (Exact::from_f64(2, 2, &[1.0, 0.0, 0.0, 0.0]), Exact::zeros(1, 1));
+    let a = Exact::blocks(&[vec![k1.negative(), number(1.0)], vec![k2.plus(&k2).negative(), zero]]);
+    let half =
+        p.times(&a).he().scaled(&Exact::dyadic(1, 1)).plus(&p.scaled(&alpha)).plus(&seen.scaled(&bound.times(&bound)));
+    let pushed = p.times(&Exact::from_f64(2, 1, &[0.0, 2.0]));
+    let whole = Exact::blocks(&[vec![half.plus(&half), pushed.clone()], vec![pushed.transposed(), number(-2.0)]]);
+    margin_of(document, 1, &whole.negative())?;
     for step in -16..=16_i32 {
         // z1 > 0 by symmetry; z2 in units in which both parts of V are alike.
         let (p11, p22) = (p.at(0, 0).near(), p.at(1, 1).near());
@@ -188,7 +196,6 @@ pub(super) fn super_twisting(document: &Value, random: &mut Random) -> Found {
             ensure(rise.sign() <= 0, said("V' <= -alpha V/|z1|"))?;
         }
     }
-    let seen = Exact::from_f64(2, 2, &[1.0, 0.0, 0.0, 0.0]);
     margin_of(document, 2, &p.scaled(&c.times(&c)).minus(&seen))
 }
 

@@ -6,7 +6,7 @@
 //! the document itself, with the original margins, one of them an ulp larger, with new text and a new digest.
 //! `adversary` reads the accepted text without `luenberger-proof` and tries to contradict it. An accepted mutant is
 //! often mutated again, so that changes accumulate; and where the change of one number decides between acceptance and
-//! rejection, the boundary is found by bisection, down to neighbouring numbers.
+//! rejection, the boundary is found by bisection, down to neighbouring numbers. `labels` changes the hypotheses.
 
 mod adversary;
 mod cubic;
@@ -18,6 +18,7 @@ mod families;
 mod filters;
 mod intervals;
 mod kkl;
+mod labels;
 mod mutate;
 mod programs;
 mod sampled;
@@ -29,6 +30,8 @@ use serde_json::Value;
 
 use adversary::Found;
 use document::hexadecimal;
+
+pub use labels::{Changed, Noticed, changed_labels};
 
 type Generator = fn(&mut Random) -> Option<CertificateFile>;
 type Adversary = fn(&Value, &mut Random) -> Found;
@@ -95,6 +98,11 @@ pub struct Tally {
 /// The names of the theorems.
 pub fn kinds() -> &'static [&'static str] {
     Theorem::NAMES
+}
+
+/// The theorems that lack a generator or an adversary.
+pub fn without_seeds() -> Vec<&'static str> {
+    kinds().iter().copied().filter(|kind| KINDS.iter().all(|(name, ..)| name != kind)).collect()
 }
 
 /// The functions of a theorem, by its name.

@@ -1,5 +1,6 @@
 //! Meaningful changes of a certificate: of its numbers, matrices, lists, dimensions and text, in any place.
 
+use luenberger_proof::certificate::{CertificateFile, Fault};
 use luenberger_random::Random;
 use serde_json::Value;
 
@@ -9,17 +10,19 @@ use super::stream;
 /// Members that are not data.
 const FRAME: [&str; 7] = ["format", "version", "title", "theorem", "statement", "margins", "sha256"];
 
-/// Words that a field of a file may hold in place of another.
-const WORDS: &[&[&str]] = &[
-    &["positive definite", "positive semidefinite", "negative definite", "negative semidefinite"],
-    &["A'P + PA + Q = 0", "A'PA - P + Q = 0"],
-    &[">", ">="],
-    &["binary32", "binary64", "Q4.28", "Q14.30", "Q8.8", "Q2.14"],
-    &["joined", "innovation", "accumulated", "cubic"],
-    &["everywhere", "0x1p0", "0x1p10", "0x1p-10", "0x1p40", "0x1p80"],
-    &["bounds", "primal infeasible", "dual infeasible"],
-    &["continuous", "discrete"],
-];
+/// Formats of numbers, and regions, of which there are more than a reader can list.
+const FORMATS: [&str; 6] = ["binary32", "binary64", "Q4.28", "Q14.30", "Q8.8", "Q2.14"];
+const REGIONS: [&str; 6] = ["everywhere", "0x1p0", "0x1p10", "0x1p-10", "0x1p40", "0x1p80"];
+
+/// The words that the reader of the theorem takes at this place.
+fn known_words(document: &Value, path: &str) -> Option<Vec<String>> {
+    let mut unknown = document.clone();
+    *unknown.pointer_mut(path)? = Value::from("?");
+    match CertificateFile::read(unknown.to_string().as_bytes()).err()?.fault {
+        Fault::Word { known, .. } => Some(known.split('"').skip(1).step_by(2).map(str::to_owned).collect()),
+        _ => None,
+    }
+}
 
 /// Positions in a document, as JSON pointers.
 #[derive(Debug, Default)]
@@ -286,10 +289,12 @@ fn word(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
     places.extend(map.numbers.iter().filter(|path| path.ends_with("converges_from")));
     let path = *pick(&places, random)?;
     let found = document.pointer(path)?.as_str()?;
-    let family =
-        if path.ends_with("converges_from") { WORDS.get(5) } else { WORDS.iter().find(|words| words.contains(&found)) };
-    let next = pick(family?, random)?;
-    *document.pointer_mut(path)? = Value::String((*next).to_owned());
+    let words = match found {
+        _ if path.ends_with("converges_from") => REGIONS.map(str::to_owned).to_vec(),
+        format if FORMATS.contains(&format) => FORMATS.map(str::to_owned).to_vec(),
+        _ => known_words(document, path)?,
+    };
+    *document.pointer_mut(path)? = Value::from(pick(&words, random)?.as_str());
     Some(())
 }
 

@@ -91,6 +91,13 @@ pub(super) fn varying_periods(document: &Value, random: &mut Random) -> Found {
             let (n, gain) = (matrix(&observer["N"], random), matrix(&lyapunov["S"], random));
             ensure(gain.he().is_semidefinite(), said("S + S' >= 0"))?;
             let half = Exact::dyadic(1, 1);
+            let corner = p.times(&n).plus(&c.transposed().times(&gain));
+            let room = p.minus(&level).scaled(&half);
+            let block = Exact::blocks(&[vec![room, corner.clone()], vec![corner.transposed(), n.congruent(&p)]]);
+            // The last facts, however many there are of the times.
+            let facts = document["margins"].as_array().map_or(0, Vec::len);
+            margin_of(document, facts.saturating_sub(2), &gain.he())?;
+            margin_of(document, facts.saturating_sub(1), &block)?;
             let mean = p.plus(&level).scaled(&half);
             for exponent in [-60, -8, -1, 0, 1, 8, 60] {
                 let share = Exact::number(random.between(0.5, 2.0) * 2.0_f64.powi(exponent));

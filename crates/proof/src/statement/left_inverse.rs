@@ -92,6 +92,7 @@ impl<'a, B: Expression, S: Expression> System<'a, B, S> {
 
     fn right_side<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
         let (b, units) = (self.b.evaluate::<R>()?, self.units::<R>()?);
+        b.expect_shape("B of X S = B", (b.rows(), units.len()))?;
         let above = if self.alpha.is_some() { self.rows } else { 0 };
         Ok(Matrix::from_fn(above + b.cols(), b.rows(), |i, j| match i.checked_sub(above) {
             Some(i) => b[(j, i)].mul(&units[i]),

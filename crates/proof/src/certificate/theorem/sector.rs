@@ -1,9 +1,9 @@
 //! The observer of a plant with nonlinearities in sectors.
 //!
 //! Plant `x' = Ax + sum_k G_k phi_k(H_k x)`, observer `xhat' = A xhat + sum_k G_k phi_k(H_k xhat) + L(y - C xhat)`.
-//! With `e = x - xhat` and `w_k = phi_k(H_k x) - phi_k(H_k xhat)`, the incremental sector `[low, high]` is `(w_k - low
-//! H_k e)'(high H_k e - w_k) >= 0`: for a scalar phi_k bounds of its slope, for `low = -high` the Lipschitz condition
-//! `|w_k| <= high |H_k e|`.
+//! With `e = x - xhat` and `w_k = phi_k(H_k x) - phi_k(H_k xhat)`, the incremental sector `[low, high]` is
+//! `(w_k - low H_k e)'(high H_k e - w_k) >= 0`: for a scalar phi_k bounds of its slope, for `low = -high` the Lipschitz
+//! condition `|w_k| <= high |H_k e|`.
 //!
 //! **Hypotheses.** `P > 0` and, for every pair (A, C) between its bounds and `F = A - LC`,
 //! ```text
