@@ -2,7 +2,7 @@
 
 /// A bound of the error relative to the solution found, as one relative to the exact solution. From one on, not a digit
 /// is known: infinite.
-pub(crate) fn of_exact(bound: f64) -> f64 {
+pub fn of_exact(bound: f64) -> f64 {
     if bound < 1.0 { bound / (1.0 - bound) } else { f64::INFINITY }
 }
 

@@ -192,6 +192,7 @@ pub mod internals {
     pub use crate::balance::{Balance, sizes};
     pub use crate::compensated::{product, sum};
     pub use crate::exactly_singular::{Regularity, characteristic, power, prime_below, regularity, residue};
+    pub use crate::forward_error::of_exact;
     pub use crate::kernel::dispatch;
     pub use crate::least_visible::least_visible;
     pub use crate::placement::eigenvectors::{Eigenvectors, Part, norm};

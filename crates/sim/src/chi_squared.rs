@@ -26,8 +26,7 @@ pub fn tail(x: f64, degrees: f64) -> f64 {
         return 1.0;
     }
     let scale = (a * x.ln() - x - ln_gamma(a)).exp();
-    // Both need some multiple of sqrt(a) terms near x = a, and few elsewhere.
-    let terms = 1000 + (50.0 * a.sqrt()) as usize;
+    let terms = most_terms(a);
     if x < a + 1.0 {
         let (mut term, mut sum, mut index) = (1.0 / a, 1.0 / a, a);
         for _ in 0..terms {
@@ -59,6 +58,11 @@ pub fn tail(x: f64, degrees: f64) -> f64 {
     (fraction * scale).clamp(0.0, 1.0)
 }
 
+/// More terms than series and fraction take: some multiple of sqrt(a) near x = a, and few elsewhere.
+fn most_terms(a: f64) -> usize {
+    1000 + (50.0 * a.sqrt()) as usize
+}
+
 fn nonzero(x: f64) -> f64 {
     if x.abs() < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { x }
 }
@@ -66,8 +70,7 @@ fn nonzero(x: f64) -> f64 {
 /// The x that chi-squared with `degrees` degrees of freedom stays below with the probability p, by bisection of
 /// [`tail`]; p between 1e-9 and 1 - 1e-9.
 pub fn quantile(p: f64, degrees: f64) -> f64 {
-    // Mean k, variance 2 k, and a tail that decays as exp(-x/2).
-    let (mut low, mut high) = (0.0, degrees + 10.0 * (2.0 * degrees).sqrt() + 100.0);
+    let (mut low, mut high) = (0.0, beyond(degrees));
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
@@ -80,4 +83,9 @@ pub fn quantile(p: f64, degrees: f64) -> f64 {
         }
     }
     0.5 * (low + high)
+}
+
+/// More than any of these quantiles: mean k, variance 2 k, and a tail that decays as exp(-x/2).
+fn beyond(degrees: f64) -> f64 {
+    degrees + 10.0 * (2.0 * degrees).sqrt() + 100.0
 }

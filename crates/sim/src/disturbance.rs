@@ -189,7 +189,7 @@ impl MeasurementLoss {
         }
         let mut draws = Stream::new(self.seed, Purpose::Outlier, output as u64).member(member).draws(k);
         let size = if draws.uniform() < self.outlier { self.outlier_size[output] } else { 0.0 };
-        if draws.uniform() < 0.5 { -size } else { size }
+        if draws.uniform() >= 0.5 { size } else { -size }
     }
 }
 

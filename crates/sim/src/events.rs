@@ -1,8 +1,9 @@
 //! Crossings and extrema of a quantity along a trajectory, located on the dense output.
 //!
 //! Each step of the integrator is searched at 17 points, more than the degree of its polynomial, and every local
-//! extremum that comes towards the level without reaching it on these points is followed to its end, so that two
-//! crossings close to each other are not missed. Roots are bisected to the last bit of t.
+//! extremum that comes towards the level without reaching it on these points, also one beside an end of the step, is
+//! followed to its end, so that two crossings close to each other are not missed. Roots are bisected to the last bit of
+//! t.
 
 use crate::dense::{Dense, NODES, Place, enclosure};
 use crate::error::SimError;
@@ -230,8 +231,10 @@ impl<'t> Trace<'t> {
             for &(t, value) in &points {
                 consider(t, value);
             }
-            for w in points.windows(3).filter(|w| w[1].1 >= w[0].1 && w[1].1 >= w[2].1) {
-                let t = minimum(&|t| -value(t), w[0].0, w[2].0);
+            let falling = |t: f64| -value(t);
+            let below: Vec<(f64, f64)> = points.iter().map(|&(t, value)| (t, -value)).collect();
+            for bracket in brackets(&below, &falling) {
+                let t = minimum(&falling, bracket.low, bracket.high);
                 consider(t, value(t));
             }
         }
@@ -295,17 +298,16 @@ impl OnStep<'_> {
             return vec![(start, value(start)), (end, value(end))];
         }
         let mut points: Vec<(f64, f64)> = grid(start, end).map(|t| (t, value(t))).collect();
-        // Turning points between the grid points, on the far side of the level.
-        let turns: Vec<(f64, f64)> = points
-            .windows(3)
-            .filter(|w| w.iter().all(|p| p.1 * w[1].1 > 0.0))
-            .filter(|w| w[1].1.abs() <= w[0].1.abs() && w[1].1.abs() <= w[2].1.abs())
-            .map(|w| {
-                let sign = w[1].1.signum();
-                let t = minimum(&|t| sign * value(t), w[0].0, w[2].0);
-                (t, value(t))
-            })
-            .collect();
+        // Turning points between the grid points, which may be on the other side of the level.
+        let mut turns = Vec::new();
+        for sign in [1.0, -1.0] {
+            let apart = |t: f64| sign * value(t);
+            let on_grid: Vec<(f64, f64)> = points.iter().map(|&(t, value)| (t, sign * value)).collect();
+            for bracket in brackets(&on_grid, &apart).into_iter().filter(|bracket| bracket.least > 0.0) {
+                let t = minimum(&apart, bracket.low, bracket.high);
+                turns.push((t, value(t)));
+            }
+        }
         points.extend(turns);
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points
@@ -315,6 +317,30 @@ impl OnStep<'_> {
 /// The points at which a step is searched, both ends among them.
 fn grid(start: f64, end: f64) -> impl Iterator<Item = f64> {
     (0..=SEARCH).map(move |i| if i == SEARCH { end } else { start + (end - start) * i as f64 / SEARCH as f64 })
+}
+
+/// Where a function has a local minimum, with the least of its values on the grid there.
+struct Bracket {
+    low: f64,
+    high: f64,
+    least: f64,
+}
+
+/// The local minima of `f` between the points (t, f(t)) of a grid: around a point that is not above its neighbours, and
+/// beside an end from which f falls before it rises.
+fn brackets(points: &[(f64, f64)], f: &dyn Fn(f64) -> f64) -> Vec<Bracket> {
+    let around = points.windows(3).filter(|w| w[1].1 <= w[0].1 && w[1].1 <= w[2].1);
+    let mut found: Vec<Bracket> = around.map(|w| Bracket { low: w[0].0, high: w[2].0, least: w[1].1 }).collect();
+    if let ([first, second, ..], [.., before, last]) = (points, points) {
+        for (end, next) in [(first, second), (last, before)] {
+            // A thousandth of the way: an extremum that is nearer to the end is as high as the end to a millionth of
+            // what the grid leaves open.
+            if end.1 <= next.1 && f(end.0 + 1e-3 * (next.0 - end.0)) < end.1 {
+                found.push(Bracket { low: end.0.min(next.0), high: end.0.max(next.0), least: end.1 });
+            }
+        }
+    }
+    found
 }
 
 /// The root between `low` and `high`, where `f(low)` has the sign of `first` and `f(high)` the other, to the last bit.

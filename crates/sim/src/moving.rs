@@ -22,7 +22,7 @@ pub(crate) fn output_rate(
     moves: impl Fn(usize) -> bool,
     rate: &mut [f64],
 ) {
-    let step = f64::EPSILON.cbrt() * period;
+    let step = difference_step(period);
     let mut f = vec![0.0; x.len()];
     plant.derivative(t, x, u, &mut f);
     let output = |step: f64| {
@@ -35,4 +35,9 @@ pub(crate) fn output_rate(
     for (j, rate) in rate.iter_mut().enumerate() {
         *rate = if moves(j) { (after[j] - before[j]) / (2.0 * step) } else { 0.0 };
     }
+}
+
+/// Where truncation and rounding of a central difference are alike.
+fn difference_step(period: f64) -> f64 {
+    f64::EPSILON.cbrt() * period
 }

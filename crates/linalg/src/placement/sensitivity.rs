@@ -140,10 +140,7 @@ impl Shifted<'_> {
         let t = self.t;
         let gap = t[(j, j)] - self.lambda.re;
         let apart = |gap: f64| if gap.abs() < self.floor { self.floor } else { gap };
-        let apart_complex = |gap: Complex<f64>| {
-            let near = gap.re.abs() < self.floor && gap.im.abs() < self.floor;
-            if near && gap.norm() < self.floor { Complex::from(self.floor) } else { gap }
-        };
+        let apart_complex = |gap: Complex<f64>| if gap.norm() < self.floor { Complex::from(self.floor) } else { gap };
         if size == 1 {
             if x_im.is_empty() {
                 x[j] /= apart(gap);

@@ -171,9 +171,15 @@ fn companions_are_regular_or_undecided() {
             DMatrix::from_fn(n, n, |i, j| if i == 0 { -coefficients[j + 1] } else { f64::from(u8::from(i == j + 1)) });
         match lyapunov(&a, &identity(n)) {
             Ok(found) => assert!(found.residual <= 1e-12, "n = {n}: {:e}", found.residual),
-            Err(error @ LinalgError::UndecidedEquation { regular, separation, condition, .. }) => {
+            Err(error @ LinalgError::UndecidedEquation { regular, separation, condition, digits, .. }) => {
                 println!("{n} {error}");
                 assert!(regular && n >= 7 && separation > 0.0 && condition > 1e14, "n = {n}: {error}");
+                // Those that the condition takes, of each of n products twice and between norms, sqrt n to 3 n; and
+                // three that are left.
+                let needed = |norms: f64| (condition * 2.0 * n as f64 * norms).log10().ceil() + 3.0;
+                let digits = f64::from(digits.unwrap());
+                let (least, most) = (needed((n as f64).sqrt()), needed(3.0 * n as f64));
+                assert!((least..=most).contains(&digits), "n = {n}: {digits} of {least} to {most}");
             }
             Err(other) => panic!("n = {n}: {other}"),
         }

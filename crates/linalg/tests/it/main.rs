@@ -27,6 +27,7 @@ mod poles;
 mod product;
 mod prototype;
 mod riccati;
+mod riccati_bounds;
 mod riccati_families;
 mod riccati_generalized;
 mod riccati_indefinite;

@@ -11,6 +11,21 @@ fn the_tail_of_chi_squared_is_that_of_the_tables() {
         assert!((tail(x, degrees) - expected).abs() < 1e-6, "{degrees} {x}");
     }
     assert_eq!((tail(0.0, 4.0), tail(1e9, 20.0)), (1.0, 0.0));
+    assert_eq!((tail(-2.0, 3.0), tail(f64::NAN, 3.0)), (1.0, 1.0));
+}
+
+/// mpmath 1.3 with 30 digits, `gammainc(k/2, x/2, regularized=True)`, where Stirling's series begins: the logarithm of
+/// the gamma function, 13, is known to its last bits.
+#[test]
+fn tails_near_the_mean_are_right_to_rounding() {
+    for (x, degrees, expected) in [
+        (20.0, 20.0, 0.457_929_714_471_852_2),
+        (18.5, 20.0, 0.554_506_898_750_187),
+        (25.0, 21.0, 0.247_164_078_922_659_77),
+    ] {
+        let found = tail(x, degrees);
+        assert!((found - expected).abs() < 8e-15, "{x} {degrees}: {found}");
+    }
 }
 
 /// scipy 1.17.1: `chi2.sf(x, k)`, `chi2.ppf(p, k)`.

@@ -5,9 +5,9 @@ use luenberger_observers::{
     Beta, CubicObserver, ExtendedKalmanFilter, Integral, LinearObserver, MeanValueObserver, NoiseModel, Observer,
     ObserverDimensions,
 };
-use luenberger_plants::{Chaotic, double_integrator};
+use luenberger_plants::{Chaotic, StateSpace, double_integrator};
 use luenberger_sim::{Comparison, Disturbances, Fault, Noise, Scenario, Signal, SimError, metrics};
-use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1, Vector2, Vector3};
+use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1, Vector2, Vector3, dmatrix};
 
 /// `xhat' = xhat^2 + 1` in both entries: leaves every bound at t = pi/2 from 0.
 struct Bursting;
@@ -146,6 +146,58 @@ fn bad_input_is_an_error() {
     ));
     let wrong = MeanValueObserver::new(Chaotic, 1.0, Beta, Vector3::zeros()).unwrap();
     assert!(matches!(of(&[1.0, 1.0], &[0.0, 0.0]).observer("other", &wrong).run(), Err(SimError::Length { .. })));
+}
+
+/// An observer without correction, whose state holds numbers beside its estimate.
+struct Holding<const N: usize>(nalgebra::SVector<f64, N>);
+
+impl<const N: usize> Observer<f64> for Holding<N> {
+    type State = nalgebra::SVector<f64, N>;
+    type Input = Vector1<f64>;
+    type Output = Vector1<f64>;
+    type Estimate = Vector2<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: N, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn derivative(&self, _t: f64, _state: &Self::State, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Self::State {
+        Self::State::zeros()
+    }
+
+    fn estimate(&self, _t: f64, _state: &Self::State, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        Vector2::zeros()
+    }
+
+    fn initial(&self, _t: f64, _estimate: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Self::State {
+        self.0
+    }
+}
+
+/// The true state is recognised within rounding anywhere in an observer's state, but not from one of its entries, nor
+/// with an entry 0, which are there by chance.
+#[test]
+fn the_true_state_in_an_observer_is_recognised() {
+    let plant = double_integrator();
+    let informed = |x0: [f64; 2], state: [f64; 4]| {
+        let observer = Holding(nalgebra::SVector::from(state));
+        let scenario = Scenario::new(&plant).initial_state(&x0).until(0.1, 2);
+        let table = Comparison::new(scenario, &[0.5, 0.25]).observer("holding", &observer).run().unwrap();
+        table.row("holding").unwrap().prior_information.clone()
+    };
+    let next = |x: f64| x * (1.0 + 2.0 * f64::EPSILON);
+    assert_eq!(informed([3e3, -7e3], [1.0, 3e3, -7e3, 2.0]).len(), 1);
+    assert_eq!(informed([3e3, -7e3], [1.0, 5.0, next(3e3), next(-7e3)]).len(), 1);
+    assert!(informed([3e3, -7e3], [3e3, 1.0, -7e3, 2.0]).is_empty());
+    assert!(informed([3e3, -7e3], [3e3 + 1e-9, -7e3, 0.0, 0.0]).is_empty());
+    assert!(informed([3e3, 0.0], [3e3, 0.0, 0.0, 0.0]).is_empty());
+    assert!(informed([3e3, -7e3], [-7e3, 3e3, 0.0, 0.0]).is_empty());
+    // x(0) - xhat(0) = 1 is also the first estimate.
+    let plant = StateSpace::new(dmatrix![-1.0], dmatrix![0.0], dmatrix![1.0]).unwrap();
+    let linear = LinearObserver::of(plant.clone(), dmatrix![1.0]).unwrap();
+    let scenario = Scenario::new(plant).initial_state(&[2.0]).until(1.0, 2);
+    let table = Comparison::new(scenario, &[1.0]).observer("linear", &linear).run().unwrap();
+    assert!(table.row("linear").unwrap().prior_information.is_empty());
 }
 
 /// A feedback of estimates would give each observer another plant.

@@ -64,4 +64,7 @@ fn squares_are_counted_by_what_they_are() {
     let large = NormalisedSquare { square: 10.0, ..full };
     assert!(!Consistency::of([Some(large), Some(large)]).unwrap().accepted());
     assert_eq!(Consistency::of([]), None);
+    // Nothing to test: no degree of freedom in any sample.
+    let test = Consistency::of([Some(none), None]).unwrap();
+    assert_eq!((test.mean, test.expected, test.bounds, test.samples), (0.0, 0.0, (0.0, 0.0), 0));
 }

@@ -46,6 +46,19 @@ fn constant_components_are_stored_once_per_step() {
     assert_eq!((points.len(), &points[0], &points[7]), (8, &(0.0, vec![0.1, 1.0]), &(1.0, vec![0.1, 0.0])));
 }
 
+/// A step from 1 to 3, whose nodes are at 1 + 2 s; and two components that are constant, around one that is not.
+#[test]
+fn every_kept_point_has_its_time() {
+    let mut dense = Dense::of(&[true, false, true]);
+    let values: Vec<f64> = NODE.iter().map(|node| 5.0 * node).collect();
+    dense.push(1.0, 3.0, &[7.0, 8.0], &values);
+    assert_eq!([dense.constant(0), dense.constant(1), dense.varying(0)], [0, 2, 1]);
+    let mut points = Vec::new();
+    dense.visit(&[2, 1, 0], |t, row| points.push((t, row.to_vec())));
+    let expected: Vec<_> = NODE.iter().map(|node| (1.0 + 2.0 * node, vec![8.0, 5.0 * node, 7.0])).collect();
+    assert_eq!(points, expected);
+}
+
 #[test]
 fn polynomials_of_degree_seven_are_kept_to_rounding() {
     let polynomial = |t: f64| [t.powi(7) - 3.0 * t.powi(4) + 1.0, 2.0 - t];

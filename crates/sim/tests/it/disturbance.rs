@@ -4,7 +4,7 @@ use approx::assert_abs_diff_eq;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator};
 use luenberger_sim::{
-    Change, Disturbances, Fault, MeasurementLoss, Noise, Purpose, Scenario, Signal, SimError, Trajectory,
+    Change, Disturbances, Fault, Integrand, MeasurementLoss, Noise, Purpose, Scenario, Signal, SimError, Trajectory,
 };
 use nalgebra::{DMatrix, Vector2, dmatrix};
 
@@ -198,4 +198,72 @@ fn a_change_counts_from_its_time_on() {
         .unwrap();
     assert_eq!(run.x.as_slice(), [2.0, 1.0, 1.0, 2.0, 2.0, 3.0]);
     assert_eq!(run.y.as_slice(), [2.0, 1.0, 1.0, 20.0, 20.0, 30.0]);
+}
+
+/// What process noise adds is what it draws, with a bias of the sensor beside it; in discrete time to the next state;
+/// and what is read is the output with the noise and the outlier of its period.
+#[test]
+fn noise_beside_other_disturbances_is_what_was_drawn() {
+    let (process, measurement) = (Noise::gaussian(&[0.7], 0.1, 3), Noise::gaussian(&[0.2], 0.1, 5));
+    let sensor = Some(Fault { gain: vec![1.0], bias: vec![0.25], from: 0.0 });
+    let all = Disturbances { process_noise: Some(process.clone()), sensor, ..Disturbances::default() };
+    let drawn = |k: u64| process.sample(Purpose::ProcessNoise, k)[0];
+    let scenario = Scenario::new(integrator()).disturbances(all.clone()).noise(measurement.clone());
+    let sum = 0.1 * (0..20).map(drawn).sum::<f64>();
+    let integrated = scenario.clone().integral("x", Integrand::custom(|view| view.x[0])).until(2.0, 2).run().unwrap();
+    assert_abs_diff_eq!(integrated.x[(1, 0)], sum, epsilon = 1e-10);
+    let run = scenario.until(2.0, 2).run().unwrap();
+    assert_abs_diff_eq!(run.x[(1, 0)], 0.1 * (0..20).map(drawn).sum::<f64>(), epsilon = 1e-10);
+    let noise = run.measured_at(1.234).unwrap()[0] - run.state_at(1.234).unwrap()[0] - 0.25;
+    assert_abs_diff_eq!(noise, measurement.sample(Purpose::MeasurementNoise, 12)[0], epsilon = 1e-10);
+    // x+ = x/2 + w: x after three steps.
+    let halved = LinearPlant::new(dmatrix![0.5], dmatrix![0.0], dmatrix![1.0]).unwrap();
+    let run = Scenario::new(halved).discrete_time(0.1).disturbances(all).initial_state(&[8.0]).times(&[0.0, 0.3]);
+    let expected = 1.0 + drawn(0) / 4.0 + drawn(1) / 2.0 + drawn(2);
+    assert_abs_diff_eq!(run.run().unwrap().x[(1, 0)], expected, epsilon = 1e-12);
+}
+
+/// Steps end where a delayed signal jumps, and where a fault begins.
+#[test]
+fn jumps_arrive_with_their_delays() {
+    let late = Disturbances { input_delay: 0.1, output_delay: 0.25, ..Disturbances::default() };
+    let fault = |from| Some(Fault { gain: vec![1.0], bias: vec![0.5], from });
+    let all = Disturbances { actuator: fault(0.37), sensor: fault(0.77), ..late.clone() };
+    let ramp = Signal::scalar(|t| t);
+    let run =
+        Scenario::new(integrator()).breakpoints(&[0.5]).input(ramp).until(2.0, 2).disturbances(all).run().unwrap();
+    let ends: Vec<f64> = run.step_spans().map(|(_, end)| end).collect();
+    for jump in [0.37, 0.5, 0.6, 0.75, 0.77, 0.85] {
+        assert!(ends.iter().any(|end| (end - jump).abs() < 1e-12), "{jump}: {ends:?}");
+    }
+    // The input of 0.1 before, and the bias from 0.37 on; of the output that of 0.25 before, and its bias.
+    assert_abs_diff_eq!(run.x[(1, 0)], 1.9f64.powi(2) / 2.0 + 0.5 * 1.63, epsilon = 1e-9);
+    assert_abs_diff_eq!(run.measured[(1, 0)], 1.65f64.powi(2) / 2.0 + 0.5 * 1.38 + 0.5, epsilon = 1e-9);
+    // On the right side of a jump nothing has to be searched for: x' = u(t - 0.1) needs few steps for each value.
+    let held = |late| {
+        let scenario = Scenario::new(integrator()).input(Signal::scalar(|t| t)).hold_input(0.25).until(2.0, 2);
+        scenario.disturbances(late).run().unwrap().steps
+    };
+    let (delayed, plain) = (held(late), held(Disturbances::default()));
+    assert!(delayed <= 120, "{delayed} {plain}");
+}
+
+/// What is read is the output with its noise, rounded where there is a step.
+#[test]
+fn noise_is_added_before_rounding() {
+    let plant = || StateSpace::new(DMatrix::zeros(2, 2), DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let noise = Noise::gaussian(&[0.3, 0.3], 0.5, 11);
+    let run = Scenario::new(plant())
+        .initial_state(&[1.0, 1.0])
+        .noise(noise.clone())
+        .disturbances(Disturbances { quantisation: vec![0.0, 0.25], ..Disturbances::default() })
+        .times(&[0.1, 0.6, 1.1, 1.6])
+        .run()
+        .unwrap();
+    for k in 0..4 {
+        let drawn = noise.sample(Purpose::MeasurementNoise, k as u64);
+        assert_abs_diff_eq!(run.measured[(k, 0)], 1.0 + drawn[0], epsilon = 1e-12);
+        let steps = run.measured[(k, 1)] / 0.25;
+        assert!(steps == steps.round() && (run.measured[(k, 1)] - 1.0 - drawn[1]).abs() <= 0.125 + 1e-12);
+    }
 }

@@ -139,3 +139,57 @@ fn what_grows_beyond_all_bounds_is_named() {
     let few = Settings { max_steps: 10, ..Settings::default() };
     assert!(matches!(run(few), Err(SimError::TooManySteps { .. })));
 }
+
+/// Steps are as long as the tolerances of the dense output and `|F| h <= 2` let them be, the next ones equal parts of
+/// the rest: where they end is computed by a second implementation in Python, with the powers of F by numpy 2.
+#[test]
+fn steps_of_the_series_keep_the_dense_output_within_its_tolerances() {
+    let ends = [
+        0.909090909091,
+        1.86363636364,
+        2.77045454545,
+        3.78395721925,
+        4.9422459893,
+        6.19705882353,
+        7.57735294118,
+        9.13018382353,
+        10.6830147059,
+        12.2358455882,
+        13.7886764706,
+        15.3415073529,
+        16.8943382353,
+        18.4471691176,
+        20.0,
+    ];
+    let (a, b) = (dmatrix![-0.8, 0.4; 0.0, -0.5], dmatrix![0.3; -1.0]);
+    let of = |a: DMatrix<f64>, b: DMatrix<f64>, x0: &[f64], end: f64, (rtol, atol): (f64, f64)| {
+        let c = DMatrix::from_fn(1, a.nrows(), |_, j| f64::from(u8::from(j == 0)));
+        let scenario = Scenario::new(StateSpace::new(a, b, c).unwrap()).initial_state(x0);
+        scenario.input(Signal::constant(&[1.0])).hold_input(end).tolerances(rtol, atol).until(end, 2)
+    };
+    let run = of(a, b, &[1.0, -2.0], 20.0, (1e-9, 1e-10)).run().unwrap();
+    // One step more is tried, and found too long.
+    assert_eq!((run.step_spans().count(), run.steps), (15, 16));
+    for ((_, end), expected) in run.step_spans().zip(ends) {
+        assert!((end - expected).abs() < 1e-10, "{end} {expected}");
+    }
+    let scalar = of(dmatrix![-0.8], dmatrix![0.3], &[1.0], 5.0, (1e-11, 1e-12));
+    let run = scalar.clone().run().unwrap();
+    assert_eq!(run.steps, 10);
+    for ((_, end), expected) in run.step_spans().zip([0.5, 1.0625, 1.625, 2.1875, 2.75, 3.3125, 3.875, 4.4375, 5.0]) {
+        assert!((end - expected).abs() < 1e-10, "{end} {expected}");
+    }
+    // x = 3/8 + 5/8 exp(-0.8 t), in the dense output too.
+    for k in 0..=100 {
+        let t = 0.05 * f64::from(k);
+        assert!((run.state_at(t).unwrap()[0] - 0.375 - 0.625 * (-0.8 * t).exp()).abs() < 2e-12, "{t}");
+    }
+    // Sixteen steps of 2.5, or of the longest that is allowed, and no more: 40 s, or 4.
+    let alone = |end: f64, longest: f64| {
+        let settings = Settings { max_step: longest, rtol: 1e-2, atol: 1e-2, ..Settings::default() };
+        let scenario = of(dmatrix![-0.8], dmatrix![0.3], &[1.0], end, (1e-2, 1e-2)).settings(settings);
+        scenario.run().unwrap().steps
+    };
+    assert_eq!((alone(40.0, f64::INFINITY), alone(4.0, 0.25)), (16, 16));
+    assert!(alone(40.5, f64::INFINITY) != 17 && alone(4.05, 0.25) > 17);
+}

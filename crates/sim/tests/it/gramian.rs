@@ -141,6 +141,35 @@ fn the_condition_of_a_gramian_of_full_rank() {
     assert!((v[0].abs() - 1.0).abs() < 1e-6 && v[1].abs() < 1e-6, "{v}");
 }
 
+/// `x' = 0`, `y = x1 x2` from (3, 5) in the scales (2, 10) and of the output 4: the derivatives of y by the scaled
+/// states are (10, 30)/4, so that over T = 2 `W = 2 [6.25, 18.75; 18.75, 56.25]`, whatever the step. Its eigenvectors
+/// are (1, 3) and (3, -1), the directions in the units of the states (2, 30) and (6, -10), both over sqrt 10.
+#[test]
+fn scales_of_states_and_outputs() {
+    let settings = GramianSettings::default().scales(vec![2.0, 10.0]).output_scales(vec![4.0]).perturbation(0.1);
+    let found = empirical_gramian(&Product, &[3.0, 5.0], |_, _| {}, (0.0, 2.0), &settings).unwrap();
+    assert!((&found.gramian - dmatrix![12.5, 37.5; 37.5, 112.5]).amax() < 1e-9, "{}", found.gramian);
+    assert!((found.unscaled() - dmatrix![3.125, 1.875; 1.875, 1.125]).amax() < 1e-10, "{}", found.unscaled());
+    assert!((found.eigenvalues[0] - 125.0).abs() < 1e-8 && found.rank == 1);
+    let root = 10f64.sqrt();
+    for (k, expected) in [[2.0, 30.0], [6.0, -10.0]].into_iter().enumerate() {
+        let direction = found.directions.column(k);
+        let sign = (direction[0] * expected[0]).signum();
+        let off = |i: usize| (sign * direction[i] - expected[i] / root).abs();
+        assert!(off(0) < 1e-8 && off(1) < 1e-8, "{direction}");
+    }
+    // n (100 rtol + (10 max(rtol, atol)/eps)^2): 2 (1e-9 + (1e-10/0.1)^2), and with other tolerances 2 (1e-6 + 1e-6).
+    assert!((found.tolerance / 2e-9 - 1.0).abs() < 1e-8, "{:e}", found.tolerance);
+    let coarse = settings.integration(Settings::default().rtol(1e-8).atol(1e-5));
+    let coarse = empirical_gramian(&Product, &[3.0, 5.0], |_, _| {}, (0.0, 2.0), &coarse).unwrap();
+    assert!((coarse.tolerance / 4e-6 - 1.0).abs() < 1e-8, "{:e}", coarse.tolerance);
+    // Without scales they are the magnitudes of the start, and 1 for what starts at 0.
+    let plain = GramianSettings::default();
+    let found = empirical_gramian(&Product, &[-3.0, 0.0], |_, _| {}, (0.0, 2.0), &plain).unwrap();
+    assert_eq!(found.scales, [3.0, 1.0]);
+    assert!((&found.gramian - dmatrix![0.0, 0.0; 0.0, 18.0]).amax() < 1e-9, "{}", found.gramian);
+}
+
 #[test]
 fn what_makes_no_sense_is_refused_with_its_numbers() {
     let plant = VanDerPol::default();

@@ -24,6 +24,9 @@ fn what_was_given_is_kept() {
     assert_eq!((gaussian.amplitude(), gaussian.period()), (&[0.1, 0.2][..], 0.5));
     assert_eq!((uniform.amplitude(), uniform.period()), (&[0.3][..], 0.25));
     assert!(gaussian.is_gaussian() && !uniform.is_gaussian());
+    // The variance of a uniform number within +-a is a^2/3.
+    assert_eq!(Noise::gaussian(&[3.0, 0.5], 0.5, 7).variances(), [9.0, 0.25]);
+    assert_eq!(Noise::uniform(&[3.0, 6.0], 0.5, 7).variances(), [3.0, 12.0]);
 }
 
 #[test]

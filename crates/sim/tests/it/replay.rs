@@ -346,6 +346,8 @@ fn a_sequence_with_a_known_correlation() {
     assert_eq!(whiteness.autocorrelation.len(), 10);
     assert!((whiteness.autocorrelation[0] + 0.99).abs() < 1e-15 && (whiteness.autocorrelation[1] - 0.98).abs() < 1e-15);
     assert!((whiteness.statistic - 1.02 * 945.0).abs() < 1e-9 && whiteness.p_value < 1e-190);
+    assert!((whiteness.bound - 0.196).abs() < 1e-15, "{}", whiteness.bound);
     assert!(InnovationStatistics::of(&[0.1; 50]).whiteness.is_none());
+    assert!(InnovationStatistics::of(&[0.1; 1000]).whiteness.is_none());
     assert_eq!((InnovationStatistics::of(&[]).samples, InnovationStatistics::of(&[]).rms), (0, 0.0));
 }

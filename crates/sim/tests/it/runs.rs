@@ -197,6 +197,15 @@ fn a_kink_that_cannot_be_passed_is_named() {
     }
 }
 
+/// Beside x2' = -1/x2, x1 has grown by more than a thousand when the step size vanishes, and goes on slowly: this is no
+/// blow-up.
+#[test]
+fn a_large_state_beside_a_kink_does_not_blow_up() {
+    let beside = |_: f64, x: &[f64], slope: &mut [f64]| slope.copy_from_slice(&[2.2e3, -1.0 / x[1]]);
+    let error = solve(beside, 0.0, 1.0, &[1.0, 1.0], &Settings::default()).unwrap_err();
+    assert!(matches!(error, SimError::StepSize { time, .. } if (time - 0.5).abs() < 1e-6), "{error}");
+}
+
 /// x' = -(1 + sqrt x) leaves the domain of its right-hand side at t = 2 (1 - ln 2): the state there is named, and no
 /// NaN comes out.
 #[test]
@@ -654,4 +663,144 @@ fn dense_output_follows_the_estimate_of_a_filter() {
     }
     let within = |t: f64| error.at(t).unwrap();
     assert!((within(0.31) - within(0.39)).abs() > 1e-3, "the measurement has moved on");
+}
+
+/// With x' = u and u = 2 + v for the law's own view v of the input, which is zero, x = 2 t; of x'Qx + u'Ru with Q = 1
+/// and R = 3 the integral over [0, 1] is 4/3 + 12. What is no weight, no component and no observer is an error.
+#[test]
+fn a_cost_is_that_of_state_and_input() {
+    let plant = StateSpace::new(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]).unwrap();
+    let observer = LinearObserver::of(plant.clone(), dmatrix![1.0]).unwrap();
+    let scenario = Scenario::new(plant)
+        .observer("linear", observer, &[0.0])
+        .input(Signal::law(|view, u| u[0] = 2.0 + view.u[0]))
+        .until(1.0, 2);
+    let of = |integrand: Integrand<'static>| scenario.clone().integral("cost", integrand).run();
+    let run = of(Integrand::quadratic_cost(dmatrix![1.0], dmatrix![3.0])).unwrap();
+    assert_abs_diff_eq!(run.integral("cost").unwrap()[1], 4.0 / 3.0 + 12.0, epsilon = 1e-9);
+    let wide = of(Integrand::quadratic_cost(dmatrix![1.0, 0.0], dmatrix![3.0]));
+    assert!(matches!(wide, Err(SimError::Length { expected: 1, found: 2, .. })));
+    let nan = of(Integrand::quadratic_cost(dmatrix![1.0], dmatrix![f64::NAN]));
+    assert!(matches!(nan, Err(SimError::NotFinite { .. })));
+    let second = of(Integrand::squared_error_of("linear", 1));
+    assert!(matches!(second, Err(SimError::Index { index: 1, count: 1, .. })));
+    assert!(matches!(of(Integrand::squared_error("cubic")), Err(SimError::UnknownName { .. })));
+}
+
+#[test]
+fn spans_and_steps_without_a_length_are_refused() {
+    let decay = |_: f64, x: &[f64], slope: &mut [f64]| slope[0] = -x[0];
+    for (start, end) in [(0.0, f64::INFINITY), (f64::NEG_INFINITY, 0.0), (f64::NAN, 1.0), (0.0, f64::NAN), (1.0, 1.0)] {
+        let refused = solve(decay, start, end, &[1.0], &Settings::default());
+        assert!(matches!(refused, Err(SimError::TimeSpan { .. })), "{start} {end}");
+    }
+    for max_step in [0.0, -1.0, f64::NAN] {
+        let refused = solve(decay, 0.0, 1.0, &[1.0], &Settings { max_step, ..Settings::default() });
+        assert!(matches!(refused, Err(SimError::NotPositive { what: "max_step", .. })), "{max_step}");
+    }
+}
+
+/// z' = 1 from 0, and an estimate whose entry is no number from z = 1 on.
+struct Ending;
+
+impl Observer<f64> for Ending {
+    type State = Vector1<f64>;
+    type Input = Vector2<f64>;
+    type Output = Vector2<f64>;
+    type Estimate = Vector2<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 1, inputs: 2, outputs: 2, estimate: 2 }
+    }
+
+    fn derivative(&self, _t: f64, _z: &Vector1<f64>, _u: &Vector2<f64>, _y: &Vector2<f64>) -> Vector1<f64> {
+        Vector1::new(1.0)
+    }
+
+    fn estimate(&self, _t: f64, z: &Vector1<f64>, _u: &Vector2<f64>, _y: &Vector2<f64>) -> Vector2<f64> {
+        Vector2::new(0.0, (1.0 - z[0]).sqrt())
+    }
+
+    fn initial(&self, _t: f64, _xhat: &Vector2<f64>, _u: &Vector2<f64>, _y: &Vector2<f64>) -> Vector1<f64> {
+        Vector1::new(0.0)
+    }
+}
+
+/// x1' = 1, x2' = u1, and two outputs of which the second is this.
+fn with_output(second: &str) -> luenberger_expression::ExpressionPlant {
+    let none = luenberger_expression::Parameters::new();
+    luenberger_expression::ExpressionPlant::new(&["1", "u1"], &["x2", second], 2, &none).unwrap()
+}
+
+/// What is not finite from t = 1 on is named with the first point of the step behind it.
+#[test]
+fn what_is_not_finite_along_a_run_is_named() {
+    let settings = Settings { max_step: 0.25, ..Settings::default() };
+    let scenario = |second: &str| {
+        let scenario = Scenario::new(with_output(second)).initial_state(&[0.0, 0.0]).breakpoints(&[1.0]);
+        scenario.settings(settings).until(2.0, 3)
+    };
+    let plain = || scenario("x1");
+    let k = dmatrix![1.0, 0.0; 0.0, 1.0];
+    let input = Signal::function(|t, u| u.copy_from_slice(&[0.0, (1.0 - t).sqrt()]));
+    for (scenario, name) in [
+        (scenario("sqrt(1 - x1)"), "y2"),
+        (plain().input(input), "u2"),
+        (plain().observer("first", Ending, &[0.0, 0.0]), "xhat2 of \"first\""),
+        (plain().functional_observer("second", Ending, &[0.0, 0.0], &k), "zhat2 of \"second\""),
+    ] {
+        let error = scenario.run().unwrap_err();
+        let SimError::QuantityNotFinite { time, what, value } = &error else { panic!("{name}: {error}") };
+        assert!(what == name && value.is_nan() && *time > 1.0 - 1e-9 && *time < 1.02, "{name}: {error}");
+        assert!(error.ends_run() && error.to_string().starts_with("stopped at t = 1"), "{error}");
+    }
+}
+
+/// Of x1 = t, x2 = t^2/2 under u = (t, 3), and y = (x2, 4 x1).
+#[test]
+fn a_trajectory_between_its_rows() {
+    let run = Scenario::new(with_output("4*x1"))
+        .initial_state(&[0.0, 0.0])
+        .input(Signal::function(|t, u| u.copy_from_slice(&[t, 3.0])))
+        .noise(Noise::gaussian(&[0.0, 0.5], 10.0, 7))
+        .observer("ending", Ending, &[0.0, 0.0])
+        .integral("one", Integrand::custom(|_| 1.0))
+        .integral("speed", Integrand::custom(|view| view.x[1]))
+        .until(0.9, 2)
+        .run()
+        .unwrap();
+    let near = |found: &[f64], expected: &[f64]| {
+        assert_eq!(found.len(), expected.len());
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?} {expected:?}");
+    };
+    let drawn = Noise::gaussian(&[0.0, 0.5], 10.0, 7).sample(luenberger_sim::Purpose::MeasurementNoise, 0)[1];
+    for t in [0.0, 0.3, 0.77] {
+        near(&run.state_at(t).unwrap(), &[t, t * t / 2.0]);
+        near(&run.input_at(t).unwrap(), &[t, 3.0]);
+        near(&run.measured_at(t).unwrap(), &[t * t / 2.0, 4.0 * t + drawn]);
+        near(&run.observer_state_at("ending", t).unwrap(), &[t]);
+        near(&[run.integral_trace("one").unwrap().at(t).unwrap()], &[t]);
+        near(&[run.integral_trace("speed").unwrap().at(t).unwrap()], &[t.powi(3) / 6.0]);
+    }
+    assert!(run.integral_trace("none").is_err() && run.observer_state_at("none", 0.1).is_err());
+    let mut times = Vec::new();
+    run.visit("ending", |t, x, u, xhat| {
+        near(x, &[t, t * t / 2.0]);
+        near(u, &[t, 3.0]);
+        near(xhat, &[0.0, (1.0 - t).sqrt()]);
+        times.push(t);
+    })
+    .unwrap();
+    assert_eq!(times.len(), 8 * run.step_spans().count());
+    assert!(run.visit("none", |_, _, _, _| ()).is_err());
+}
+
+/// u = (2, -1) sin(3 t) + (1, 0): x2 = 2 (1 - cos 3 t)/3 + t.
+#[test]
+fn a_sine_and_a_reference() {
+    let input = Signal::sine(&[2.0, -1.0], 3.0).plus(|_, r| r.copy_from_slice(&[1.0, 0.0]));
+    let run = Scenario::new(with_output("x1")).initial_state(&[0.0, 0.0]).input(input).until(2.0, 2).run().unwrap();
+    assert_abs_diff_eq!(run.x[(1, 1)], 2.0 * (1.0 - 6f64.cos()) / 3.0 + 2.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(run.u[(1, 0)], 2.0 * 6f64.sin() + 1.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(run.u[(1, 1)], -(6f64.sin()), epsilon = 1e-12);
 }

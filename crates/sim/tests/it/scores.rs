@@ -1,7 +1,7 @@
 //! Scores at the samples: a sampled observer is not blamed for what happens between them.
 
 use approx::assert_abs_diff_eq;
-use luenberger_observers::{KalmanFilter, KalmanModel, LinearObserver, ObserverDimensions, SampledObserver};
+use luenberger_observers::{KalmanFilter, KalmanModel, LinearObserver, Observer, ObserverDimensions, SampledObserver};
 use luenberger_plants::{LinearPlant, double_integrator};
 use luenberger_sim::samples::{SampleInterpolation, Samples};
 use luenberger_sim::{Comparison, ErrorMetrics, Errors, Scenario, ScoreGrid, SimError, solve};
@@ -244,6 +244,44 @@ impl SampledObserver<f64> for Misfit {
 fn a_sampled_observer_of_other_lengths_is_refused() {
     let run = Scenario::new(double_integrator()).sampled_observer("misfit", Misfit, &[0.0, 0.0]).until(1.0, 2).run();
     assert!(matches!(run, Err(SimError::Length { .. })), "{run:?}");
+}
+
+/// The same in continuous time; its description is that of its sizes.
+struct Continuously;
+
+impl Observer<f64> for Continuously {
+    type State = Vector2<f64>;
+    type Input = Vector1<f64>;
+    type Output = Vector1<f64>;
+    type Estimate = Vector2<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 3, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn derivative(&self, _t: f64, state: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *state
+    }
+
+    fn estimate(&self, _t: f64, state: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *state
+    }
+
+    fn initial(&self, _t: f64, estimate: &Vector2<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
+        *estimate
+    }
+}
+
+#[test]
+fn an_observer_in_continuous_time_of_other_lengths_is_refused() {
+    let scenario = Scenario::new(double_integrator()).until(1.0, 2);
+    let run = scenario.clone().observer("misfit", Continuously, &[0.0, 0.0]).run();
+    assert!(matches!(run, Err(SimError::Length { expected: 2, found: 3, .. })), "{run:?}");
+    let log = luenberger_sim::Recording::new(vec![0.0, 1.0], dmatrix![0.0; 0.0], dmatrix![0.0; 0.0]).unwrap();
+    let replayed = luenberger_sim::Replay::new(double_integrator(), log).observer("misfit", Continuously, &[0.0, 0.0]);
+    assert!(matches!(replayed.run(), Err(SimError::Length { expected: 2, found: 3, .. })));
+    let described = format!("{:?}", scenario.observer("misfit", Continuously, &[0.0, 0.0]));
+    assert!(described.contains("state: 3"), "{described}");
 }
 
 /// A sampled observer whose state becomes NaN ends its own run, not the comparison.
@@ -533,4 +571,46 @@ fn beyond_its_ends_a_table_holds_its_ends() {
         let middle = if between == SampleInterpolation::Linear { [6.0, 4.0] } else { [5.0, 7.0] };
         assert_eq!([at(1.5), at(3.0)], middle, "{between:?}");
     }
+}
+
+/// The rows of a table by hand: n equal parts, or every so many samples, and the end of the run where it is no sample.
+#[test]
+fn rows_of_a_table_are_samples() {
+    use luenberger_sim::row_times;
+    let near = |(found, end): (Vec<f64>, Option<f64>), expected: &[f64], rest: Option<f64>| {
+        assert_eq!(end, rest);
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+        assert!(rest.is_some() || found.last() == expected.last());
+    };
+    near(row_times(6.0, 4, None), &[0.0, 2.0, 4.0, 6.0], None);
+    near(row_times(6.0, 0, None), &[0.0, 6.0], None);
+    // 60 samples: of 61 rows all, of 7 every tenth, of 5 every fifteenth, of 6 every twelfth.
+    let all: Vec<f64> = (0..=60).map(|k| f64::from(k) / 10.0).collect();
+    near(row_times(6.0, 61, Some(0.1)), &all, None);
+    near(row_times(6.0, 500, Some(0.1)), &all, None);
+    near(row_times(6.0, 7, Some(0.1)), &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0], None);
+    // In at most four rows every twentieth; in six every twelfth; in eight every ninth, and the end.
+    near(row_times(6.0, 4, Some(0.1)), &[0.0, 2.0, 4.0, 6.0], None);
+    near(row_times(6.0, 6, Some(0.1)), &[0.0, 1.2, 2.4, 3.6, 4.8, 6.0], None);
+    near(row_times(6.0, 8, Some(0.1)), &[0.0, 0.9, 1.8, 2.7, 3.6, 4.5, 5.4], Some(6.0));
+    near(row_times(6.05, 4, Some(0.1)), &[0.0, 2.0, 4.0, 6.0], Some(6.05));
+    near(row_times(0.5, 4, Some(2.0)), &[0.0], Some(0.5));
+}
+
+/// The merits in one line, as they are printed.
+#[test]
+fn merits_in_words() {
+    let merits = luenberger_sim::ErrorMetrics {
+        initial: 2.0,
+        peak: 2.5,
+        settling_first: Some(1.23456),
+        settling_last: None,
+        rmse: 0.5,
+        last: 1e-9,
+        steady_rmse: 0.125,
+    };
+    let text = "|e| at the start 2, peak 2.5, RMSE 0.5, in the second half 0.125, at the end 1e-9; enters the band at \
+                1.235, settles at never";
+    assert_eq!(merits.to_string(), text);
 }

@@ -181,6 +181,9 @@ fn counts_of_measurements_on_samples() {
     assert_eq!(slow.on_samples(0.1, 2.0), (7, 7));
     assert_eq!(slow.on_samples(0.2, 2.0), (4, 7));
     assert_eq!(slow.on_samples(0.1, 0.1), (0, 0));
+    // At 0.2, 0.7, .. 2.7, of which 0.7 is a multiple of 0.7; up to the first one itself it is one.
+    let other = Sensor::new(1, 0.5).offset(0.2);
+    assert_eq!((other.on_samples(0.7, 2.8), other.on_samples(0.1, 0.2), other.output()), ((1, 6), (1, 1), 1));
 }
 
 /// The first measurement of a sensor has the first value of its noise, whenever it comes.
