@@ -56,12 +56,9 @@ where
 {
     fn try_from_slice(entries: &[T]) -> Option<Self> {
         // n (n + 1) entries: n is the integer part of the root.
-        let n = entries.len().isqrt();
-        if n * (n + 1) != entries.len() || N::try_to_usize().is_some_and(|fixed| fixed != n) {
-            return None;
-        }
+        let n = N::try_to_usize().unwrap_or_else(|| entries.len().isqrt());
         let rows = N::from_usize(n);
-        Some(Self(OMatrix::from_iterator_generic(rows, rows.add(U1), entries.iter().copied())))
+        (n * (n + 1) == entries.len()).then(|| Self(OMatrix::from_column_slice_generic(rows, rows.add(U1), entries)))
     }
 
     fn as_slice(&self) -> &[T] {

@@ -40,7 +40,13 @@
 
 use core::marker::PhantomData;
 
+#[cfg(feature = "alloc")]
+use luenberger_plants::Column;
 use luenberger_plants::{Differentiable, Size};
+#[cfg(all(feature = "alloc", target_arch = "wasm32"))]
+use nalgebra::Dyn;
+#[cfg(feature = "alloc")]
+use nalgebra::U0;
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
@@ -48,7 +54,8 @@ use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{correct, covariance, moved};
-use crate::kalman_on_slices::{Sample, StepOnSlices};
+#[cfg(feature = "alloc")]
+use crate::held::{Held, WithJacobian, sized};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
 use crate::transition::{Motion, Prediction, Transition};
 
@@ -277,9 +284,7 @@ where
         }
         let innovation = y[output] - self.plant.output(t, &estimate.estimate(), u)[output];
         let variance = self.innovation_covariance(t, estimate, u)[(output, output)];
-        // NaN is not within the gate.
-        let is_within = innovation * innovation <= gate * gate * variance;
-        !is_within
+        !within(gate, innovation, variance)
     }
 
     /// Runge-Kutta steps between two samples, where their number is fixed.
@@ -315,8 +320,16 @@ where
         N: DimAdd<U1>,
         DefaultAllocator: Allocator<N, DimSum<N, U1>>,
     {
-        let c = self.plant.output_jacobian(t, &estimate.estimate(), u);
-        times_transpose(&times(&c, &estimate.covariance()), &c) + &self.noises.v
+        self.spread(&self.plant.output_jacobian(t, &estimate.estimate(), u), estimate)
+    }
+
+    /// `H P H' + V`.
+    fn spread(&self, h: &OMatrix<T, P, N>, estimate: &GaussianEstimate<T, N>) -> OMatrix<T, P, P>
+    where
+        N: DimAdd<U1>,
+        DefaultAllocator: Allocator<N, DimSum<N, U1>>,
+    {
+        times_transpose(&times(h, &estimate.covariance()), h) + &self.noises.v
     }
 
     /// Whether estimate and input have the lengths of the plant.
@@ -333,20 +346,25 @@ where
         has_rows::<P>(y.nrows(), || self.noises.v.nrows())
     }
 
-    /// The step of a plant whose sizes are known at run time only; false if the sizes have none.
-    fn step_on_slices(&self, state: &mut [T], sample: Sample<'_, T>, parts: [bool; 2]) -> bool {
-        if N::try_to_usize().is_some() || sample.u.len() != self.plant.dimensions().inputs {
-            return false;
-        }
+    /// What `run` does with the filter of small size at an input; false for an input of another length.
+    #[cfg(feature = "alloc")]
+    fn at_run_time(&self, u: &[T], run: impl FnOnce(&AtRunTime<'_, T>) -> bool) -> bool {
         let Self { plant, noises, h, prediction, gate, iterations, .. } = self;
-        let motion = |t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
-        let measurement = |t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
-        let (w, v) = (noises.w.as_slice(), noises.v.as_slice());
-        let is_linear = plant.is_linear_between_samples();
-        let (motion, measurement, prediction) = (&motion, &measurement, *prediction);
-        let (gate, iterations, h) = (*gate, *iterations, *h);
-        let step = StepOnSlices { motion, measurement, is_linear, w, v, gate, iterations, h, prediction, parts };
-        step.step(state, sample)
+        let motion = |t: T, x: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
+        let measurement = |t: T, x: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
+        u.len() == plant.dimensions().inputs
+            && run(&AtRunTime {
+                motion: &motion,
+                measurement: &measurement,
+                is_linear: plant.is_linear_between_samples(),
+                size: (noises.w.nrows(), noises.v.nrows()),
+                w: noises.w.as_slice(),
+                v: noises.v.as_slice(),
+                gate: *gate,
+                iterations: *iterations,
+                h: *h,
+                prediction: *prediction,
+            })
     }
 
     /// From (xhat, P) at time t over a duration.
@@ -357,7 +375,7 @@ where
         p: &OMatrix<T, N, N>,
         u: &OVector<T, M>,
     ) -> Option<Transition<T, N>> {
-        let field = |t: T, x: &OVector<T, N>| (self.plant.derivative(t, x, u), self.plant.state_jacobian(t, x, u));
+        let field = |t: T, x: &OVector<T, N>| self.plant.motion(t, x, u);
         let is_linear = self.plant.is_linear_between_samples();
         Motion { field, is_linear, w: &self.noises.w, with_covariance: true }.over(
             self.prediction,
@@ -443,11 +461,16 @@ where
         if !self.fits(estimate, u) || !self.is_measurement(y) {
             return None;
         }
-        let linearised = |x: &OVector<T, N>| (self.plant.output_jacobian(t, x, u), y - self.plant.output(t, x, u));
+        let linearised = |x: &OVector<T, N>| {
+            let (expected, h) = self.plant.measurement(t, x, u);
+            (h, y - expected)
+        };
         let first = linearised(&estimate.estimate());
-        let before = self.gate.map(|_| estimate.clone());
-        let rejected = |output| before.as_ref().is_some_and(|before| self.rejects(t, before, u, y, output));
-        let accepted = |output| measured(output) && !rejected(output);
+        let gate = self.gate.map(|gate| (gate, first.1.clone(), self.spread(&first.0, estimate)));
+        let is_within = |output| {
+            gate.as_ref().is_none_or(|(gate, innovation, s)| within(*gate, innovation[output], s[(output, output)]))
+        };
+        let accepted = |output| measured(output) && is_within(output);
         correct::<T, N, M, P>(estimate, first, self.noises.v.clone(), accepted, (self.iterations, linearised))
     }
 }
@@ -496,20 +519,27 @@ where
     }
 
     fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
-        self.step_on_slices(state, Sample { t, u, y, measured }, [true, true])
-            || step_columns(self, t, state, (u, y), measured)
+        #[cfg(feature = "alloc")]
+        if N::try_to_usize().is_none() && self.at_run_time(u, |filter| filter.update(state, (t, y, measured), true)) {
+            return true;
+        }
+        step_columns(self, t, state, (u, y), measured)
     }
 
     fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
-        self.step_on_slices(state, Sample { t, u, y, measured }, [true, false])
-            || update_columns(self, t, state, (u, y), measured)
+        #[cfg(feature = "alloc")]
+        if N::try_to_usize().is_none() && self.at_run_time(u, |filter| filter.update(state, (t, y, measured), false)) {
+            return true;
+        }
+        update_columns(self, t, state, (u, y), measured)
     }
 
     fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool {
-        // Without an update y is not read.
-        let sample = Sample { t, u, y: &[], measured: &[] };
-        self.step_on_slices(state, sample, [false, true])
-            || predict_columns(self, state, u, |state, u| self.finish(t, state, u))
+        #[cfg(feature = "alloc")]
+        if N::try_to_usize().is_none() && self.at_run_time(u, |filter| filter.predict(t, state)) {
+            return true;
+        }
+        predict_columns(self, state, u, |state, u| self.finish(t, state, u))
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
@@ -523,6 +553,109 @@ where
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
         GaussianEstimate::new(estimate, &self.noises.p0)
+    }
+}
+
+/// Whether an innovation is within a gate of so many standard deviations; NaN is not.
+fn within<T: RealField + Copy>(gate: T, innovation: T, variance: T) -> bool {
+    innovation * innovation <= gate * gate * variance
+}
+
+/// The filter of a plant whose sizes are known at run time, at an input that is held: up to eight states and four
+/// outputs, in a module for web pages up to four states and two outputs, it runs with the sizes in its type, and takes
+/// no memory. Without the type of the plant: the sizes that it is compiled for are many already.
+#[cfg(feature = "alloc")]
+struct AtRunTime<'f, T> {
+    motion: &'f WithJacobian<'f, T>,
+    measurement: &'f WithJacobian<'f, T>,
+    is_linear: bool,
+    /// States and outputs.
+    size: (usize, usize),
+    w: &'f [T],
+    v: &'f [T],
+    gate: Option<T>,
+    iterations: usize,
+    h: T,
+    prediction: Prediction,
+}
+
+#[cfg(feature = "alloc")]
+impl<T: RealField + Copy> AtRunTime<'_, T> {
+    /// The filter with its sizes in its type, and these noises.
+    fn of_size<N: Dim, P: Dim>(
+        &self,
+        w: OMatrix<T, N, N>,
+        v: OMatrix<T, P, P>,
+    ) -> ExtendedKalmanFilter<Held<'_, T, N, P>, T, N, U0, P>
+    where
+        DefaultAllocator: Size<N, U0, P>,
+    {
+        let Self { motion, measurement, is_linear, gate, iterations, h, prediction, .. } = *self;
+        let (n, p) = (w.shape_generic().0, v.shape_generic().0);
+        let plant = Held { motion, measurement, is_linear, size: (n, p) };
+        let noises = NoiseModel { w, v, p0: OMatrix::zeros_generic(n, n) };
+        ExtendedKalmanFilter { plant, noises, h, prediction, gate, iterations, inputs: PhantomData }
+    }
+
+    /// The update of a state, and the prediction if it is asked for; false for other sizes.
+    fn update(&self, state: &mut [T], sample: (T, &[T], &[bool]), predicts: bool) -> bool {
+        sized!(self.size.0, [1 2 3 4] [5 6 7 8], n => sized!(
+            self.size.1, [1 2] [3 4], p => self.update_of_size((n, p), state, sample, predicts)
+        ))
+    }
+
+    fn update_of_size<N: DimAdd<U1>, P: Dim>(
+        &self,
+        (n, p): (N, P),
+        state: &mut [T],
+        (t, y, measured): (T, &[T], &[bool]),
+        predicts: bool,
+    ) -> bool
+    where
+        DefaultAllocator: Size<N, U0, P> + Size<N, U0, U1> + Allocator<N, DimSum<N, U1>>,
+    {
+        let (next, y) = (GaussianEstimate::<T, N>::try_from_slice(state), OVector::<T, P>::try_from_slice(y));
+        let (Some(mut next), Some(y)) = (next, y) else { return false };
+        if measured.is_empty() || measured.contains(&true) {
+            // W is not read.
+            let filter = self.of_size(OMatrix::zeros_generic(n, n), OMatrix::from_column_slice_generic(p, p, self.v));
+            filter.measure(t, &mut next, &OVector::zeros_generic(U0, U1), &y, measured);
+        }
+        if predicts {
+            self.predict_of_size(n, t, &mut next);
+        }
+        put_slice(next.as_slice(), state)
+    }
+
+    /// The prediction of a state; false for other sizes.
+    fn predict(&self, t: T, state: &mut [T]) -> bool {
+        // One output, which was not measured.
+        let sample = (t, &[T::zero()][..], &[false][..]);
+        sized!(self.size.0, [1 2 3 4] [5 6 7 8], n => self.update_of_size((n, U1), state, sample, true))
+    }
+
+    /// The state after the prediction, by the body for any size.
+    #[cfg(target_arch = "wasm32")]
+    fn predicted(&self, t: T, state: &[T]) -> Option<GaussianEstimate<T, Dyn>> {
+        let mut next = GaussianEstimate::try_from_slice(state)?;
+        self.predict_of_size(Dyn(self.size.0), t, &mut next);
+        Some(next)
+    }
+
+    fn predict_of_size<N: DimAdd<U1>>(&self, n: N, t: T, state: &mut GaussianEstimate<T, N>)
+    where
+        DefaultAllocator: Size<N, U0, U1> + Allocator<N, DimSum<N, U1>>,
+    {
+        // It is most of the filter: a module for web pages, which has to be downloaded, has it for any size alone.
+        #[cfg(target_arch = "wasm32")]
+        if N::try_to_usize().is_some() {
+            let next = self.predicted(t, state.as_slice());
+            *state = next.and_then(|next| Column::try_from_slice(next.as_slice())).unwrap_or_else(|| state.lost());
+            return;
+        }
+        // V is not read.
+        let filter = self.of_size(OMatrix::from_column_slice_generic(n, n, self.w), OMatrix::zeros_generic(U1, U1));
+        filter.finish(t, state, &OVector::zeros_generic(U0, U1));
     }
 }
 

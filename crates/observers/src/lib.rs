@@ -73,12 +73,13 @@ pub mod filters;
 pub mod fixed_point;
 pub mod functional;
 mod gaussian;
+#[cfg(feature = "alloc")]
+mod held;
 pub mod high_gain;
 pub mod immersion_invariance;
 pub mod inter_sample;
 pub mod interval;
 pub mod kalman;
-mod kalman_on_slices;
 pub mod kkl;
 pub mod kkl_peb;
 pub mod linear;

@@ -88,23 +88,33 @@ where
         self.is_affine()
     }
 
-    /// `f(t, x, u)` and `Df(t, x, u)`, by columns, on slices: the same to the last bit as
-    /// [`derivative`](Plant::derivative) and [`state_jacobian`](Self::state_jacobian). Returns whether the lengths fit;
-    /// otherwise nothing is written.
-    ///
-    /// Override this for a plant whose derivatives share work with its right-hand side, or whose columns have dynamic
-    /// length (to avoid allocation).
+    /// `f(t, x, u)` and `Df(t, x, u)`: the same to the last bit as [`derivative`](Plant::derivative) and
+    /// [`state_jacobian`](Self::state_jacobian). Override this for a plant whose derivatives share work with its
+    /// right-hand side.
+    fn motion(&self, t: T, x: &OVector<T, N>, u: &OVector<T, M>) -> (OVector<T, N>, OMatrix<T, N, N>) {
+        (self.derivative(t, x, u), self.state_jacobian(t, x, u))
+    }
+
+    /// `h(t, x, u)` and `Dh(t, x, u)`, as [`motion`](Self::motion).
+    fn measurement(&self, t: T, x: &OVector<T, N>, u: &OVector<T, M>) -> (OVector<T, P>, OMatrix<T, P, N>) {
+        (self.output(t, x, u), self.output_jacobian(t, x, u))
+    }
+
+    /// [`motion`](Self::motion) on slices, matrices by columns. Returns whether the lengths fit; otherwise nothing is
+    /// written. Override this for a plant whose columns have dynamic length, to avoid allocation.
     fn motion_into(&self, t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]) -> bool {
         let columns = (OVector::<T, N>::try_from_slice(x), OVector::<T, M>::try_from_slice(u));
         let (Some(x), Some(u)) = columns else { return false };
-        put(&self.derivative(t, &x, &u), f) && put_matrix(&self.state_jacobian(t, &x, &u), df)
+        let (slope, jacobian) = self.motion(t, &x, &u);
+        put(&slope, f) && put_matrix(&jacobian, df)
     }
 
-    /// `h(t, x, u)` and `Dh(t, x, u)`, by columns, on slices, as [`motion_into`](Self::motion_into).
+    /// [`measurement`](Self::measurement) on slices, as [`motion_into`](Self::motion_into).
     fn measurement_into(&self, t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]) -> bool {
         let columns = (OVector::<T, N>::try_from_slice(x), OVector::<T, M>::try_from_slice(u));
         let (Some(x), Some(u)) = columns else { return false };
-        put(&self.output(t, &x, &u), h) && put_matrix(&self.output_jacobian(t, &x, &u), dh)
+        let (output, jacobian) = self.measurement(t, &x, &u);
+        put(&output, h) && put_matrix(&jacobian, dh)
     }
 }
 

@@ -289,7 +289,7 @@ where
         p: &OMatrix<T, N, N>,
         u: &OVector<T, M>,
     ) -> Option<Transition<T, N>> {
-        let field = |t: T, x: &OVector<T, N>| (self.plant.derivative(t, x, u), self.plant.state_jacobian(t, x, u));
+        let field = |t: T, x: &OVector<T, N>| self.plant.motion(t, x, u);
         let is_linear = self.plant.is_linear_between_samples();
         Motion { field, is_linear, w: &self.noises.w, with_covariance: true }.over(
             self.prediction,
@@ -365,7 +365,7 @@ where
             return Some(());
         }
         let (t, u) = (self.number(state, stage, Part::Time), self.input(state, stage));
-        let (mut c, expected) = (self.plant.output_jacobian(t, x, &u), self.plant.output(t, x, &u));
+        let (expected, mut c) = self.plant.measurement(t, x, &u);
         let y = &state[self.layout.part(stage, Part::Output)];
         let mut residual = expected.clone();
         let mut others = None;
@@ -527,7 +527,7 @@ where
         let x = OVector::<T, N>::from_fn_generic(order, U1, |i, _| xhat[i]);
         let p = OMatrix::<T, N, N>::from_fn_generic(order, order, |i, j| p[i + j * n]);
         let (t, u) = (self.number(state, last, Part::Time), self.input(state, last));
-        let (c, expected) = (self.plant.output_jacobian(t, &x, &u), self.plant.output(t, &x, &u));
+        let (expected, c) = self.plant.measurement(t, &x, &u);
         let mut s = times_transpose(&times(&c, &p), &c) + &self.noises.v;
         let (y, flags) = (&state[self.layout.part(last, Part::Output)], &state[self.layout.part(last, Part::Measured)]);
         let mut innovation = expected.clone();
