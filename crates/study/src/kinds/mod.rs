@@ -95,6 +95,8 @@ use crate::study::{ObserverKind, Specification};
 use crate::synthesis::explain;
 
 pub use crate::designed::{At, Runnable, Running, StepOf};
+#[doc(hidden)]
+pub use crate::keys::{Key, Range, Type};
 pub use crate::reader::{Given, Reader};
 pub use crate::study::{PlantClass, Time};
 pub use crate::synthesis::{Plan, Sampling};
@@ -107,7 +109,7 @@ pub use functional::Functional;
 pub use high_gain::{Chains, HighGain};
 pub use interval::IntervalSpec;
 pub use kalman::Kalman;
-pub use kkl_numerical::{Kkl, KklSpec};
+pub use kkl_numerical::{Form, Kkl, KklSpec};
 pub use lipschitz::Lipschitz;
 pub use lpv::Lpv;
 pub use luenberger::Luenberger;

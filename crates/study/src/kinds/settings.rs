@@ -37,7 +37,7 @@ use crate::reader::{Given, Reader, gain, region};
 /// ```
 ///
 /// A line is the sentence of the key, its name, the type of its field, the numbers of entries of the value (n, m and p
-/// are those of states, inputs and outputs, `_` is any) and the [`Type`](crate::schema::Type) of the value in the file.
+/// are those of states, inputs and outputs, `_` is any) and the `Type` of the value in the file.
 /// A key without default (`= ..`) is required unless its field is an `Option`. In place of a type stands
 ///
 /// - `&KEY` for a key that other kinds have too;
@@ -68,9 +68,9 @@ macro_rules! keys {
         }
 
         impl $name {
-            const GROUPS: &'static [&'static [&'static [$crate::schema::Key]]] = {
+            const GROUPS: &'static [&'static [&'static [$crate::kinds::Key]]] = {
                 #[allow(unused_imports)]
-                use $crate::schema::{Range::*, Type::*};
+                use $crate::kinds::{Range::*, Type::*};
                 &[
                     $($crate::keys!(
                         @groups [$($about),*] $field: $type;
@@ -81,7 +81,7 @@ macro_rules! keys {
             };
 
             /// The keys, in their order.
-            $vis const KEYS: &'static [$crate::schema::Key] =
+            $vis const KEYS: &'static [$crate::kinds::Key] =
                 &$crate::kinds::flat::<{ $crate::kinds::count($name::GROUPS) }>($name::GROUPS);
 
             /// The values; none after a mistake, which the reader has.
@@ -107,7 +107,7 @@ macro_rules! keys {
     (@groups $about:tt $field:ident: $type:ty; [$($group:expr),+]) => { &[$($group),+] };
     (@groups [$($about:literal),+] $field:ident: $type:ty;
         $kind:ident $(($($argument:tt)*))? $(= $default:expr)?) => {
-        &[&[$crate::schema::Key {
+        &[&[$crate::kinds::Key {
             name: stringify!($field),
             value: $crate::keys!(@kind $type, $kind $(($($argument)*))?),
             required: $crate::keys!(@required $type $(, $default)?),
@@ -115,7 +115,7 @@ macro_rules! keys {
         }]]
     };
 
-    (@kind $type:ty, Choice) => { $crate::schema::Type::Choice(<$type as $crate::kinds::Words>::WORDS) };
+    (@kind $type:ty, Choice) => { $crate::kinds::Type::Choice(<$type as $crate::kinds::Words>::WORDS) };
     (@kind $type:ty, $kind:ident) => { $kind };
     (@kind $type:ty, $kind:ident ($($argument:tt)*)) => { $kind($($argument)*) };
 
