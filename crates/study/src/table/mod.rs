@@ -80,6 +80,9 @@ impl Column {
     }
 }
 
+/// The place of a column, and its values.
+type Reading<'a> = (usize, Cow<'a, [Option<f64>]>);
+
 /// How the values of rows of one time are one value.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Together {
@@ -273,7 +276,7 @@ impl Table {
 
     /// The column of that name or the values of an expression of columns, in which values may be missing; and the place
     /// of the column, or of the first one in the expression.
-    fn reading(&self, name: &str) -> Result<(usize, Cow<'_, [Option<f64>]>), TableError> {
+    fn reading(&self, name: &str) -> Result<Reading<'_>, TableError> {
         let missing = match self.index(name) {
             Ok(k) => return Ok((k, self.values(name)?.into())),
             Err(missing) => missing,
@@ -368,7 +371,7 @@ impl Table {
             for (i, group) in rows.iter().enumerate() {
                 let mut given = group.clone().filter_map(|row| Some((row, values[row]?)));
                 let Some((_, first)) = given.next() else { continue };
-                let other = given.filter(|(_, value)| *value != first).last();
+                let other = given.rfind(|(_, value)| *value != first);
                 if let (Some((row, _)), Together::Only) = (other, together) {
                     let (line, name) = (self.lines[row], name.as_ref().to_owned());
                     return Err(TableError::TwoValues { line, column: column + 1, name });
