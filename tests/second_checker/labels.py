@@ -3,7 +3,8 @@
 Tokens are evaluated as they are read, in rational arithmetic. A value is a `Fraction`, a `Multiple` of the identity,
 whose size is that of what it is added to, or a `Family` of matrices: a datum between bounds is its middle and its
 radius, and `|(A + E)(B + F) - AB| <= |A| |F| + |E| |B| + |E| |F|`. `'` is the transpose, `He(X)` is `X + X'`, `*` in a block matrix
-the transpose of the block opposite. Where two names begin alike the longer one is meant.
+the transpose of the block opposite. Where two names begin alike the longer one is meant; `for F = A - LC` behind an
+inequality defines a name in it.
 """
 
 import re
@@ -184,11 +185,14 @@ class Reader:
 def inequality(label, names, where=""):
     """The fact of a label, with what is said behind it: its test takes the margin that is claimed."""
     left, relation, right = LABEL.fullmatch(label).groups()
+    right, _, definition = right.partition(" for ")
 
     def test(margin):
+        name, _, expression = definition.partition(" = ")
+        known = names | {name: Reader(expression, names).sum()} if name else names
         less, more = (left, right) if relation.startswith("<") else (right, left)
-        sides = [negative(Reader(less, names).sum())] if less != "0" else []
-        sides += [Reader(more, names).sum()] if more != "0" else []
+        sides = [negative(Reader(less, known).sum())] if less != "0" else []
+        sides += [Reader(more, known).sum()] if more != "0" else []
         difference = sides[0] if len(sides) == 1 else plus(*sides)
         if isinstance(difference, Fraction):
             difference = family(Matrix.diagonal([difference]))

@@ -13,7 +13,7 @@ from document import LARGEST_ORDER, MOST_ENTRIES, Field
 from equation import Equation
 from equation import check as check_solution
 from program import Entry, Program
-from labels import Reader, inequalities, inequality
+from labels import inequalities, inequality
 from rational import (
     DEFINITE,
     INDEFINITE,
@@ -397,28 +397,20 @@ def sector_observer(file):
         l = observer.take("L").matrix(n, pairs.outputs)
     with file.object("lyapunov") as proof:
         p, rate = proof.take("P").symmetric(n), proof.rate()
-    linear = Reader("-(A - LC)'P - P(A - LC) - 2 rate P", pairs.names(L=l, P=p, rate=rate)).sum()
-    first, columns, corner = -linear.middle, [], []
-    for g, h, low, high, tau in sectors:
-        first -= h.T @ h * (tau * low * high)
-        columns.append(p @ g if low == -high else p @ g + h.T * (tau * (low + high) / 2))
-        corner += [-tau] * g.columns
-    block = blocks(
-        [
-            [first, *columns],
-            *([column.T] + [Matrix.zeros(column.columns, other.columns) for other in columns] for column in columns),
-        ]
-    )
-    at = block.rows - len(corner)
-    block += Matrix.diagonal([Fraction(0)] * at + corner)
+
+    def skew(g, h, low, high, tau):
+        return Matrix.zeros(n, g.columns) if low == -high else h.T * (tau * (low + high) / 2)
+
+    names = pairs.names(L=l, P=p, rate=rate, G=blocks([[g for g, *_ in sectors]])) | {
+        "sum tau low high H'H": sum((h.T @ h * (tau * low * high) for _, h, low, high, tau in sectors), Matrix.zeros(n, n)),
+        "tau (low + high)/2 H'": blocks([[skew(*sector) for sector in sectors]]),
+        "tau I": Matrix.diagonal([tau for g, *_, tau in sectors for _ in range(g.columns)]),
+    }
     term = words.rate_term(rate, "P")
     label = f"[F'P + PF{term} - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC"
     slopes = [(low, high) for _, _, low, high, _ in sectors]
     statement = words.sector_observer(n, pairs.outputs, slopes, rate, pairs.is_single)
-    wide = Matrix.zeros(n, block.rows - n)
-    radius = blocks([[linear.radius, wide], [wide.T, Matrix.zeros(block.rows - n, block.rows - n)]])
-    family = Family(-block, radius)
-    return statement, [("P > 0", positive(p)), (label, lambda margin: family.at_least(margin, strict=True))]
+    return statement, inequalities(names, "P > 0", label)
 
 
 def read_disturbed(file):

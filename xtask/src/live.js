@@ -35,15 +35,35 @@ async function onPhone() {
   return found;
 }
 
+// The badges that differ from the verdict where one slider is at its end and the others are as in the report.
+async function badges(block) {
+  const wrong = [];
+  for (const moved of block.sliders) {
+    for (const slider of block.sliders) slider.value = slider === moved ? slider.max : slider.defaultValue;
+    moved.dispatchEvent(new Event("input"));
+    moved.dispatchEvent(new Event("change"));
+    const factors = ["gain", "cubic", "noise", "error", "period"].map((name) => block.factor(name));
+    const verdicts = JSON.parse(block.answer(block.exports.luenberger_verify(...factors)));
+    const expected = verdicts.map((verdict) => !verdict ? "no certificate" : verdict === "elsewhere" ? "see the report"
+      : "proved" in verdict ? "proved" : "not certified");
+    const shown = () => [...block.root.querySelectorAll("tbody .badge")].map((badge) => badge.textContent);
+    for (let wait = 0; wait < 600 && shown().join() !== expected.join(); wait++) {
+      await new Promise((done) => setTimeout(done, 100));
+    }
+    if (shown().join() !== expected.join()) wrong.push(`${moved.dataset.slider}: ${shown()} for ${expected}`);
+  }
+  return wrong;
+}
+
 (async () => {
-  const found = { errors, wide: [], results: [], moved: true, dark: matchMedia("(prefers-color-scheme: dark)").matches };
+  const found = { errors, wide: [], results: [], moved: true, badges: [], dark: matchMedia("(prefers-color-scheme: dark)").matches };
   try {
     await plotting;
     for (const block of await live) {
       const results = [];
       for (const [gain, cubic, noise, error, period] of POSITIONS) {
         const outcome = block.answer(block.exports.luenberger_run(gain, cubic, noise, error, period));
-        results.push([outcome, block.answer(block.exports.luenberger_verify(gain, cubic, period))]);
+        results.push([outcome, block.answer(block.exports.luenberger_verify(gain, cubic, noise, error, period))]);
       }
       found.results.push(results);
       // Twice the gain, which is the second of the positions.
@@ -60,6 +80,7 @@ async function onPhone() {
         after = JSON.stringify(curves().map((trace) => trace.y));
       }
       found.moved &&= after !== before && after === JSON.stringify(expected);
+      found.badges.push(...await badges(block));
     }
     found.wide = [...wide(document), ...await onPhone()];
   } catch (error) {

@@ -27,12 +27,15 @@ const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "c
 /// Templates whose reports are opened, and the positions of the sliders that are tried in each: gain, cubic, noise,
 /// error, period.
 const REPORTS: [&str; 7] = ["double-integrator", "duffing", "chaotic", "cuk", "mimo", "servo", "two-tanks"];
-const POSITIONS: [[f64; 5]; 5] = [
+const POSITIONS: [[f64; 5]; 7] = [
     [1.0, 1.0, 1.0, 1.0, 1.0],
     [2.0, 1.0, 1.0, 1.0, 1.0],
     [0.5, 0.0, 2.0, 3.0, 1.0],
     [1.0, 4.0, 0.0, 0.25, 2.0],
     [8.0, 16.0, 5.0, 5.0, 0.125],
+    // Beyond the bounds of a certificate that supposes some.
+    [1.0, 1.0, 5.0, 1.0, 1.0],
+    [1.0, 1.0, 1.0, 5.0, 1.0],
 ];
 
 /// A plant in discrete time that is not the model, with dropouts, a change and a law of a filter's estimate.
@@ -229,9 +232,13 @@ fn compare(browser: &str, name: &str, page: &Path, modules: &[(&str, &str)]) -> 
         for (width, dark) in [(800, false), (1400, true)] {
             let found = browse(browser, &page, width, dark)?;
             let found: Value = serde_json::from_str(&found).map_err(|_| failed(format!("the page says: {found}")))?;
-            for (what, wanted) in
-                [("errors", json!([])), ("wide", json!([])), ("dark", json!(dark)), ("moved", json!(true))]
-            {
+            for (what, wanted) in [
+                ("errors", json!([])),
+                ("wide", json!([])),
+                ("dark", json!(dark)),
+                ("moved", json!(true)),
+                ("badges", json!([])),
+            ] {
                 if found[what] != wanted {
                     return Err(failed(format!("{which} module, {width} px, {what}: {}", found[what])));
                 }

@@ -2,6 +2,7 @@
 
 use crate::exit::WRONG;
 use crate::input::Source;
+use crate::input::given::{Data, Problem};
 use crate::limit::{Limit, time};
 use crate::output;
 use clap::error::ErrorKind;
@@ -21,13 +22,19 @@ use std::process::ExitCode;
     name = "luenberger",
     version,
     arg_required_else_help = true,
-    after_help = "Exit code: 0 success; 1 negative result (no solution, not proved) or full disk; 2 invalid input (usage, files, data).\n\
+    after_help = "Exit code: 0 success; 1 negative result (no solution, not proved) or full disk; 2 invalid input (usage, files, data); 130 ended by Ctrl-C.\n\
                   Conventions: continuous time unless the name says discrete; L is the observer gain (A - L C), K the feedback gain (A - B K)."
 )]
 pub(crate) struct Arguments {
     /// Print one JSON object on standard output; an error is {"error": {"kind", "message", ..}}
     #[arg(long, global = true)]
     pub(crate) json: bool,
+    /// Results and errors only: no notes, estimates and progress
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// A line for each part that is done, and the estimate of time and memory, on standard error
+    #[arg(short, long, global = true)]
+    pub(crate) verbose: bool,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -46,7 +53,7 @@ pub(crate) enum Command {
     /// finished files. The exit code is 1 if an observer is not applicable to the plant, a condition is not verified,
     /// or a simulation fails; all other parts are still computed.
     #[command(after_help = RUN)]
-    Run(StudyInput),
+    Run(RunInput),
     /// Observability: rank, margin of each mode, unobservable directions
     ///
     /// Nonlinear plants are linearized at points along the trajectory; the rank of the Lie derivatives and the
@@ -87,10 +94,11 @@ pub(crate) enum Command {
     Sweep(SweepInput),
     /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
     ///
-    /// All kinds but functional; what has no export is refused with the reason and a hint. A linear observer in
-    /// continuous time is designed for the plant sampled at --period. The folder contains the source, a test with
-    /// golden vectors, a build file, a README and the certificate. An observer without a certificate needs --unproved.
-    /// Output {"observer", "folder", "files", "period", "operations", "bytes", "proved", "statement", "digest"}.
+    /// All kinds, functional for plants in discrete time; what has no export is refused with the reason and a hint. A
+    /// linear observer in continuous time is designed for the plant sampled at --period. The folder contains the
+    /// source, a test with golden vectors, a build file, a README and the certificate. An observer without a
+    /// certificate needs --unproved. Output {"observer", "folder", "files", "period", "operations", "bytes", "proved",
+    /// "statement", "digest"}.
     #[command(after_help = EXPORT)]
     Export(ExportInput),
     /// Lyapunov equation A X + X A' + Q = 0
@@ -113,7 +121,7 @@ pub(crate) enum Command {
     /// `lyap(A, B, Q)` of python-control and MATLAB; scipy's `solve_sylvester(A, B, Q)` has A X + X B = Q. A unique X
     /// exists iff no eigenvalue of A is the negative of one of B.
     #[command(after_help = SYLV)]
-    Sylv(MatrixInput),
+    Sylv(MatrixInput<Sylvester>),
     /// Riccati equation A'X + X A - X B R^-1 B'X + Q = 0, and the regulator K = R^-1 B'X
     ///
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, "r": m x m symmetric, regular}; output
@@ -128,7 +136,7 @@ pub(crate) enum Command {
     /// Optional keys: "g", n x q, of x' = A x + B u + G w, with "w" q x q; and "s", n x p (with "g" q x p), the
     /// cross-intensity of w and v.
     #[command(after_help = CARE)]
-    Care(MatrixInput),
+    Care(MatrixInput<Riccati>),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
     ///
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, "r": m x m symmetric, regular, or singular with
@@ -145,7 +153,7 @@ pub(crate) enum Command {
     /// measurement update, filter_covariance P - M C P. Optional keys: "g", n x q, of x+ = A x + B u + G w, with "w" q
     /// x q; and "s", n x p (with "g" q x p), the cross-covariance of w and v.
     #[command(after_help = DARE)]
-    Dare(MatrixInput),
+    Dare(MatrixInput<Riccati>),
     /// Pole placement: K such that A - B K, or L such that A - L C, has the specified eigenvalues
     ///
     /// Input {"a": n x n, "b": n x m, "poles": n numbers, complex ones as [re, im] with their conjugates}; output {"k",
@@ -178,7 +186,7 @@ pub(crate) enum Command {
     /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}. Complex pairs are adjacent, the one with positive
     /// imaginary part first.
     #[command(after_help = EIG)]
-    Eig(MatrixInput),
+    Eig(MatrixInput<Square>),
     /// Continuous to discrete time: zoh, foh, tustin, impulse, matched
     ///
     /// Input {"a": n x n, "b": n x m, "c": p x n, "d": p x m}; without c the output is the state, without d D is 0.
@@ -231,6 +239,31 @@ pub(crate) enum Command {
     /// verified, 1 otherwise.
     #[command(after_help = SDP)]
     Sdp(SdpInput),
+    /// Print a script with which a shell completes the arguments
+    ///
+    /// Output {"shell", "script"}. Bash reads it from ~/.local/share/bash-completion/completions/luenberger, zsh from a
+    /// folder of $fpath under the name _luenberger, fish from ~/.config/fish/completions/luenberger.fish.
+    #[command(after_help = COMPLETIONS)]
+    Completions(CompletionsInput),
+    /// Write the manual pages, one for each command
+    ///
+    /// Output {"folder", "files"}.
+    #[command(after_help = MAN)]
+    Man(ManInput),
+}
+
+#[derive(Args)]
+pub(crate) struct CompletionsInput {
+    /// The shell
+    #[arg(value_enum)]
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Args)]
+pub(crate) struct ManInput {
+    /// Folder for the pages
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
 }
 
 #[derive(Args)]
@@ -251,7 +284,8 @@ pub(crate) struct NewInput {
 
 #[derive(Args)]
 pub(crate) struct StudyInput {
-    /// Study file, TOML or JSON (.json), or - for standard input; file names in it are relative to its folder
+    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to
+    /// its folder
     #[arg(value_name = "STUDY")]
     pub(crate) study: Source,
     /// Results folder [default: STUDY-results for run, certify, simulate and sweep; none for the others]
@@ -272,8 +306,21 @@ pub(crate) struct StudyInput {
 }
 
 #[derive(Args)]
+pub(crate) struct RunInput {
+    #[command(flatten)]
+    pub(crate) study: StudyInput,
+    /// Open the report
+    #[arg(long)]
+    pub(crate) open: bool,
+    /// Run again whenever the study, or a file beside it that it names, is saved; until Ctrl-C
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) watch: bool,
+}
+
+#[derive(Args)]
 pub(crate) struct AdviseInput {
-    /// Study file, TOML or JSON (.json), or - for standard input; file names in it are relative to its folder
+    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to
+    /// its folder
     #[arg(value_name = "STUDY")]
     pub(crate) study: Source,
     /// Criterion, or several with weights: error, noise, peak, settling, cost, proved; error=2,cost=1
@@ -496,18 +543,40 @@ pub(crate) enum FmiVersion {
     Three,
 }
 
+/// The matrix problems and their keys.
+macro_rules! problems {
+    ($($problem:ident: $keys:expr $(, $constant:ident)?;)+) => {$(
+        #[derive(Clone, Copy)]
+        pub(crate) struct $problem;
+
+        impl Problem for $problem {
+            const MATRICES: &'static [&'static str] = &$keys;
+            $(const $constant: bool = true;)?
+        }
+    )+};
+}
+
+problems! {
+    Lyapunov: ["a", "q", "e"];
+    Sylvester: ["a", "b", "q"];
+    Riccati: ["a", "b", "c", "e", "g", "q", "r", "s", "v", "w"];
+    PolePlacement: ["a", "b", "c", "pattern"], POLES;
+    Pair: ["a", "c"];
+    Square: ["a"];
+    StateSpace: ["a", "b", "c", "d"];
+    NoiseModel: ["a", "qd", "r", "v", "w"], OPTIONAL;
+}
+
 #[derive(Args)]
-pub(crate) struct MatrixInput {
-    /// JSON file, or - for standard input; a matrix is a list of its rows
-    #[arg(value_name = "FILE")]
-    pub(crate) file: Source,
+pub(crate) struct MatrixInput<P: Problem> {
+    #[command(flatten)]
+    pub(crate) data: Data<P>,
 }
 
 #[derive(Args)]
 pub(crate) struct ObservabilityInput {
-    /// JSON file, or - for standard input; a matrix is a list of its rows
-    #[arg(value_name = "FILE")]
-    pub(crate) file: Source,
+    #[command(flatten)]
+    pub(crate) data: Data<Pair>,
     /// Relative size below which a part of the pair counts as zero, for data of few digits [default: rounding]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) tolerance: Option<f64>,
@@ -515,9 +584,8 @@ pub(crate) struct ObservabilityInput {
 
 #[derive(Args)]
 pub(crate) struct PlacementInput {
-    /// JSON file, or - for standard input; a matrix is a list of its rows
-    #[arg(value_name = "FILE")]
-    pub(crate) file: Source,
+    #[command(flatten)]
+    pub(crate) data: Data<PolePlacement>,
     /// Exit with 0 also where the poles are missed
     #[arg(long)]
     pub(crate) accept_inexact: bool,
@@ -525,9 +593,8 @@ pub(crate) struct PlacementInput {
 
 #[derive(Args)]
 pub(crate) struct LyapunovInput {
-    /// JSON file, or - for standard input; a matrix is a list of its rows
-    #[arg(value_name = "FILE")]
-    pub(crate) file: Source,
+    #[command(flatten)]
+    pub(crate) data: Data<Lyapunov>,
     /// Transpose A, and E: the observer's form, in which V = e'X e decreases by e'Q e
     #[arg(long)]
     pub(crate) transposed: bool,
@@ -535,9 +602,8 @@ pub(crate) struct LyapunovInput {
 
 #[derive(Args)]
 pub(crate) struct ConversionInput {
-    /// JSON file, or - for standard input; a matrix is a list of its rows
-    #[arg(value_name = "FILE")]
-    pub(crate) file: Source,
+    #[command(flatten)]
+    pub(crate) data: Data<StateSpace>,
     /// Sampling period
     #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) period: f64,
@@ -577,9 +643,8 @@ pub(crate) enum Method {
 
 #[derive(Args)]
 pub(crate) struct NoiseInput {
-    /// JSON file, or - for standard input; a matrix is a list of its rows
-    #[arg(value_name = "FILE")]
-    pub(crate) file: Option<Source>,
+    #[command(flatten)]
+    pub(crate) data: Data<NoiseModel>,
     /// Sampling period
     #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) period: f64,
@@ -792,6 +857,9 @@ const DARE: &str = r#"Examples:
   [..]"#;
 
 const PLACE: &str = r#"Examples:
+  $ luenberger place "0 1; 0 0" --c "1 0" --poles -2,-5
+  A - L C has the poles below: L (y - C xhat) corrects the estimate
+  [..]
   $ echo '{"a": [[0, 1], [3, 2]], "b": [[0], [1]], "poles": [[-1, 2], [-1, -2]]}' | luenberger place -
   A - B K has the poles below: u = -K x
   K =
@@ -874,6 +942,12 @@ const SDP: &str = r"Example:
   $ luenberger sdp one.dat-s
   proved-optimal-bounds after [..]
   1 <= optimum <= 1";
+
+const COMPLETIONS: &str = r"Example:
+  $ luenberger completions bash > luenberger.bash";
+
+const MAN: &str = r"Example, for man luenberger-run:
+  $ luenberger man -o ~/.local/share/man/man1";
 
 /// Prints clap's message: help and version with exit code 0, a usage error with 2.
 pub(crate) fn refused(error: &clap::Error) -> ExitCode {

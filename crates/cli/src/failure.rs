@@ -6,6 +6,7 @@ use crate::output::{self, is_coloured};
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::sdpa::ReadError;
 use luenberger_proof::certificate::Rejection;
+use luenberger_proof::wording::counted;
 use luenberger_study::deployment::ExportRefusal;
 use luenberger_study::error::is_storage;
 use luenberger_study::import::ImportError;
@@ -22,6 +23,9 @@ pub(crate) enum Failure {
     /// A file cannot be read.
     #[error("{origin} cannot be read: {error}")]
     Read { origin: String, error: io::Error },
+    /// A folder in place of a study.
+    #[error("{folder} is a folder with {} in TOML and no study.toml: name the study", counted(*.found, "file"))]
+    NoStudy { folder: String, found: usize },
     /// The input is longer than the limit.
     #[error("{origin} is longer than {limit} bytes")]
     TooLong { origin: String, limit: u64 },
@@ -46,6 +50,9 @@ pub(crate) enum Failure {
     /// Options or inputs that do not fit together.
     #[error("{0}")]
     Usage(&'static str),
+    /// Matrices on the command line that are not those of the command.
+    #[error("{0}")]
+    Given(String),
     /// A study that cannot be read or executed.
     #[error(transparent)]
     Study(#[from] StudyError),
@@ -86,7 +93,11 @@ impl Failure {
     fn kind(&self) -> &'static str {
         match self {
             Self::Write { error, .. } if is_storage(error) => "storage",
-            Self::Read { .. } | Self::TooLong { .. } | Self::Exists { .. } | Self::Write { .. } => "file",
+            Self::Read { .. }
+            | Self::NoStudy { .. }
+            | Self::TooLong { .. }
+            | Self::Exists { .. }
+            | Self::Write { .. } => "file",
             Self::NotText { .. } | Self::Json { .. } | Self::Sdp { .. } | Self::Certificate { .. } => "syntax",
             Self::Import { error, .. } => match error {
                 ImportError::Read { .. } | ImportError::TooLong { .. } => "file",
@@ -117,7 +128,7 @@ impl Failure {
                 ExportRefusal::Numbers { .. } => "data",
                 _ => "usage",
             },
-            Self::Usage(_) => "usage",
+            Self::Usage(_) | Self::Given(_) => "usage",
             Self::Unwritable(_) => "output",
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Standard output has only the result: text, or with `--json` one JSON object. Errors and progress go to standard
 //! error. The exit code is 0 for success, 1 for a negative answer (no solution, not proved) or output that cannot be
-//! written, 2 for invalid input (usage, files, data).
+//! written, 2 for invalid input (usage, files, data), 130 after Ctrl-C.
 
 mod answer;
 mod arguments;
@@ -16,6 +16,7 @@ mod numbers;
 mod output;
 mod progress;
 mod sdp;
+mod shell;
 mod study;
 mod verify;
 
@@ -24,6 +25,7 @@ use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::Failure;
 use luenberger_study::Step;
+use output::Volume;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -32,6 +34,11 @@ fn main() -> ExitCode {
         Err(error) => return arguments::refused(&error),
     };
     let json = arguments.json;
+    output::set_volume(match (arguments.quiet, arguments.verbose) {
+        (true, _) => Volume::Quiet,
+        (_, true) => Volume::Verbose,
+        _ => Volume::Normal,
+    });
     match run(arguments.command) {
         Ok(answer) => answer.deliver(json),
         Err(failure) => failure.report(json),
@@ -41,7 +48,7 @@ fn main() -> ExitCode {
 fn run(command: Command) -> Result<Answer, Failure> {
     match command {
         Command::New(input) => study::new(&input),
-        Command::Run(input) => study::step(Step::Run, &input),
+        Command::Run(input) => study::run(&input),
         Command::Observe(input) => study::step(Step::Observe, &input),
         Command::Design(input) => study::step(Step::Design, &input),
         Command::Certify(input) => study::step(Step::Certify, &input),
@@ -52,12 +59,12 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Export(input) => study::export(&input),
         Command::Lyap(input) => matrix::lyapunov::lyap(&input),
         Command::Dlyap(input) => matrix::lyapunov::dlyap(&input),
-        Command::Sylv(input) => matrix::sylvester::sylv(&input.file),
-        Command::Care(input) => matrix::riccati::care(&input.file),
-        Command::Dare(input) => matrix::riccati::dare(&input.file),
+        Command::Sylv(input) => matrix::sylvester::sylv(input.data.given()),
+        Command::Care(input) => matrix::riccati::care(input.data.given()),
+        Command::Dare(input) => matrix::riccati::dare(input.data.given()),
         Command::Place(input) => matrix::placement::place(&input),
         Command::Obsv(input) => matrix::observability::obsv(&input),
-        Command::Eig(input) => matrix::spectrum::eig(&input.file),
+        Command::Eig(input) => matrix::spectrum::eig(input.data.given()),
         Command::C2d(input) => matrix::conversion::c2d(&input),
         Command::D2c(input) => matrix::conversion::d2c(&input),
         Command::Noise(input) => matrix::noise::noise(&input),
@@ -65,5 +72,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Import(import) => import::import(&import),
         Command::Verify(input) => verify::verify(&input.files),
         Command::Sdp(sdp) => sdp::sdp(&sdp.file, sdp.solver.into()),
+        Command::Completions(input) => Ok(shell::completions(input.shell)),
+        Command::Man(input) => shell::manual(&input.output),
     }
 }

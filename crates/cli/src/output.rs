@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 /// Prints text as it is, without adding a newline.
 pub(crate) fn text(text: &str) -> io::Result<()> {
@@ -25,6 +26,37 @@ pub(crate) fn failed(error: &io::Error, otherwise: ExitCode) -> ExitCode {
     }
     _ = writeln!(io::stderr(), "error: standard output cannot be written: {error}");
     ExitCode::from(NEGATIVE)
+}
+
+/// What is said on standard error beside errors.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Volume {
+    /// Nothing.
+    Quiet,
+    /// Notes; progress on a terminal.
+    #[default]
+    Normal,
+    /// Progress and estimates elsewhere too.
+    Verbose,
+}
+
+static VOLUME: OnceLock<Volume> = OnceLock::new();
+
+/// Sets what is said, once.
+pub(crate) fn set_volume(volume: Volume) {
+    _ = VOLUME.set(volume);
+}
+
+/// What is said.
+pub(crate) fn volume() -> Volume {
+    VOLUME.get().copied().unwrap_or_default()
+}
+
+/// Says something on standard error, unless nothing is to be said. What cannot be written there is lost.
+pub(crate) fn say(line: &str) {
+    if volume() > Volume::Quiet {
+        _ = writeln!(io::stderr(), "{line}");
+    }
 }
 
 /// Writes a new file; overwrites an existing one only with `force`.

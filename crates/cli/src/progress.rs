@@ -2,10 +2,17 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use luenberger_proof::wording::significant;
+
+use crate::output::{self, Volume, volume};
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
+
+/// Whether progress is drawn: on a terminal, unless lines are asked for, or nothing.
+fn is_shown() -> bool {
+    std::io::stderr().is_terminal() && volume() == Volume::Normal
+}
 
 /// A spinner that is erased when dropped.
 pub(crate) struct Spinner {
@@ -15,7 +22,7 @@ pub(crate) struct Spinner {
 
 impl Spinner {
     pub(crate) fn new(message: &str) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = is_shown().then(|| {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
             bar.set_message(message.to_owned());
             bar.enable_steady_tick(Duration::from_millis(100));
@@ -46,7 +53,7 @@ const TEMPLATE: &str = "{bar:32} {pos:>3}/{len} {msg}, {per_sec}, {eta} left";
 
 impl Bar {
     pub(crate) fn new() -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = is_shown().then(|| {
             let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::hidden());
             // The template is constant and covered by a test; an invalid one would only affect the appearance.
             if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
@@ -61,6 +68,9 @@ impl Bar {
 
     /// Reports that `done` of `total` items of a stage are finished.
     pub(crate) fn tell(&self, stage: &str, item: &str, done: usize, total: usize) {
+        if volume() == Volume::Verbose {
+            output::say(format!("{stage} {item}: {done} of {total}").trim_start());
+        }
         if let Some(bar) = &self.bar {
             // Rate and remaining time are those of the stage.
             let mut shown = self.stage.lock().unwrap_or_else(PoisonError::into_inner);

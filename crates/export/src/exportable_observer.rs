@@ -3,10 +3,9 @@
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
     DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, ObserverDimensions,
-    ObserverError, Prediction, SampledCubicGains, SampledCubicObserver, SampledNonlinearObserver, SampledObserver,
-    UnscentedKalmanFilter, VaryingPeriodObserver, VaryingPeriodStep,
+    ObserverError, Prediction, SampledCubicObserver, SampledNonlinearObserver, SampledObserver, UnscentedKalmanFilter,
+    VaryingPeriodObserver, VaryingPeriodStep,
 };
-use luenberger_plants::LinearPlant;
 use nalgebra::{DMatrix, Dyn, RealField};
 
 use crate::cast::{Cast, Sampled};
@@ -26,7 +25,7 @@ pub enum ExportableObserver {
     Cubic(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
     /// The sampled cubic observer at varying periods; the last input is the time since the last step.
     Varying(VaryingPeriodStep<f64, Dyn, Dyn, Dyn>),
-    /// The extended Kalman filter.
+    /// The extended Kalman filter, iterated or not.
     Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The unscented Kalman filter in square-root form.
     Unscented(UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
@@ -325,19 +324,10 @@ impl ExportableObserver {
     /// # Errors
     /// [`ObserverError`] is not expected of an observer that was made.
     pub fn varying(observer: &VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>) -> Result<Self, ObserverError> {
-        let with_time = |m: DMatrix<f64>| {
-            let columns = m.ncols();
-            m.insert_column(columns, 0.0)
+        let with_time = |name, m: &DMatrix<f64>| {
+            if ["B", "Bd", "D"].contains(&name) { m.clone().insert_column(m.ncols(), 0.0) } else { m.clone() }
         };
-        let same =
-            cast_cubic(
-                observer.nominal(),
-                |name, m| {
-                    if ["B", "D"].contains(&name) { with_time(m.clone()) } else { m.clone() }
-                },
-            )?;
-        let (a, b, k) = (observer.a().clone(), with_time(observer.b().clone()), observer.k().clone());
-        let observer = VaryingPeriodObserver::new(same, a, b, k, observer.longest())?;
+        let observer: VaryingPeriodObserver<f64, Dyn, Dyn, Dyn> = observer.map(with_time)?;
         Ok(Self::Varying(VaryingPeriodStep::new(observer)?))
     }
 
@@ -355,9 +345,7 @@ impl ExportableObserver {
     pub(crate) fn prediction_substeps(&self, scalar: Scalar) -> usize {
         let Self::Varying(step) = self else { return 1 };
         let substeps = match scalar {
-            Scalar::Binary32 => {
-                cast_varying::<f32>(step, |_, m| m.map(nalgebra::convert)).map(|same| same.observer().substeps())
-            }
+            Scalar::Binary32 => step.observer().cast::<f32>().map(|same| same.substeps()),
             Scalar::Binary64 => Ok(step.observer().substeps()),
         };
         // The cast has been checked.
@@ -424,43 +412,28 @@ impl ExportableObserver {
 
     /// The observer over the scalar `T`.
     pub(crate) fn cast<T: RealField + Copy>(&self) -> Result<Cast<T>, ObserverError> {
-        let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
         Ok(match self {
-            Self::Linear(observer) => Cast::new(Sampled(cast_linear(observer, |_, m| cast(m))?), None),
-            Self::Cubic(observer) => Cast::new(Sampled(cast_cubic(observer, |_, m| cast(m))?), None),
-            Self::Varying(step) => Cast::new(Sampled(cast_varying(step, |_, m| cast(m))?), None),
+            Self::Linear(observer) => Cast::new(Sampled(observer.cast::<T>()?), None),
+            Self::Cubic(observer) => Cast::new(Sampled(observer.cast::<T>()?), None),
+            Self::Varying(step) => Cast::new(Sampled(VaryingPeriodStep::new(step.observer().cast::<T>()?)?), None),
             Self::Kalman(filter) => {
-                let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.noise_model());
-                let noises = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
-                let period = nalgebra::convert(filter.period());
-                let same =
-                    ExtendedKalmanFilter::discrete(plant, noises, period)?.with_prediction(filter.prediction())?;
-                let same = match filter.gate() {
-                    Some(gate) => same.with_gate(nalgebra::convert(gate))?,
-                    None => same,
-                };
-                Cast::new(Sampled(same), Some(filter.plant().routines().h))
+                let plant = filter.plant();
+                Cast::new(Sampled(filter.cast::<T, _>(plant.clone())?), Some(plant.routines().h))
             }
             Self::Unscented(filter) => {
-                let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.factors());
-                let factors = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
-                let period = nalgebra::convert(filter.period());
-                let (sigma, prediction) = (filter.sigma_points(), filter.prediction());
-                let same = UnscentedKalmanFilter::from_factors(plant, factors, sigma, period, prediction)?;
-                let same = match filter.gate() {
-                    Some(gate) => same.with_gate(nalgebra::convert(gate))?,
-                    None => same,
-                };
-                Cast::new(Sampled(same), Some(filter.plant().routines().h))
+                let plant = filter.plant();
+                Cast::new(Sampled(filter.cast::<T, _>(plant.clone())?), Some(plant.routines().h))
             }
             Self::MovingHorizon(estimator) => {
                 Cast::new(Sampled(moving_horizon::cast(estimator)?), Some(estimator.plant().routines().h))
             }
             Self::SampledNonlinear(observer) => {
-                let (plant, l) = (observer.plant().clone(), cast(observer.l()));
-                let period = nalgebra::convert(observer.period());
-                let same = SampledNonlinearObserver::new(plant, l, period, observer.substeps())?;
-                Cast::new(Sampled(same), Some(observer.plant().routines().h))
+                let plant = observer.plant();
+                Cast::new(Sampled(observer.cast::<T, _>(plant.clone())?), Some(plant.routines().h))
+            }
+            Self::Discrete(observer) => {
+                let plant = observer.plant();
+                Cast::new(Sampled(observer.cast::<T, _>(plant.clone())?), Some(plant.routines().h))
             }
             Self::Kkl(observer) => Cast::new(observer.cast()?, Some(observer.plant().routines().h)),
             Self::Extension(observer) => {
@@ -473,67 +446,19 @@ impl ExportableObserver {
                 let (_, output) = observer.routines();
                 Cast::new(Sampled(observer.cast(nalgebra::convert(observer.period()))?), Some(output))
             }
-            Self::Discrete(observer) => {
-                let (plant, l) = (observer.plant().clone(), cast(observer.l()));
-                let period = nalgebra::convert(observer.period());
-                let same = DiscreteNonlinearObserver::new(plant, l, period)?;
-                Cast::new(Sampled(same), Some(observer.plant().routines().h))
-            }
         })
     }
 }
 
-/// A linear observer over the scalar `T`, whose matrices `cast` makes of those of these names.
-pub(crate) fn cast_linear<T: RealField + Copy>(
-    observer: &DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>,
-    mut cast: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
-) -> Result<DiscreteLinearObserver<T, Dyn, Dyn, Dyn>, ObserverError> {
-    let LinearPlant { a, b, c, d } = observer.plant();
-    let plant = LinearPlant::new(cast("A", a), cast("B", b), cast("C", c))?;
-    let plant = match d {
-        Some(d) => plant.with_feedthrough(cast("D", d))?,
-        None => plant,
-    };
-    DiscreteLinearObserver::new(plant, cast("L", observer.l()), nalgebra::convert(observer.period()))
-}
-
-/// An observer at varying periods over the scalar `T`, whose matrices `cast` makes of those of these names; those that
-/// the nominal period alone has are without a name.
-pub(crate) fn cast_varying<T: RealField + Copy>(
-    step: &VaryingPeriodStep<f64, Dyn, Dyn, Dyn>,
-    mut cast: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
-) -> Result<VaryingPeriodStep<T, Dyn, Dyn, Dyn>, ObserverError> {
-    let observer = step.observer();
-    let nominal = cast_cubic(observer.nominal(), |name, m| match name {
-        "A" | "B" | "L" => m.map(nalgebra::convert),
-        _ => cast(name, m),
-    })?;
-    let (a, b, k) = (cast("A", observer.a()), cast("B", observer.b()), cast("GAIN", observer.k()));
-    let longest = nalgebra::convert(observer.longest());
-    VaryingPeriodStep::new(VaryingPeriodObserver::new(nominal, a, b, k, longest)?)
-}
-
-/// A sampled cubic observer over the scalar `T`, whose matrices `cast` makes of those of these names.
-pub(crate) fn cast_cubic<T: RealField + Copy>(
-    observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>,
-    mut cast: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
-) -> Result<SampledCubicObserver<T, Dyn, Dyn, Dyn>, ObserverError> {
-    let gains = SampledCubicGains {
-        ad: cast("A", observer.ad()),
-        bd: cast("B", observer.bd()),
-        c: cast("C", observer.c()),
-        ld: cast("L", observer.ld()),
-        n: cast("N", observer.n()),
-        theta: cast("THETA", observer.theta()),
-        w: nalgebra::convert(observer.w()),
-        period: nalgebra::convert(observer.period()),
-    };
-    let same = match observer.coupling() {
-        Some(coupling) => SampledCubicObserver::semi_implicit(gains, cast("G", coupling))?,
-        None => SampledCubicObserver::new(gains)?,
-    };
-    match observer.d() {
-        Some(d) => same.with_feedthrough(cast("D", d)),
-        None => Ok(same),
+/// The name of a matrix in the emitted code, of that which its observer gives it.
+pub(crate) fn emitted(name: &'static str) -> &'static str {
+    match name {
+        "Ad" => "A",
+        "Bd" => "B",
+        "Ld" => "L",
+        "K" => "GAIN",
+        "theta" => "THETA",
+        "-C N" => "G",
+        _ => name,
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{DVector, Dyn, RealField};
 use crate::Export;
 use crate::cast::Cast;
 use crate::error::ExportError;
-use crate::exportable_observer::{ExportableObserver, cast_linear};
+use crate::exportable_observer::ExportableObserver;
 use crate::scalar::Scalar;
 
 /// Steps of the golden vectors by default.
@@ -145,7 +145,7 @@ impl<T: RealField + Copy> Run<T> {
         let filter = match (&export.observer, &export.update) {
             (ExportableObserver::Linear(predictor), Some(k)) => {
                 let k = k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x)));
-                let predictor = cast_linear(predictor, |_, m| m.map(nalgebra::convert)).map_err(rounded)?;
+                let predictor = predictor.cast().map_err(rounded)?;
                 Some(StationaryKalmanFilter::new(predictor, k).map_err(rounded)?)
             }
             _ => None,

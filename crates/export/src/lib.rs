@@ -115,12 +115,13 @@ pub struct Export {
 impl Export {
     /// The kind of observer in words, with the feedback.
     pub(crate) fn kind(&self) -> String {
-        let observer = match self.observer {
+        let observer = match &self.observer {
             _ if self.title.is_some() => self.title.unwrap_or_default(),
             ExportableObserver::Linear(_) if self.is_filter() => "Stationary Kalman filter",
             ExportableObserver::Linear(_) => "Sampled linear observer",
             ExportableObserver::Cubic(_) => "Sampled cubic observer",
             ExportableObserver::Varying(_) => "Sampled cubic observer at varying periods",
+            ExportableObserver::Kalman(filter) if filter.iterations() > 1 => "Iterated extended Kalman filter",
             ExportableObserver::Kalman(_) => "Extended Kalman filter",
             ExportableObserver::Unscented(_) => "Unscented Kalman filter",
             ExportableObserver::MovingHorizon(_) => "Moving-horizon estimator",

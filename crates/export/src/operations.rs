@@ -50,6 +50,10 @@ impl ExportableObserver {
                 let joined = gate + covariances + factor + n * product(n, p) + n * n;
                 let update =
                     measurement + p + joined + 2 * product(n, p) + 2 * square + (n + p) * product(n, p) + n * n;
+                // A further linearisation: the estimate, the innovation there, and the gain.
+                let estimate = product(n, p) + n;
+                let innovation = measurement + n + product(p, n) + 2 * p;
+                let update = update + (filter.iterations() - 1) * (estimate + innovation + covariances + factor);
                 let symmetry = n * (n - 1);
                 let spread = 2 * square + n * n + symmetry;
                 update

@@ -3,14 +3,14 @@
 
 use luenberger_expression::{ExpressionPlant, Recorded, Recording, RecordingError, Routine, record};
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ObserverDimensions, ObserverError, SampledNonlinearObserver, SampledObserver,
-    StationaryKalmanFilter, VaryingPeriodStep,
+    ObserverDimensions, ObserverError, SampledNonlinearObserver, SampledObserver, StationaryKalmanFilter,
+    VaryingPeriodStep,
 };
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::Export;
 use crate::error::ExportError;
-use crate::exportable_observer::{ExportableObserver, cast_cubic, cast_linear, cast_varying};
+use crate::exportable_observer::{ExportableObserver, emitted};
 use crate::extension::results;
 
 /// The program of the next state, a function of the state and of (u, y); in filter form of the estimate at the sample
@@ -23,19 +23,20 @@ pub(crate) fn step(export: &Export) -> Result<Option<Routine>, ExportError> {
     let refused = |error: ObserverError| ExportError::Rounded { format, error };
     let program = match &export.observer {
         ExportableObserver::Linear(observer) => record(|recording| {
-            let same = cast_linear(observer, |name, m| recording.matrix(name, m)).map_err(refused)?;
+            let same = observer.map::<_, Dyn, Dyn, Dyn>(|name, m| recording.matrix(name, m)).map_err(refused)?;
             let Some(k) = &export.update else { return Ok(next(recording, &same)) };
             let same = StationaryKalmanFilter::new(same, recording.matrix("UPDATE", k)).map_err(refused)?;
             Ok(estimate_and_next(recording, &same))
         })?,
         ExportableObserver::Cubic(observer) => record(|recording| {
-            let same = cast_cubic(observer, |name, m| recording.matrix(name, m)).map_err(refused)?;
+            let same =
+                observer.map::<_, Dyn, Dyn, Dyn>(|name, m| recording.matrix(emitted(name), m)).map_err(refused)?;
             Ok(next(recording, &same))
         })?,
         ExportableObserver::Discrete(observer) => observer.plant().record(|recording| {
-            let l: DMatrix<Recorded> = recording.matrix("L", observer.l());
-            let period = nalgebra::convert(observer.period());
-            let same = DiscreteNonlinearObserver::new(observer.plant().clone(), l, period).map_err(refused)?;
+            let plant = observer.plant().clone();
+            let same =
+                observer.map::<_, Dyn, Dyn, Dyn, _>(plant, |name, m| recording.matrix(name, m)).map_err(refused)?;
             Ok(next(recording, &same))
         })?,
         ExportableObserver::Step(observer) => Ok(observer.routines().0),
@@ -55,9 +56,8 @@ pub(crate) fn slope(
     let format = export.scalar.name();
     let size = observer.dimensions();
     let program = observer.plant().record(|recording| {
-        let l = recording.matrix("L", observer.l());
-        let (plant, period) = (observer.plant().clone(), nalgebra::convert(observer.period()));
-        let same = SampledNonlinearObserver::new(plant, l, period, observer.substeps())
+        let same = observer
+            .map::<_, Dyn, Dyn, Dyn, _>(observer.plant().clone(), |name, m| recording.matrix(name, m))
             .map_err(|error| ExportError::Rounded { format, error })?;
         Ok(recording.program((size.state + size.outputs, size.inputs), |t, z, u| {
             let (x, w) = z.split_at(size.state);
@@ -81,14 +81,19 @@ pub(crate) fn varying(
     let format = export.scalar.name();
     let ObserverDimensions { state, inputs, outputs, .. } = step.dimensions();
     let programs = record(|recording| {
-        let same = cast_varying(step, |name, m| recording.matrix(name, m))
-            .map_err(|error| ExportError::Rounded { format, error })?;
+        // The nominal step has matrices of its own, which no program uses.
+        let numbers = |name, m: &DMatrix<f64>| match name {
+            "Ad" | "Bd" | "Ld" => m.map(nalgebra::convert),
+            _ => recording.matrix(emitted(name), m),
+        };
+        let refused = |error| ExportError::Rounded { format, error };
+        let same = step.observer().map::<_, Dyn, Dyn, Dyn>(numbers).map_err(refused)?;
         let column = DVector::<Recorded>::from_column_slice;
         let mut term = |is_first: bool| {
             recording.program((state, inputs + 2), |_, x, known| {
                 let (u, last) = known.split_at(inputs);
                 let mut next = x.to_vec();
-                same.observer().term(x, is_first.then_some(u), (last[0], last[1]), &mut next);
+                same.term(x, is_first.then_some(u), (last[0], last[1]), &mut next);
                 next
             })
         };
@@ -96,7 +101,7 @@ pub(crate) fn varying(
         let corrected = recording.program((state, inputs + outputs), |_, x, known| {
             let (u, y) = known.split_at(inputs);
             let (mut xhat, elapsed) = (column(x), u[inputs - 1]);
-            same.observer().correct(&mut xhat, &column(u), &column(y), elapsed);
+            same.correct(&mut xhat, &column(u), &column(y), elapsed);
             xhat.as_slice().to_vec()
         });
         Ok([first, further, corrected])
@@ -120,14 +125,15 @@ pub(crate) fn innovation(export: &Export) -> Result<Routine, ExportError> {
     let program = record(|recording| {
         Ok(match (&export.observer, export.observer.routines()) {
             (ExportableObserver::Linear(observer), _) => {
-                let same = cast_linear(observer, |name, m| recording.matrix(name, m)).map_err(refused)?;
+                let same = observer.map::<_, Dyn, Dyn, Dyn>(|name, m| recording.matrix(name, m)).map_err(refused)?;
                 recording.program(known, |_, x, known| {
                     let (u, y) = known.split_at(inputs);
                     same.innovation(&column(x), &column(u), &column(y)).as_slice().to_vec()
                 })
             }
             (ExportableObserver::Cubic(observer), _) => {
-                let same = cast_cubic(observer, |name, m| recording.matrix(name, m)).map_err(refused)?;
+                let same =
+                    observer.map::<_, Dyn, Dyn, Dyn>(|name, m| recording.matrix(emitted(name), m)).map_err(refused)?;
                 recording.program(known, |_, x, known| {
                     let (u, y) = known.split_at(inputs);
                     same.innovation(&column(x), &column(u), &column(y)).as_slice().to_vec()

@@ -145,7 +145,7 @@ pub use factored::{Factored, lyapunov_factor, stein_factor};
 pub use functional_observer::{FunctionalObserver, functional_observer, reduced_order_observer};
 pub use functional_order::{LeastFunctionalObserver, least_functional_observer};
 pub use generalized::{GeneralizedLyapunov, GeneralizedStein, generalized_lyapunov, generalized_stein};
-pub use lyapunov::{Lyapunov, LyapunovEquation, lyapunov};
+pub use lyapunov::{Lyapunov, LyapunovEquation, SymmetricEquation, lyapunov};
 pub use nalgebra;
 pub use observability::{
     Detectability, Mode, Observability, StabilityRegion, detectability, discrete_detectability, observability,
@@ -163,7 +163,8 @@ pub use schur::{Balanced, Reordered, Schur, SchurWorkspace, balanced, schur, sch
 pub use spectrum::{eigenvalues, lambda_max, lambda_min, spectral_abscissa, spectral_radius, symmetric_eigenvalues};
 pub use stein::{Stein, SteinEquation, stein};
 pub use sylvester::{
-    DiscreteSylvester, DiscreteSylvesterEquation, Sylvester, SylvesterEquation, discrete_sylvester, sylvester,
+    DiscreteSylvester, DiscreteSylvesterEquation, PairEquation, Sylvester, SylvesterEquation, discrete_sylvester,
+    sylvester,
 };
 pub use system_norm::{HInfinityNorm, discrete_h_infinity_norm, discrete_h2_norm, h_infinity_norm, h2_norm};
 pub use zeros::{InvariantZeros, invariant_zeros};

@@ -14,32 +14,36 @@ use crate::forward_error::{ErrorScale, forward_error};
 use crate::schur_operator::{Kind, SchurEquation};
 use nalgebra::{Complex, DMatrix};
 
-/// Solution of `A'P + P A + Q = 0` with its evidence.
+/// Solution of `A'P + P A + Q = 0`, or of `A'P A - P + Q = 0` ([`Stein`](crate::Stein)), with its evidence.
 ///
 /// Where the equation had to be solved in balanced units of the state (see [`lyapunov()`]), residual, separation and
-/// condition are in these units; [`forward_error`](Self::forward_error) is in those of `p`.
+/// condition are in these units; [`forward_error`](Self::forward_error) is in those of `p`. Of two formulas the second
+/// is that of the Stein equation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lyapunov {
     /// The solution, exactly symmetric.
     pub p: DMatrix<f64>,
-    /// `||A'P + P A + Q|| / (2 ||A|| ||P|| + ||Q||)` in the Frobenius norm.
+    /// `||A'P + P A + Q|| / (2 ||A|| ||P|| + ||Q||)` or `||A'P A - P + Q|| / ((||A||^2 + 1) ||P|| + ||Q||)`, in the
+    /// Frobenius norm.
     pub residual: f64,
-    /// The separation, `min ||A'X + X A|| / ||X||`. For Hurwitz `A` in the spectral norm, where it is `1 / ||H||` with
-    /// `A'H + H A + I = 0`; the number is `1 / ||H||_F`, not above it and at most sqrt(n) below. Otherwise with the sum
-    /// of the absolute entries for norm, in the coordinates of the Schur form, and an estimate from above, seldom more
-    /// than three times too large.
+    /// The separation, `min ||A'X + X A|| / ||X||` or `min ||A'X A - X|| / ||X||`. For a stable `A` (Hurwitz, or Schur
+    /// stable) in the spectral norm, where it is `1 / ||H||` with the solution H for `Q = I`; the number is
+    /// `1 / ||H||_F`, not above it and at most sqrt(n) below. Otherwise with the sum of the absolute entries for norm,
+    /// in the coordinates of the Schur form, and an estimate from above, seldom more than three times too large.
     pub separation: f64,
-    /// `2 ||A||_F / separation`: about how much `P` may change, relative to its norm, for a unit relative change of
-    /// `A`. The relative error of `P` is at most about this times `n eps`; often it is far smaller.
+    /// `2 ||A||_F / separation` or `(||A||_F^2 + 1) / separation`: about how much `P` may change, relative to its norm,
+    /// for a unit relative change of the data. The relative error of `P` is at most about this times `n eps`; often it
+    /// is far smaller.
     pub condition: f64,
     /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units.
     spread: ErrorScale,
 }
 
 impl Lyapunov {
-    /// A bound of `||P - P*|| / ||P*||` (to first order) in the Frobenius norm: `(2 ||A|| + ||Q||/||P||) / separation`
-    /// times the relative residual and the rounding in it, and the factor between the norms. P* is the solution for `A`
-    /// and `Q` as given. For a Hurwitz A it holds with the separation; otherwise as far as the estimate of it is right
+    /// A bound of `||P - P*|| / ||P*||` (to first order) in the Frobenius norm: `(2 ||A|| + ||Q||/||P||) / separation`,
+    /// or with `||A||^2 + 1` for `2 ||A||`, times the relative residual and the rounding in it, and the factor between
+    /// the norms. P* is the solution for `A` and `Q` as given. For a stable A it holds with the separation; otherwise
+    /// as far as the estimate of it is right
     /// to a factor of three. Where that is no bound, and the solution was refined instead (see [`lyapunov()`]): ten
     /// times the last correction, over one minus the factor by which a refinement shrinks errors. Infinite where no
     /// digit is known.
@@ -61,9 +65,8 @@ impl Lyapunov {
     }
 }
 
-/// `A'P + P A + Q = 0` for one `A` and any number of `Q`.
-///
-/// The Schur form is computed once, `25 n^3` flops or more; each solution costs about `9 n^3`.
+/// `A'P + P A + Q = 0` for one `A` and any number of `Q`: the Schur form is computed once, `25 n^3` flops or more; each
+/// solution costs about `9 n^3`.
 /// ```
 /// use luenberger_linalg::LyapunovEquation;
 /// use nalgebra::{DMatrix, dmatrix};
@@ -77,18 +80,32 @@ impl Lyapunov {
 /// }
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
-pub struct LyapunovEquation(SchurEquation);
+pub type LyapunovEquation = SymmetricEquation<false>;
 
-impl LyapunovEquation {
+/// The equation of Lyapunov, or that of Stein where `DISCRETE`, for one `A` and any number of `Q`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SymmetricEquation<const DISCRETE: bool>(SchurEquation);
+
+impl<const DISCRETE: bool> SymmetricEquation<DISCRETE> {
     /// The equation for `a` (n x n).
     /// # Errors
-    /// As [`lyapunov()`]: whether the equation has a unique solution does not depend on `Q`.
+    /// As [`lyapunov()`] or [`stein()`](crate::stein()): whether the equation has a unique solution does not depend on
+    /// `Q`.
     pub fn new(a: &DMatrix<f64>) -> Result<Self> {
-        SchurEquation::new(Kind::Lyapunov, a).map(Self)
+        SchurEquation::new(Kind::of_time(DISCRETE), a).map(Self)
     }
 
-    /// Becomes the equation for `a`, in the memory that is there: with a Hurwitz `a` of the same order nothing is
+    /// The solution for `q`.
+    pub(crate) fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
+        let n = square("A", a)?;
+        shaped("Q", q, n, n)?;
+        // Before the Schur form is paid for.
+        let mut q = symmetric("Q", q)?;
+        let (equation, residual) = SchurEquation::solved(Kind::of_time(DISCRETE), a, &mut q)?;
+        Ok(Self(equation).solution(q, residual))
+    }
+
+    /// Becomes the equation for `a`, in the memory that is there: with a stable `a` of the same order nothing is
     /// allocated, unless the state has to be balanced. After an error it is the equation of no `a`, and solutions are
     /// errors until the next `refactor`.
     /// # Errors
@@ -157,13 +174,14 @@ impl LyapunovEquation {
         self.0.eigenvalues()
     }
 
-    /// Whether all eigenvalues of `a` have a negative real part.
+    /// Whether all eigenvalues of `a` have a negative real part, or are inside the unit circle.
     pub fn is_stable(&self) -> bool {
         self.0.is_stable()
     }
 
-    /// `min ||A'X + X A||_1 / ||X||_1`, entries summed, in the coordinates of the Schur form: an estimate from above by
-    /// at most eleven substitutions, seldom more than three times too large (SLICOT SB03QD).
+    /// `min ||A'X + X A||_1 / ||X||_1` or `min ||A'X A - X||_1 / ||X||_1`, entries summed, in the coordinates of the
+    /// Schur form: an estimate from above by at most eleven substitutions, seldom more than three times too large
+    /// (SLICOT SB03QD).
     pub fn separation_estimate(&self) -> f64 {
         self.0.estimated_separation_in_units()
     }
@@ -205,14 +223,5 @@ impl LyapunovEquation {
 ///
 /// Source: Bartels and Stewart, CACM 15, 1972; SLICOT SB03MD, SB03QD.
 pub fn lyapunov<'a>(a: impl Into<RealMatrixView<'a>>, q: impl Into<RealMatrixView<'a>>) -> Result<Lyapunov> {
-    solved(&owned(a), &owned(q))
-}
-
-fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
-    let n = square("A", a)?;
-    shaped("Q", q, n, n)?;
-    // Before the Schur form is paid for.
-    let mut q = symmetric("Q", q)?;
-    let (equation, residual) = SchurEquation::solved(Kind::Lyapunov, a, &mut q)?;
-    Ok(LyapunovEquation(equation).solution(q, residual))
+    LyapunovEquation::solved(&owned(a), &owned(q))
 }

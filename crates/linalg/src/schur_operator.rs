@@ -30,6 +30,10 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
+    pub(crate) fn of_time(discrete: bool) -> Self {
+        if discrete { Self::Stein } else { Self::Lyapunov }
+    }
+
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Lyapunov => "Lyapunov",

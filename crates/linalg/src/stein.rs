@@ -8,43 +8,13 @@
 //! 25, 1977; Jonsson and Kagstrom, ACM TOMS 28, 2002).
 
 use crate::Result;
-use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
-use crate::forward_error::{ErrorScale, forward_error};
+use crate::argument::{RealMatrixView, owned};
+use crate::lyapunov::{Lyapunov, SymmetricEquation};
 use crate::schur_operator::{Kind, SchurEquation};
-use nalgebra::{Complex, DMatrix};
+use nalgebra::DMatrix;
 
 /// Solution of `A'P A - P + Q = 0` with residual, separation and condition.
-///
-/// If the equation was solved in balanced units of the state (see [`stein()`]), residual, separation and condition are
-/// in those units; [`forward_error`](Self::forward_error) is in the units of `p`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Stein {
-    /// The solution, exactly symmetric.
-    pub p: DMatrix<f64>,
-    /// `||A'P A - P + Q|| / ((||A||^2 + 1) ||P|| + ||Q||)` in the Frobenius norm.
-    pub residual: f64,
-    /// Separation `min ||A'X A - X|| / ||X||`. For Schur-stable `A`, in the spectral norm, it is `1 / ||H||` with
-    /// `A'H A - H + I = 0`; the value returned is `1 / ||H||_F`, too small by at most a factor of sqrt(n). Otherwise
-    /// the norm is the sum of the absolute entries in the coordinates of the Schur form, and the value is an estimate
-    /// from above, seldom more than three times too large.
-    pub separation: f64,
-    /// Condition number `(||A||^2 + 1) / separation`: to first order, the relative change of `P` per relative change of
-    /// the data. The relative error of `P` is at most about this times `n eps`; often it is far smaller.
-    pub condition: f64,
-    /// Factor from an error in the norm of the separation to one of `p` in the Frobenius norm and the user's units.
-    spread: ErrorScale,
-}
-
-impl Stein {
-    /// First-order bound of the relative error of `P`, as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error).
-    pub fn forward_error(&self) -> f64 {
-        forward_error(self.residual, self.condition, self.p.nrows(), self.spread)
-    }
-
-    pub(crate) fn spread(&self) -> f64 {
-        self.spread.norms * self.spread.units
-    }
-}
+pub type Stein = Lyapunov;
 
 /// The solution without residual and condition; `None` if the equation is singular to working precision.
 pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
@@ -63,80 +33,7 @@ pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DM
 /// }
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
-pub struct SteinEquation(SchurEquation);
-
-impl SteinEquation {
-    /// The equation for `a` (n x n).
-    /// # Errors
-    /// As [`stein()`]: whether the equation has a unique solution does not depend on `Q`.
-    pub fn new(a: &DMatrix<f64>) -> Result<Self> {
-        SchurEquation::new(Kind::Stein, a).map(Self)
-    }
-
-    /// Replaces the equation by that for `a`, in the same memory: with a Schur-stable `a` of the same order nothing is
-    /// allocated, unless the state has to be balanced. After an error, solutions are errors until the next successful
-    /// `refactor`.
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn refactor(&mut self, a: &DMatrix<f64>) -> Result<()> {
-        self.0.refactor(a)
-    }
-
-    /// The solution for the symmetric n x n matrix `q`.
-    /// # Errors
-    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
-    /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
-    /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric),
-    /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
-    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) if the separation is at rounding level
-    /// and refinement does not converge for this `q`.
-    pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
-        shaped("Q", q, self.0.order(), self.0.order())?;
-        let mut p = symmetric("Q", q)?;
-        let residual = self.0.solve_in_place(&mut p)?;
-        Ok(self.solution(p, residual))
-    }
-
-    /// What is known of the solution `p`, found with this residual.
-    fn solution(&self, p: DMatrix<f64>, residual: f64) -> Stein {
-        let spread = self.0.spread(&p);
-        Stein { p, residual, separation: self.0.separation(), condition: self.0.condition(), spread }
-    }
-
-    /// As [`solve`](Self::solve), into `p`, and returns the relative residual. Allocates nothing if `p` is n x n
-    /// already (unless the state had to be balanced).
-    /// # Errors
-    /// As [`solve`](Self::solve).
-    pub fn solve_into(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
-        self.0.solve_into(q, p)
-    }
-
-    /// One step of iterative refinement of `p`, in place, as
-    /// [`LyapunovEquation::refine`](crate::LyapunovEquation::refine): returns the size of the correction relative to
-    /// `p`.
-    /// # Errors
-    /// As [`solve`](Self::solve), and for a `p` that is not symmetric.
-    pub fn refine(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
-        self.0.refine(q, p)
-    }
-
-    /// The eigenvalues of `a`.
-    pub fn eigenvalues(&self) -> Vec<Complex<f64>> {
-        self.0.eigenvalues()
-    }
-
-    /// Whether all eigenvalues of `a` lie inside the unit circle.
-    pub fn is_stable(&self) -> bool {
-        self.0.is_stable()
-    }
-
-    /// Separation `min ||A'X A - X||_1 / ||X||_1`, entries summed, in the coordinates of the Schur form: an estimate
-    /// from above by at most eleven substitutions.
-    pub fn separation_estimate(&self) -> f64 {
-        self.0.estimated_separation_in_units()
-    }
-}
+pub type SteinEquation = SymmetricEquation<true>;
 
 /// Solves `A'P A - P + Q = 0` for symmetric `P`.
 ///
@@ -171,13 +68,5 @@ impl SteinEquation {
 ///
 /// Source: Kitagawa, Int. J. Control 25, 1977; SLICOT SB03MD (DICO = 'D').
 pub fn stein<'a>(a: impl Into<RealMatrixView<'a>>, q: impl Into<RealMatrixView<'a>>) -> Result<Stein> {
-    solved(&owned(a), &owned(q))
-}
-
-fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
-    let n = square("A", a)?;
-    shaped("Q", q, n, n)?;
-    let mut q = symmetric("Q", q)?;
-    let (equation, residual) = SchurEquation::solved(Kind::Stein, a, &mut q)?;
-    Ok(SteinEquation(equation).solution(q, residual))
+    SteinEquation::solved(&owned(a), &owned(q))
 }

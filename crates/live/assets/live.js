@@ -57,31 +57,30 @@ class Live {
         this.draw();
       });
     }
-    const gains = this.gains().join();
-    if (gains !== this.verified) {
+    if (this.factors().join() !== this.verified) {
       clearTimeout(this.verifying);
       this.verifying = setTimeout(() => { this.verify(); this.table(); }, 120);
     }
     this.table();
   }
 
-  gains() {
-    return ["gain", "cubic", "period"].map((name) => this.factor(name));
+  // A certificate can suppose bounds of the noise and of the first error: all of them decide on a verdict.
+  factors() {
+    return ["gain", "cubic", "noise", "error", "period"].map((name) => this.factor(name));
   }
 
   run() {
     const start = performance.now();
-    const factors = ["gain", "cubic", "noise", "error", "period"].map((name) => this.factor(name));
-    this.text = this.answer(this.exports.luenberger_run(...factors));
+    this.text = this.answer(this.exports.luenberger_run(...this.factors()));
     this.outcome = JSON.parse(this.text);
     this.slow = performance.now() - start;
     this.note.textContent = `simulated in ${short(this.slow, 2)} ms` + (this.slow < 250 ? "" : ", when a slider is released");
   }
 
   verify() {
-    const gains = this.gains();
-    this.verified = gains.join();
-    this.verdictText = this.answer(this.exports.luenberger_verify(...gains));
+    const factors = this.factors();
+    this.verified = factors.join();
+    this.verdictText = this.answer(this.exports.luenberger_verify(...factors));
     this.verdicts = JSON.parse(this.verdictText);
   }
 
@@ -124,7 +123,7 @@ class Live {
 
   table() {
     const body = this.root.querySelector("tbody");
-    const stale = this.gains().join() !== this.verified;
+    const stale = this.factors().join() !== this.verified;
     const rows = this.outcome.runs.map((run, i) => {
       const row = document.createElement("tr");
       const cell = (text, kind) => {

@@ -1,13 +1,10 @@
 //! Matrices as arrays of their rows, as a page stores them.
 
+pub(crate) use luenberger_plants::serialization::rows;
 use nalgebra::DMatrix;
 
 /// A matrix as an array of its rows.
 pub type Rows = Vec<Vec<f64>>;
-
-pub(crate) fn rows(m: &DMatrix<f64>) -> Rows {
-    m.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
 
 pub(crate) fn matrix(rows: &Rows) -> DMatrix<f64> {
     let columns = rows.first().map_or(0, Vec::len);

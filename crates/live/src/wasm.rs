@@ -39,11 +39,11 @@ pub extern "C" fn luenberger_run(gain: f64, cubic: f64, noise: f64, error: f64, 
     with_experiment(|experiment| serde_json::to_vec(&crate::run(experiment, &sliders)))
 }
 
-/// Verifies the certificates for these gains; the length of the answer, a list with a
+/// The verdicts at these positions of the sliders; the length of the answer, a list with a
 /// [`GainVerdict`](crate::GainVerdict) or null for each observer, as JSON. 0 if no experiment is loaded.
 #[unsafe(no_mangle)]
-pub extern "C" fn luenberger_verify(gain: f64, cubic: f64, period: f64) -> usize {
-    let sliders = Sliders { gain, cubic, period, ..Sliders::NEUTRAL };
+pub extern "C" fn luenberger_verify(gain: f64, cubic: f64, noise: f64, error: f64, period: f64) -> usize {
+    let sliders = Sliders { gain, cubic, noise, error, period };
     with_experiment(|experiment| serde_json::to_vec(&crate::verify(experiment, &sliders)))
 }
 

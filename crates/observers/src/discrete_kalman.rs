@@ -313,7 +313,9 @@ where
         }
         let KalmanModel { c, v, .. } = &self.model;
         let innovation = feedthrough::without(self.d.as_ref(), u, y - c * estimate.estimate());
-        correct::<T, N, M, P>(estimate, c.clone(), innovation, v.clone(), measured)
+        let first = (c.clone(), innovation);
+        // The measurement is linear: once is exact.
+        correct::<T, N, M, P>(estimate, first.clone(), v.clone(), measured, (1, |_| first.clone()))
     }
 }
 

@@ -102,22 +102,25 @@ where
     pub normalized_square: T,
 }
 
-/// The measurement update in Joseph's form, shared by the filters: H is `h` (p x n).
-///
-/// An output that is not measured gets a zero row of H, a zero innovation and a noise of its own, so that its column of
-/// K is zero: what is left is the update by the other rows.
+/// A measurement as it is linearised at an estimate x: H (p x n), and `y - h(x)`.
+pub(crate) type Linearised<T, N, P> = (OMatrix<T, P, N>, OVector<T, P>);
+
+/// How often an update linearises, and H and `y - h(x)` where it does so after the first time.
+pub(crate) type Again<F> = (usize, F);
+
+/// [`corrected`], of the state of a filter.
 pub(crate) fn correct<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim>(
     estimate: &mut GaussianEstimate<T, N>,
-    h: OMatrix<T, P, N>,
-    innovation: OVector<T, P>,
+    first: Linearised<T, N, P>,
     v: OMatrix<T, P, P>,
     measured: impl Fn(usize) -> bool,
+    again: Again<impl Fn(&OVector<T, N>) -> Linearised<T, N, P>>,
 ) -> Option<Innovation<T, P>>
 where
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
     let (xhat, p) = (estimate.estimate(), estimate.covariance());
-    let (xhat, p, innovation) = corrected(xhat, &p, (h, innovation, v), measured)?;
+    let (xhat, p, innovation) = corrected(&xhat, &p, first, v, measured, again)?;
     *estimate = GaussianEstimate::new(&xhat, &p);
     Some(innovation)
 }
@@ -138,45 +141,89 @@ where
     is_finite
 }
 
-/// Estimate and covariance after the update by the measurement with H, innovation and V; none unless S is positive
-/// definite and the result is finite. A measured entry of the innovation that is not finite makes all of the estimate
-/// so, because `0 * NaN` and `0 * inf` are NaN.
+/// The gain `K = P H' S^-1` of a measurement with H and V, and `S = H P H' + V` with its factor.
+struct Gain<T: RealField + Copy, N: Dim, P: Dim>
+where
+    DefaultAllocator: Allocator<N, P> + Allocator<P, P>,
+{
+    k: OMatrix<T, N, P>,
+    s: OMatrix<T, P, P>,
+    factor: Factor<T, P>,
+}
+
+impl<T: RealField + Copy, N: Dim, P: Dim> Gain<T, N, P>
+where
+    DefaultAllocator: Allocator<N, N> + Allocator<N, P> + Allocator<P, N> + Allocator<P, P>,
+{
+    /// None unless S is positive definite in floating point.
+    fn new(h: &OMatrix<T, P, N>, p: &OMatrix<T, N, N>, v: &OMatrix<T, P, P>) -> Option<Self> {
+        let hp = times(h, p);
+        let s = times_transpose(&hp, h) + v;
+        if !are_finite(s.as_slice()) {
+            return None;
+        }
+        let factor = Factor::new(&s)?;
+        // K' = S^-1 (H P).
+        let k = factor.solve(&hp).transpose();
+        Some(Self { k, s, factor })
+    }
+}
+
+/// Estimate and covariance after the update by a measurement with V, in Joseph's form, shared by the filters.
+///
+/// It is linearised at xbar first, and then `iterations - 1` times `again`, where the linearisation before leads:
+/// `x <- xbar + K (y - h(x) - H (xbar - x))`, with H and K of x, is a Gauss-Newton step of the weighted squares of
+/// `x - xbar` and `y - h(x)`. The covariance is that of the last H, the innovation that at xbar.
+///
+/// An output that is not measured gets a zero row of H, a zero innovation and a noise of its own, so that its column of
+/// K is zero: what is left is the update by the other rows.
+///
+/// None unless each S is positive definite and the result is finite. A measured entry of the innovation that is not
+/// finite makes all of the estimate so, because `0 * NaN` and `0 * inf` are NaN.
 #[allow(clippy::type_complexity, reason = "estimate, covariance, innovation")]
 pub(crate) fn corrected<T: RealField + Copy, N: Dim, P: Dim>(
-    mut xhat: OVector<T, N>,
+    xbar: &OVector<T, N>,
     p: &OMatrix<T, N, N>,
-    (mut h, mut innovation, mut v): (OMatrix<T, P, N>, OVector<T, P>, OMatrix<T, P, P>),
+    first: Linearised<T, N, P>,
+    mut v: OMatrix<T, P, P>,
     measured: impl Fn(usize) -> bool,
+    (iterations, again): Again<impl Fn(&OVector<T, N>) -> Linearised<T, N, P>>,
 ) -> Option<(OVector<T, N>, OMatrix<T, N, N>, Innovation<T, P>)>
 where
     DefaultAllocator:
         Allocator<N> + Allocator<P> + Allocator<N, N> + Allocator<N, P> + Allocator<P, N> + Allocator<P, P>,
 {
-    for i in (0..innovation.nrows()).filter(|&i| !measured(i)) {
-        h.row_mut(i).fill(T::zero());
-        innovation[i] = T::zero();
+    // Once: a gate has tested the innovations at xbar.
+    let measured = first.1.map_with_location(|i, _, _| measured(i));
+    let missing = || (0..measured.nrows()).filter(|&i| !measured[i]);
+    let of_measured = |(mut h, mut error): Linearised<T, N, P>| {
+        for i in missing() {
+            h.row_mut(i).fill(T::zero());
+            error[i] = T::zero();
+        }
+        (h, error)
+    };
+    for i in missing() {
         v.row_mut(i).fill(T::zero());
         v.column_mut(i).fill(T::zero());
         v[(i, i)] = T::one();
     }
-    let hp = times(&h, p);
-    let s = times_transpose(&hp, &h) + &v;
-    if !are_finite(s.as_slice()) {
-        return None;
+    let (mut h, mut error) = of_measured(first);
+    let mut gain = Gain::new(&h, p, &v)?;
+    let normalized_square = error.dot(&gain.factor.solve(&error));
+    let innovation = Innovation { value: error.clone(), covariance: gain.s.clone(), normalized_square };
+    for _ in 1..iterations {
+        let x = xbar + times(&gain.k, &error);
+        (h, error) = of_measured(again(&x));
+        error -= times(&h, &(xbar - x));
+        gain = Gain::new(&h, p, &v)?;
     }
-    let factor = Factor::new(&s)?;
-    // K' = S^-1 (H P).
-    let gain = factor.solve(&hp).transpose();
+    let xhat = xbar + times(&gain.k, &error);
     let order = xhat.shape_generic().0;
-    let keep = OMatrix::<T, N, N>::identity_generic(order, order) - times(&gain, &h);
-    xhat += times(&gain, &innovation);
-    let mut p = times_transpose(&times(&keep, p), &keep) + times_transpose(&times(&gain, &v), &gain);
+    let keep = OMatrix::<T, N, N>::identity_generic(order, order) - times(&gain.k, &h);
+    let mut p = times_transpose(&times(&keep, p), &keep) + times_transpose(&times(&gain.k, &v), &gain.k);
     symmetrise(&mut p);
-    if !(are_finite(xhat.as_slice()) && are_finite(p.as_slice())) {
-        return None;
-    }
-    let normalized_square = innovation.dot(&factor.solve(&innovation));
-    Some((xhat, p, Innovation { value: innovation, covariance: s, normalized_square }))
+    (are_finite(xhat.as_slice()) && are_finite(p.as_slice())).then_some((xhat, p, innovation))
 }
 
 /// Replaces a matrix by its symmetric part, exactly symmetric.

@@ -15,16 +15,28 @@
 //! xhat' = f(xhat, u),  P <- Phi P Phi' + Q                          with Phi and Q along xhat
 //! ```
 //!
+//! The iterated filter ([`with_iterations`](ExtendedKalmanFilter::with_iterations)) linearises a measurement several
+//! times, from `x_0 = xhat` on, with the H, S and K of each x_i:
+//!
+//! ```text
+//! x_(i+1) = xhat + K_i (y - h(x_i, u) - H_i (xhat - x_i))
+//! ```
+//!
+//! These are Gauss-Newton steps of `|x - xhat|^2_(P^-1) + |y - h(x, u)|^2_(V^-1)`, which is least where the posterior
+//! density is largest. The last x is the estimate, and P is updated by the last H and K. A fixed number of steps need
+//! not converge. Once is the extended Kalman filter; where h is linear in x, once is all.
+//!
 //! F and H come from the plant ([`Differentiable`]). Joseph's form keeps P positive semidefinite whatever rounding does
 //! to K, and P is made exactly symmetric after both stages. Products and factorisation have one order of operations
 //! (`dense`), so that the filter gives the same bits with sizes of either kind. How Phi and Q are found, exactly, with
 //! control of the error, or in a fixed number of steps, is [`Prediction`]'s.
 //!
 //! For a linear plant it is the Kalman filter, optimal and convergent when the plant is detectable; for a nonlinear
-//! plant there is no proof of convergence from large errors.
+//! plant there is no proof of convergence from large errors, nor that an iteration makes them smaller.
 //!
 //! Source: A. Gelb (ed.), Applied Optimal Estimation, MIT Press 1974, table 6.1-1; R. S. Bucy and P. D. Joseph,
-//! Filtering for Stochastic Processes, 1968, for the form of the update.
+//! Filtering for Stochastic Processes, 1968, for the form of the update; B. M. Bell and F. W. Cathey, IEEE Transactions
+//! on Automatic Control 38, 1993, for its iteration.
 
 use core::marker::PhantomData;
 
@@ -56,6 +68,7 @@ where
     h: T,
     prediction: Prediction,
     gate: Option<T>,
+    iterations: usize,
     inputs: PhantomData<M>,
 }
 
@@ -107,7 +120,7 @@ where
             return Err(ObserverError::Substeps);
         }
         let prediction = Prediction::RungeKutta(substeps);
-        Ok(Self { plant, noises, h, prediction, gate: None, inputs: PhantomData })
+        Ok(Self { plant, noises, h, prediction, gate: None, iterations: 1, inputs: PhantomData })
     }
 
     /// The filter of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -179,6 +192,69 @@ where
             return Ok(Self { gate: Some(gate), ..self });
         }
         Err(ObserverError::NotPositive { what: "the gate", value: gate.to_subset_unchecked() })
+    }
+
+    /// The filter whose updates are linearised so often: the iterated extended Kalman filter; see the [module](self).
+    ///
+    /// What the [gate](Self::with_gate) rejects at the first linearisation is not measured in the others. One more
+    /// costs h with its Jacobian, about `2 n^2 p + 4 n p^2` flops and one Cholesky factorisation of order p.
+    ///
+    /// ```
+    /// use luenberger_observers::kalman::{NoiseModel, StaticExtendedKalmanFilter};
+    /// use luenberger_observers::SampledObserver;
+    /// use luenberger_plants::plant;
+    /// use nalgebra::{Matrix1, SVector, Vector1};
+    ///
+    /// /// A level at rest, whose square is measured.
+    /// struct Level;
+    /// plant!(Level, (1, 0, 1), |plant, t, x, u| [x[0]], [x[0] * x[0]]);
+    ///
+    /// let noises = NoiseModel { w: Matrix1::new(0.0), v: Matrix1::new(1e-4), p0: Matrix1::new(1.0) };
+    /// let (u, y) = (SVector::zeros(), Vector1::new(4.0));
+    /// let error = |iterations: usize| {
+    ///     let filter = StaticExtendedKalmanFilter::<_, f64, 1, 0, 1>::discrete(Level, noises.clone(), 0.1)?;
+    ///     let filter = filter.with_iterations(iterations)?;
+    ///     let mut estimate = filter.initial(0.0, &Vector1::new(1.0), &u, &y);
+    ///     filter.update(0.0, &mut estimate, &u, &y);
+    ///     Ok::<f64, luenberger_observers::ObserverError>((estimate.estimate()[0] - 2.0).abs())
+    /// };
+    /// // Newton's method for the root of 4.
+    /// assert!(error(1)? > 0.4 && error(5)? < 1e-4);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Table`] for none.
+    pub fn with_iterations(self, iterations: usize) -> Result<Self, ObserverError> {
+        if iterations == 0 {
+            let what = "linearisations of an update";
+            return Err(ObserverError::Table { what, expected: 1, found: 0 });
+        }
+        Ok(Self { iterations, ..self })
+    }
+
+    /// How often an update linearises; 1 unless the filter is [iterated](Self::with_iterations).
+    pub fn iterations(&self) -> usize {
+        self.iterations
+    }
+
+    /// The filter that predicts, iterates and rejects as another one does, of the same plant over another scalar or in
+    /// another form.
+    ///
+    /// # Errors
+    /// [`ObserverError::NotPositive`] for a gate that rounding makes zero.
+    pub fn with_options_of<S0, N0: Dim, M0: Dim, P0: Dim>(
+        self,
+        other: &ExtendedKalmanFilter<S0, f64, N0, M0, P0>,
+    ) -> Result<Self, ObserverError>
+    where
+        DefaultAllocator: Size<N0, M0, P0>,
+    {
+        let (prediction, iterations) = (other.prediction, other.iterations);
+        let same = Self { prediction, iterations, ..self };
+        match other.gate {
+            Some(gate) => same.with_gate(convert(gate)),
+            None => Ok(Self { gate: None, ..same }),
+        }
     }
 
     /// Whether the gate rejects output `output` of the measurement y (length p) at time t, under the input u (length
@@ -262,13 +338,14 @@ where
         if N::try_to_usize().is_some() || sample.u.len() != self.plant.dimensions().inputs {
             return false;
         }
-        let Self { plant, noises, h, prediction, gate, .. } = self;
+        let Self { plant, noises, h, prediction, gate, iterations, .. } = self;
         let motion = |t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
         let measurement = |t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
         let (w, v) = (noises.w.as_slice(), noises.v.as_slice());
         let is_linear = plant.is_linear_between_samples();
         let (motion, measurement, prediction) = (&motion, &measurement, *prediction);
-        let step = StepOnSlices { motion, measurement, is_linear, w, v, gate: *gate, h: *h, prediction, parts };
+        let (gate, iterations, h) = (*gate, *iterations, *h);
+        let step = StepOnSlices { motion, measurement, is_linear, w, v, gate, iterations, h, prediction, parts };
         step.step(state, sample)
     }
 
@@ -366,13 +443,12 @@ where
         if !self.fits(estimate, u) || !self.is_measurement(y) {
             return None;
         }
-        let xhat = estimate.estimate();
-        let h = self.plant.output_jacobian(t, &xhat, u);
-        let innovation = y - self.plant.output(t, &xhat, u);
+        let linearised = |x: &OVector<T, N>| (self.plant.output_jacobian(t, x, u), y - self.plant.output(t, x, u));
+        let first = linearised(&estimate.estimate());
         let before = self.gate.map(|_| estimate.clone());
         let rejected = |output| before.as_ref().is_some_and(|before| self.rejects(t, before, u, y, output));
         let accepted = |output| measured(output) && !rejected(output);
-        correct::<T, N, M, P>(estimate, h, innovation, self.noises.v.clone(), accepted)
+        correct::<T, N, M, P>(estimate, first, self.noises.v.clone(), accepted, (self.iterations, linearised))
     }
 }
 

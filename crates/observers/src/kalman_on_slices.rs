@@ -32,6 +32,8 @@ pub(crate) struct StepOnSlices<'f, T> {
     pub(crate) w: &'f [T],
     pub(crate) v: &'f [T],
     pub(crate) gate: Option<T>,
+    /// How often an update linearises.
+    pub(crate) iterations: usize,
     pub(crate) h: T,
     pub(crate) prediction: Prediction,
     /// The parts of the step that are taken: the update, and the prediction.
@@ -97,18 +99,22 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
         p: &mut SMatrix<T, K, K>,
         Sample { t, u, y, measured }: Sample<'_, T>,
     ) {
-        let (mut value, mut h) = (SVector::<T, Q>::zeros(), SMatrix::<T, Q, K>::zeros());
-        if !(self.measurement)(t, xhat.as_slice(), u, value.as_mut_slice(), h.as_mut_slice()) {
-            value.fill(convert(f64::NAN));
-        }
-        let innovation = SVector::<T, Q>::from_column_slice(y) - value;
+        let linearised = |x: &SVector<T, K>| {
+            let (mut value, mut h) = (SVector::<T, Q>::zeros(), SMatrix::<T, Q, K>::zeros());
+            if !(self.measurement)(t, x.as_slice(), u, value.as_mut_slice(), h.as_mut_slice()) {
+                value.fill(convert(f64::NAN));
+            }
+            (h, SVector::<T, Q>::from_column_slice(y) - value)
+        };
+        let (h, innovation) = linearised(xhat);
         let v = SMatrix::<T, Q, Q>::from_column_slice(self.v);
         let gate = self.gate.map(|gate| (gate * gate, times_transpose(&times(&h, p), &h) + v));
         let accepted = |i: usize| {
             let within = gate.as_ref().is_none_or(|(gate, s)| innovation[i] * innovation[i] <= *gate * s[(i, i)]);
             measured.get(i).copied().unwrap_or(true) && within
         };
-        if let Some((estimate, covariance, _)) = corrected(*xhat, p, (h, innovation, v), accepted) {
+        let again = (self.iterations, linearised);
+        if let Some((estimate, covariance, _)) = corrected(xhat, p, (h, innovation), v, accepted, again) {
             (*xhat, *p) = (estimate, covariance);
         }
     }

@@ -85,6 +85,7 @@ pub mod linear;
 pub mod mean_value;
 pub mod moving_horizon;
 pub mod nonlinear_luenberger;
+mod numbers;
 pub mod numerical_kkl;
 pub mod observer;
 pub mod output_feedback;
@@ -142,6 +143,8 @@ pub use mean_value::{
 };
 pub use moving_horizon::{Horizon, MovingHorizonEstimator, StaticMovingHorizonEstimator};
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
+#[cfg(feature = "alloc")]
+pub use numbers::SizedPlant;
 pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};

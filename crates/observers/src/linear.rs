@@ -3,10 +3,7 @@
 //!
 //! Its error obeys `e' = (A - L C) e`, whatever the input.
 
-use core::fmt::{self, Display, Formatter};
-
 use luenberger_plants::error::check_matrix;
-use luenberger_plants::text::write_matrix;
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, RealField};
 
@@ -16,6 +13,15 @@ use crate::feedthrough;
 use crate::observer::{Observer, ObserverDimensions, state_is_estimate};
 
 /// `xhat' = A xhat + B u + L (y - C xhat - D u)` with N states, M inputs and P outputs.
+///
+/// ```
+/// use luenberger_observers::LinearObserver;
+/// use nalgebra::Vector2;
+/// let plant = luenberger_plants::double_integrator();
+/// let observer = LinearObserver::new(plant.a, plant.b, plant.c, Vector2::new(7.0, 10.0))?;
+/// assert_eq!(observer.to_string(), "A = [0, 1; 0, 0]\nB = [0; 1]\nC = [1, 0]\nL = [7; 10]");
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearObserver<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
@@ -31,27 +37,6 @@ where
     pub d: Option<OMatrix<T, P, M>>,
     /// Observer gain, n x p.
     pub l: OMatrix<T, N, P>,
-}
-
-/// The matrices of the plant and L, a line each.
-///
-/// ```
-/// use luenberger_observers::LinearObserver;
-/// use nalgebra::Vector2;
-/// let plant = luenberger_plants::double_integrator();
-/// let observer = LinearObserver::new(plant.a, plant.b, plant.c, Vector2::new(7.0, 10.0))?;
-/// assert_eq!(observer.to_string(), "A = [0, 1; 0, 0]\nB = [0; 1]\nC = [1, 0]\nL = [7; 10]");
-/// # Ok::<(), luenberger_observers::ObserverError>(())
-/// ```
-impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Display for LinearObserver<T, N, M, P>
-where
-    DefaultAllocator: Size<N, M, P>,
-{
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        Display::fmt(&self.plant(), f)?;
-        f.write_str("\n")?;
-        write_matrix(f, "L", &self.l)
-    }
 }
 
 /// A linear observer whose sizes are known at compile time.

@@ -47,6 +47,7 @@ def test_a_plant_has_names_and_equations():
         (lambda: lg.mean_value_observer(PENDULUM, decay_rate=1.0), "proved"),
         (lambda: lg.high_gain_observer(PENDULUM, r=0.1), "none"),
         (lambda: lg.ekf(PENDULUM, QN=1e-4, RN=1e-2, dt=0.02), "none"),
+        (lambda: lg.ekf(PENDULUM, QN=1e-4, RN=1e-2, dt=0.02, iterations=3), "none"),
     ],
 )
 def test_every_design_converges_and_runs_everywhere(design, verdict):

@@ -3,6 +3,7 @@
 //! A printed decimal implies its accuracy: `1.18` stands for any number in `[1.175, 1.185]`. A printed number is
 //! therefore kept as its text, from which half a unit of its last digit is derived.
 
+use luenberger_plants::serialization::rows;
 use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -97,7 +98,7 @@ impl From<&DVector<f64>> for Value {
 
 impl From<&DMatrix<f64>> for Value {
     fn from(x: &DMatrix<f64>) -> Self {
-        Self::Matrix(x.row_iter().map(|row| row.iter().copied().collect()).collect())
+        Self::Matrix(rows(x))
     }
 }
 

@@ -13,21 +13,24 @@ pub struct Limits {
     /// Time in seconds: an execution whose estimate exceeds it is refused, and one that takes longer is stopped, also
     /// within a design or an integration, with its finished results kept (default 24 h).
     pub seconds: f64,
+    /// Time in seconds for the alternatives to an observer that is refused, which are designed before they are named
+    /// (default 5). A safeguard: designs of usual sizes do not reach it.
+    pub alternatives: f64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { memory: 4.0 * GIB, seconds: 86400.0 }
+        Self { memory: 4.0 * GIB, seconds: 86400.0, alternatives: 5.0 }
     }
 }
 
 impl Limits {
-    setters! { memory: f64, seconds: f64 }
+    setters! { memory: f64, seconds: f64, alternatives: f64 }
 }
 
 impl Limits {
     /// No bounds.
-    pub const NONE: Self = Self { memory: f64::INFINITY, seconds: f64::INFINITY };
+    pub const NONE: Self = Self { memory: f64::INFINITY, seconds: f64::INFINITY, alternatives: f64::INFINITY };
 }
 
 /// Bytes of a GiB.

@@ -19,7 +19,7 @@ use crate::table::Suspicion;
 
 pub(crate) use kind::{NUMBER, unknowns};
 pub use kind::{ObserverKind, PlantClass, Setting, Specification, Time};
-pub use observers::{ActingBounds, GainLimits, GainSpec, LinearSpec, ObserverSpec, RateSpec};
+pub use observers::{ActingBounds, GainLimits, GainSpec, LinearSpec, ObserverSpec, RateSpec, faster_poles};
 
 /// A study without mistakes: a plant, its observers and the experiments with them.
 #[derive(Debug, Clone)]

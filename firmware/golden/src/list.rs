@@ -28,6 +28,10 @@ macro_rules! observers {
                 $crate::nonlinear::ExtendedKalman<f32>, $crate::nonlinear::extended_kalman(), 0.5, rust;
             extended_kalman_2_f64, f64,
                 $crate::nonlinear::ExtendedKalman<f64>, $crate::nonlinear::extended_kalman(), 0.5, rust;
+            iterated_kalman_2_f32, f32,
+                $crate::nonlinear::ExtendedKalman<f32>, $crate::nonlinear::iterated_kalman(), 0.5, rust;
+            iterated_kalman_2_f64, f64,
+                $crate::nonlinear::ExtendedKalman<f64>, $crate::nonlinear::iterated_kalman(), 0.5, rust;
             nonlinear_luenberger_2_f32, f32,
                 $crate::nonlinear::Luenberger<f32>, $crate::nonlinear::luenberger(), 0.5, rust;
             nonlinear_luenberger_2_f64, f64,

@@ -68,6 +68,14 @@ pub fn extended_kalman<T: Number>() -> Result<ExtendedKalman<T>, ObserverError> 
     StaticExtendedKalmanFilter::new(Pendulum, noises, T::of(0.02), 2)
 }
 
+/// The same filter, with three linearisations of each measurement.
+///
+/// # Errors
+/// None, for these numbers.
+pub fn iterated_kalman<T: Number>() -> Result<ExtendedKalman<T>, ObserverError> {
+    extended_kalman()?.with_iterations(3)
+}
+
 /// The copy of the plant with a constant gain, every 20 ms.
 ///
 /// # Errors

@@ -34,6 +34,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("mean-value", |random| expression_study(random, "mean-value")),
     ("high-gain", |random| expression_study(random, "high-gain")),
     ("extended-kalman", |random| expression_study(random, "extended-kalman")),
+    ("iterated-extended-kalman", |random| expression_study(random, "iterated-extended-kalman")),
     ("ukf", |random| expression_study(random, "ukf")),
     ("mhe", |random| expression_study(random, "mhe")),
     ("kkl", maps),

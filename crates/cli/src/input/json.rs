@@ -2,7 +2,7 @@
 //!
 //! Only the keys of the command are accepted. Every mistake is reported with line and column.
 
-use super::Source;
+use super::given::Given;
 pub(crate) use super::json_matrix::Form;
 use super::json_matrix::{Document, Found};
 use crate::failure::Failure;
@@ -10,13 +10,13 @@ use nalgebra::{Complex, DMatrix};
 use serde::de::DeserializeSeed;
 
 /// The matrices with these keys; other keys are errors.
-pub(crate) fn matrices<const N: usize>(source: &Source, keys: [&'static str; N]) -> Result<[DMatrix<f64>; N], Failure> {
+pub(crate) fn matrices<const N: usize>(source: &Given, keys: [&'static str; N]) -> Result<[DMatrix<f64>; N], Failure> {
     Ok(some_matrices(source, keys, N)?.map(Option::unwrap_or_default))
 }
 
 /// The matrices with these keys, of which all but the first `required` may be absent.
 pub(crate) fn some_matrices<const N: usize>(
-    source: &Source,
+    source: &Given,
     keys: [&'static str; N],
     required: usize,
 ) -> Result<[Option<DMatrix<f64>>; N], Failure> {
@@ -25,7 +25,7 @@ pub(crate) fn some_matrices<const N: usize>(
 
 /// The matrices of exactly one of the forms; `keys` are those of all forms.
 pub(crate) fn either<const N: usize>(
-    source: &Source,
+    source: &Given,
     keys: [&'static str; N],
     forms: &[Form<'_>],
 ) -> Result<[Option<DMatrix<f64>>; N], Failure> {
@@ -37,14 +37,14 @@ pub(crate) type WithPoles<const N: usize> = ([Option<DMatrix<f64>>; N], Vec<Comp
 
 /// The matrices of exactly one of the forms, and the numbers under the key `poles`.
 pub(crate) fn either_and_poles<const N: usize>(
-    source: &Source,
+    source: &Given,
     keys: [&'static str; N],
     forms: &[Form<'_>],
 ) -> Result<WithPoles<N>, Failure> {
     document(source, Document { keys, forms, poles: Some("poles") })
 }
 
-fn document<const N: usize>(source: &Source, document: Document<'_, N>) -> Result<Found<N>, Failure> {
+fn document<const N: usize>(source: &Given, document: Document<'_, N>) -> Result<Found<N>, Failure> {
     let text = source.text()?;
     let mut reader = serde_json::Deserializer::from_str(&text);
     document.deserialize(&mut reader).and_then(|found| reader.end().map(|()| found)).map_err(|error| {
@@ -52,6 +52,9 @@ fn document<const N: usize>(source: &Source, document: Document<'_, N>) -> Resul
         let whole = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
         let mut message = whole.strip_suffix(&place).unwrap_or(&whole).to_owned();
+        if matches!(source, Given::Here(_)) {
+            return Failure::Given(message);
+        }
         if let Some(word) = not_a_number(&text, line, column) {
             message = format!("{word} is not a JSON number, and every entry must be finite");
         } else if text.trim().is_empty() {

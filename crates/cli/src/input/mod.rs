@@ -1,5 +1,6 @@
 //! Input of a command, from a file or standard input, as text.
 
+pub(crate) mod given;
 pub(crate) mod json;
 mod json_matrix;
 

@@ -47,7 +47,7 @@ pub(crate) fn c2d(sampling: &SamplingInput) -> Result<Answer, Failure> {
     let system = read(input)?;
     let period = Some(input.period);
     if input.method == Method::Matched {
-        let found = luenberger_linalg::c2d_matched(&system, input.period).map_err(from(&input.file))?;
+        let found = luenberger_linalg::c2d_matched(&system, input.period).map_err(from(input.data.given()))?;
         let model = found.realization();
         let text = format!(
             "x+ = A x + B u, y = C x + D u, period {}\n{}{}{}gain {}\n",
@@ -62,7 +62,7 @@ pub(crate) fn c2d(sampling: &SamplingInput) -> Result<Answer, Failure> {
         return Ok(Answer::new(text, &Model { period, transfer, ..json(&model) })?);
     }
     let method = discretization(input);
-    let model = luenberger_linalg::c2d(&system, input.period, method).map_err(from(&input.file))?;
+    let model = luenberger_linalg::c2d(&system, input.period, method).map_err(from(input.data.given()))?;
     let head = format!("x+ = A x + B u, y = C x + D u, period {}\n", numbers::number(input.period));
     Ok(Answer::new(head + &matrices(&model), &Model { period, ..json(&model) })?)
 }
@@ -80,7 +80,8 @@ fn delayed(SamplingInput { conversion: input, delay, output_delay }: &SamplingIn
         several => several.to_vec(),
     };
     let (inputs, outputs) = (each(delay, m), each(output_delay, p));
-    let model = luenberger_linalg::c2d_delayed(&system, input.period, &inputs, &outputs).map_err(from(&input.file))?;
+    let model =
+        luenberger_linalg::c2d_delayed(&system, input.period, &inputs, &outputs).map_err(from(input.data.given()))?;
     let past = model.a.nrows() - n;
     let past = match (delay.is_empty(), output_delay.is_empty()) {
         (false, true) => counted(past, "past input"),
@@ -102,17 +103,18 @@ fn delayed(SamplingInput { conversion: input, delay, output_delay }: &SamplingIn
 pub(crate) fn d2c(input: &ConversionInput) -> Result<Answer, Failure> {
     fits(input, true)?;
     let system = read(input)?;
-    let model = luenberger_linalg::d2c(&system, input.period, discretization(input)).map_err(from(&input.file))?;
+    let model =
+        luenberger_linalg::d2c(&system, input.period, discretization(input)).map_err(from(input.data.given()))?;
     Ok(Answer::new(format!("x' = A x + B u, y = C x + D u\n{}", matrices(&model)), &json(&model))?)
 }
 
 /// The model of the input; without `c` its output is its state, without `d` D is 0.
 fn read(input: &ConversionInput) -> Result<Realization, Failure> {
-    let [a, b, c, d] = json::some_matrices(&input.file, ["a", "b", "c", "d"], 2)?;
+    let [a, b, c, d] = json::some_matrices(input.data.given(), ["a", "b", "c", "d"], 2)?;
     let (a, b) = (a.unwrap_or_default(), b.unwrap_or_default());
     let c = c.unwrap_or_else(|| DMatrix::identity(a.nrows(), a.nrows()));
     let d = d.unwrap_or_else(|| DMatrix::zeros(c.nrows(), b.ncols()));
-    Realization::new(&a, &b, &c, &d).map_err(from(&input.file))
+    Realization::new(&a, &b, &c, &d).map_err(from(input.data.given()))
 }
 
 fn discretization(input: &ConversionInput) -> Discretization {

@@ -25,11 +25,11 @@ pub(crate) fn lyap(input: &LyapunovInput) -> Result<Answer, Failure> {
     let Data { a, q, e } = data(input)?;
     let Some(e) = e else {
         let equation = if input.transposed { "A'X + X A + Q = 0" } else { "A X + X A' + Q = 0" };
-        let found = luenberger_linalg::lyapunov(&a, &q).map_err(from(&input.file))?;
+        let found = luenberger_linalg::lyapunov(&a, &q).map_err(from(input.data.given()))?;
         return solution(equation, &found.p, found.residual, found.condition, found.forward_error());
     };
     let equation = if input.transposed { "A'X E + E'X A + Q = 0" } else { "A X E' + E X A' + Q = 0" };
-    let found = luenberger_linalg::generalized_lyapunov(&a, &e, &q).map_err(from(&input.file))?;
+    let found = luenberger_linalg::generalized_lyapunov(&a, &e, &q).map_err(from(input.data.given()))?;
     let condition = found.standard.condition * found.condition_e;
     solution(equation, &found.p, found.residual, condition, found.forward_error())
 }
@@ -39,11 +39,11 @@ pub(crate) fn dlyap(input: &LyapunovInput) -> Result<Answer, Failure> {
     let Data { a, q, e } = data(input)?;
     let Some(e) = e else {
         let equation = if input.transposed { "A'X A - X + Q = 0" } else { "A X A' - X + Q = 0" };
-        let found = luenberger_linalg::stein(&a, &q).map_err(from(&input.file))?;
+        let found = luenberger_linalg::stein(&a, &q).map_err(from(input.data.given()))?;
         return solution(equation, &found.p, found.residual, found.condition, found.forward_error());
     };
     let equation = if input.transposed { "A'X A - E'X E + Q = 0" } else { "A X A' - E X E' + Q = 0" };
-    let found = luenberger_linalg::generalized_stein(&a, &e, &q).map_err(from(&input.file))?;
+    let found = luenberger_linalg::generalized_stein(&a, &e, &q).map_err(from(input.data.given()))?;
     let condition = found.standard.condition * found.condition_e;
     solution(equation, &found.p, found.residual, condition, found.forward_error())
 }
@@ -56,7 +56,7 @@ struct Data {
 }
 
 fn data(input: &LyapunovInput) -> Result<Data, Failure> {
-    let [a, q, e] = json::some_matrices(&input.file, ["a", "q", "e"], 2)?;
+    let [a, q, e] = json::some_matrices(input.data.given(), ["a", "q", "e"], 2)?;
     let of_observer = |m: DMatrix<f64>| if input.transposed { m } else { m.transpose() };
     Ok(Data { a: of_observer(a.unwrap_or_default()), q: q.unwrap_or_default(), e: e.map(of_observer) })
 }

@@ -12,10 +12,10 @@ pub(crate) mod spectrum;
 pub(crate) mod sylvester;
 
 use crate::failure::Failure;
-use crate::input::Source;
+use crate::input::given::Given;
 use luenberger_linalg::LinalgError;
 
 /// The error of the library, with the source of its matrices.
-fn from(source: &Source) -> impl Fn(LinalgError) -> Failure {
+fn from(source: &Given) -> impl Fn(LinalgError) -> Failure {
     move |error| Failure::Matrix { origin: source.to_string(), error }
 }

@@ -37,9 +37,9 @@ struct Noise {
 pub(crate) fn noise(input: &NoiseInput) -> Result<Answer, Failure> {
     let h = input.period;
     // Without a file all data are options.
-    let origin = input.file.as_ref().map_or_else(|| "noise".to_owned(), ToString::to_string);
+    let origin = input.data.given.as_ref().map_or_else(|| "noise".to_owned(), ToString::to_string);
     let failed = |error| Failure::Matrix { origin: origin.clone(), error };
-    let [a, w, qd, mut r, v] = match &input.file {
+    let [a, w, qd, mut r, v] = match &input.data.given {
         Some(file) => json::some_matrices(file, ["a", "w", "qd", "r", "v"], 0)?,
         None => [const { None }; 5],
     };

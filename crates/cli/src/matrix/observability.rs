@@ -35,7 +35,7 @@ struct Margin {
 
 /// Observability margin of each mode.
 pub(crate) fn obsv(input: &ObservabilityInput) -> Result<Answer, Failure> {
-    let source = &input.file;
+    let source = input.data.given();
     let [a, c] = json::matrices(source, ["a", "c"])?;
     let found = match input.tolerance {
         Some(tolerance) => luenberger_linalg::observability_within(&a, &c, tolerance),

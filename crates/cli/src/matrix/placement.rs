@@ -36,7 +36,7 @@ struct Gain {
 
 /// `K` with the eigenvalues of `A - B K` at the poles, or `L` with those of `A - L C` there.
 pub(crate) fn place(input: &PlacementInput) -> Result<Answer, Failure> {
-    let source = &input.file;
+    let source = input.data.given();
     let forms =
         [Form { keys: &["a", "b", "pattern"], required: 2 }, Form { keys: &["a", "c", "pattern"], required: 2 }];
     let ([a, b, c, pattern], poles) = json::either_and_poles(source, ["a", "b", "c", "pattern"], &forms)?;

@@ -4,7 +4,7 @@
 use super::{from, json_output};
 use crate::answer::Answer;
 use crate::failure::Failure;
-use crate::input::Source;
+use crate::input::given::Given;
 use crate::input::json::{self, Form};
 use crate::numbers;
 use luenberger_linalg::{
@@ -62,7 +62,7 @@ type Correlated = fn([&DMatrix<f64>; 5]) -> Result<Kalman, LinalgError>;
 type General = fn([&DMatrix<f64>; 6]) -> Result<Riccati, LinalgError>;
 
 /// `A'X + X A - X B R^-1 B'X + Q = 0`, `K = R^-1 B'X`; `A P + P A' - P C'V^-1 C P + W = 0`, `L = P C'V^-1`.
-pub(crate) fn care(source: &Source) -> Result<Answer, Failure> {
+pub(crate) fn care(source: &Given) -> Result<Answer, Failure> {
     solve(
         source,
         &Problems {
@@ -86,7 +86,7 @@ pub(crate) fn care(source: &Source) -> Result<Answer, Failure> {
 
 /// `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`, `K = (R + B'X B)^-1 B'X A`;
 /// `A P A' - P - A P C'(V + C P C')^-1 C P A' + W = 0`, `L = A P C'(V + C P C')^-1`.
-pub(crate) fn dare(source: &Source) -> Result<Answer, Failure> {
+pub(crate) fn dare(source: &Given) -> Result<Answer, Failure> {
     solve(
         source,
         &Problems {
@@ -111,7 +111,7 @@ pub(crate) fn dare(source: &Source) -> Result<Answer, Failure> {
     )
 }
 
-fn solve(source: &Source, problems: &Problems) -> Result<Answer, Failure> {
+fn solve(source: &Given, problems: &Problems) -> Result<Answer, Failure> {
     let forms = [
         Form { keys: &["a", "b", "q", "r", "s", "e"], required: 4 },
         Form { keys: &["a", "c", "w", "v", "g", "s"], required: 4 },

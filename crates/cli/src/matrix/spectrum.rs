@@ -3,7 +3,8 @@
 use super::{from, json_output};
 use crate::answer::Answer;
 use crate::failure::Failure;
-use crate::input::{Source, json};
+use crate::input::given::Given;
+use crate::input::json;
 use crate::numbers;
 use serde::Serialize;
 
@@ -13,7 +14,7 @@ struct Spectrum {
 }
 
 /// The eigenvalues of `A`.
-pub(crate) fn eig(source: &Source) -> Result<Answer, Failure> {
+pub(crate) fn eig(source: &Given) -> Result<Answer, Failure> {
     let [a] = json::matrices(source, ["a"])?;
     let found = luenberger_linalg::eigenvalues(&a).map_err(from(source))?;
     Ok(Answer::new(numbers::list("eigenvalues", &found), &Spectrum { eigenvalues: json_output::pairs(&found) })?)

@@ -1,10 +1,11 @@
 //! Estimated cost of a study, reported before it starts and compared with the limits.
 
 use crate::failure::Failure;
+use crate::output::{self, Volume, volume};
 use luenberger_proof::wording::counted;
 use luenberger_study::execute::{about, bytes};
 use luenberger_study::{Estimate, Limits, Step, Study, StudyError, estimate};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 
 /// Estimates of fewer seconds and bytes are reported on a terminal only.
 const SECONDS: f64 = 10.0;
@@ -23,8 +24,9 @@ pub(super) fn announce(
     cost.runs = cost.runs.div_ceil(shards);
     cost.seconds /= shards as f64;
     cost.within(limits, threads).map_err(StudyError::TooExpensive)?;
-    if cost.seconds >= SECONDS || cost.memory.bytes >= BYTES || std::io::stderr().is_terminal() {
-        _ = writeln!(std::io::stderr(), "{}", sentence(&cost, threads));
+    let is_wanted = std::io::stderr().is_terminal() || volume() == Volume::Verbose;
+    if cost.seconds >= SECONDS || cost.memory.bytes >= BYTES || is_wanted {
+        output::say(&sentence(&cost, threads));
     }
     Ok(())
 }

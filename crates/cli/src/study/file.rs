@@ -2,32 +2,51 @@
 
 use crate::failure::Failure;
 use crate::input::Source;
+use crate::output;
 use luenberger_study::{Format, Study};
-use std::io::Write;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Tells which files of others, or changed ones, had to make way.
 pub(super) fn renamed(folder: &Path, files: &[(String, String)]) {
     for (name, other) in files {
         let (path, other) = (folder.join(name), folder.join(other));
-        _ = writeln!(
-            std::io::stderr(),
+        output::say(&format!(
             "note: {} was not written by luenberger, or was changed since; it is now {}",
             path.display(),
             other.display()
-        );
+        ));
     }
 }
 
-/// The study in a file or on standard input, where a text that begins with `{` is JSON.
+/// The study in a file, in the `study.toml` of a folder, or on standard input, where a text that begins with `{` is
+/// JSON.
 pub(super) fn read(source: &Source) -> Result<Study, Failure> {
     match source {
+        Source::File(folder) if folder.is_dir() => Ok(Study::from_path(&in_folder(folder)?)?),
         Source::File(path) => Ok(Study::from_path(path)?),
         Source::Standard => {
             let text = source.text()?;
             let format = if text.trim_start().starts_with('{') { Format::Json } else { Format::Toml };
             Ok(Study::from_text(&source.to_string(), &text, format, Path::new("."))?)
         }
+    }
+}
+
+/// The study in a folder: `study.toml`, or the only file in TOML.
+fn in_folder(folder: &Path) -> Result<PathBuf, Failure> {
+    let origin = || folder.display().to_string();
+    let study = folder.join("study.toml");
+    if study.is_file() {
+        return Ok(study);
+    }
+    let entries = fs::read_dir(folder).map_err(|error| Failure::Read { origin: origin(), error })?;
+    let mut found: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    found.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    found.sort();
+    match &found[..] {
+        [study] => Ok(study.clone()),
+        _ => Err(Failure::NoStudy { folder: origin(), found: found.len() }),
     }
 }
 
@@ -44,6 +63,6 @@ pub(super) fn folder_of(output: Option<&Path>, study: &Source) -> PathBuf {
 /// What is said beside the results, on standard error.
 pub(super) fn notes(notes: &[String]) {
     for note in notes {
-        _ = writeln!(std::io::stderr(), "note: {note}");
+        output::say(&format!("note: {note}"));
     }
 }

@@ -15,5 +15,5 @@ mod text_report;
 pub(crate) use advise::advise;
 pub(crate) use export::export;
 pub(crate) use new::new;
-pub(crate) use step::step;
+pub(crate) use step::{run, step};
 pub(crate) use sweep::sweep;

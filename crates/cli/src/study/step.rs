@@ -3,13 +3,77 @@
 use super::file::{folder_of, notes, read, renamed};
 use super::{cost, interrupt, text_report};
 use crate::answer::Answer;
-use crate::arguments::StudyInput;
+use crate::arguments::{RunInput, StudyInput};
 use crate::failure::Failure;
+use crate::input::Source;
 use crate::limit::limits;
+use crate::output;
 use crate::progress::Bar;
 use luenberger_study::execute::SweepOptions;
-use luenberger_study::{RunOptions, Step, execute_in_part};
-use std::path::PathBuf;
+use luenberger_study::{RunOptions, Step, StudyError, execute_in_part};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, SystemTime};
+
+/// How often the files of a study are looked at while it is watched.
+const LOOK: Duration = Duration::from_millis(300);
+
+/// Runs a study, once or whenever it is saved.
+pub(crate) fn run(input: &RunInput) -> Result<Answer, Failure> {
+    let (study, is_open) = (&input.study, input.open);
+    let mut answer = opened(step(Step::Run, study), study, is_open);
+    if !input.watch {
+        return answer;
+    }
+    let Source::File(path) = &study.study else {
+        return Err(Failure::Usage("--watch needs a study in a file, and not on standard input"));
+    };
+    let folder = if path.is_dir() { path.as_path() } else { path.parent().unwrap_or(Path::new("")) };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let interrupted = interrupt::flag();
+    loop {
+        match &answer {
+            Ok(answer) => _ = answer.deliver(false),
+            Err(failure) => _ = failure.report(false),
+        }
+        if matches!(answer, Err(Failure::Stopped { .. } | Failure::Study(StudyError::Interrupted))) {
+            return answer;
+        }
+        let seen = saved(folder);
+        output::say("watching: the study runs again when it is saved; Ctrl-C ends");
+        while saved(folder) == seen {
+            if interrupted.load(Ordering::Relaxed) {
+                return Err(StudyError::Interrupted.into());
+            }
+            std::thread::sleep(LOOK);
+        }
+        answer = step(Step::Run, study);
+    }
+}
+
+/// When the files of a folder were saved last: studies, and the logs and tables that they name.
+fn saved(folder: &Path) -> Vec<(PathBuf, SystemTime)> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = entries.filter_map(|entry| {
+        let about = entry.metadata().ok().filter(|about| about.is_file())?;
+        Some((entry.path(), about.modified().ok()?))
+    });
+    let mut files: Vec<_> = files.collect();
+    files.sort();
+    files
+}
+
+/// The answer, with its report shown by the program that shows pages.
+fn opened(answer: Result<Answer, Failure>, input: &StudyInput, is_open: bool) -> Result<Answer, Failure> {
+    let report = folder_of(input.output.as_deref(), &input.study).join("report.html");
+    if is_open
+        && answer.is_ok()
+        && let Err(error) = open::that_detached(&report)
+    {
+        output::say(&format!("note: {} cannot be opened: {error}", report.display()));
+    }
+    answer
+}
 
 /// Executes one step of a study, or all.
 pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {

@@ -5,8 +5,33 @@ use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
 const COMMANDS: &[&str] = &[
-    "new", "run", "observe", "design", "certify", "simulate", "compare", "advise", "sweep", "export", "lyap", "dlyap",
-    "sylv", "care", "dare", "place", "obsv", "eig", "c2d", "d2c", "noise", "poles", "import", "verify", "sdp",
+    "new",
+    "run",
+    "observe",
+    "design",
+    "certify",
+    "simulate",
+    "compare",
+    "advise",
+    "sweep",
+    "export",
+    "lyap",
+    "dlyap",
+    "sylv",
+    "care",
+    "dare",
+    "place",
+    "obsv",
+    "eig",
+    "c2d",
+    "d2c",
+    "noise",
+    "poles",
+    "import",
+    "verify",
+    "sdp",
+    "completions",
+    "man",
 ];
 
 #[test]

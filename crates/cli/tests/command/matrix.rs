@@ -35,6 +35,17 @@ fn assert_same_set(name: &str, found: &[Complex<f64>], mut expected: Vec<Complex
     }
 }
 
+/// A matrix with semicolons between its rows, poles with commas between them.
+fn on_the_command_line(key: &str, value: &Value) -> String {
+    let numbers = |list: &Value| -> Vec<f64> { serde_json::from_value(list.clone()).unwrap() };
+    let item = |item: &Value| match (key, &numbers(item)[..]) {
+        ("poles", [re, im]) => format!("{re}{im:+}i"),
+        (_, row) => row.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "),
+    };
+    let items: Vec<String> = value.as_array().unwrap().iter().map(item).collect();
+    items.join(if key == "poles" { "," } else { "; " })
+}
+
 #[test]
 fn answers_are_those_of_python_control() {
     let mut count = 0;
@@ -49,6 +60,13 @@ fn answers_are_those_of_python_control() {
         let ran = luenberger(&[golden["command"].as_str().unwrap(), "-", "--json"], golden["input"].to_string());
         assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{name}");
         let found = ran.json();
+        // The same matrices on the command line.
+        let mut arguments = vec![golden["command"].as_str().unwrap().to_owned(), "--json".to_owned()];
+        for (key, value) in golden["input"].as_object().unwrap() {
+            arguments.extend([format!("--{key}"), on_the_command_line(key, value)]);
+        }
+        let given = luenberger(&arguments.iter().map(String::as_str).collect::<Vec<_>>(), "");
+        assert_eq!((given.code, &given.stdout, given.stderr.as_str()), (Some(0), &ran.stdout, ""), "{name}");
         for (key, expected) in golden["answer"].as_object().unwrap() {
             match key.as_str() {
                 "x" | "k" => {

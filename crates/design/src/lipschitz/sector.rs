@@ -1,7 +1,7 @@
 //! Description of a nonlinearity: where it acts, its argument, and the sector of its increments.
 
 use luenberger_lmi::{dynamic_matrix, proof_matrix};
-use luenberger_proof::statement::SectorTerm;
+use luenberger_proof::certificate::SectorTerm;
 use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::DMatrix;
 

@@ -18,8 +18,7 @@
 use luenberger_lmi::{Problem, he, proof_matrix};
 use luenberger_observers::mean_value::{MappedObserver, Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, InCoordinates, Plant, Size};
-use luenberger_proof::certificate::{self, Certificate};
-use luenberger_proof::statement::cascade_decrease;
+use luenberger_proof::certificate::{Certificate, ContractionInCoordinates};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector, U2};
 
@@ -103,20 +102,20 @@ impl ContractingCoordinates {
     /// The best multiple of Q and the least injection that is proved with it.
     fn certified(vertices: &[DMatrix<f64>], k: DMatrix<f64>, q: &DMatrix<f64>, rate: f64) -> Result<Self, DesignError> {
         let size = vertices.iter().fold(1.0f64, |size, vertex| size.max(vertex.norm())) * (1.0 + k.norm());
+        let examined = |q: &DMatrix<f64>, injection: f64| {
+            Certificate::of([ContractionInCoordinates {
+                vertices: vertices.iter().map(proof_matrix).collect(),
+                k: proof_matrix(&k),
+                q: proof_matrix(q),
+                injection,
+                rate,
+            }])
+        };
         let mut best: Option<(f64, DMatrix<f64>)> = None;
         // |d_m|^2 and d_w'Q d_w may be weighed against each other; powers of two keep Q as it is.
         for exponent in -12..=12 {
             let q = q * f64::powi(2.0, exponent);
-            let enough = |g: f64| -> Result<bool, DesignError> {
-                for vertex in vertices {
-                    if !cascade_decrease(&proof_matrix(vertex), &proof_matrix(&k), &proof_matrix(&q), g, rate)?
-                        .is_proved()
-                    {
-                        return Ok(false);
-                    }
-                }
-                Ok(true)
-            };
+            let enough = |g: f64| examined(&q, g).map(|certificate| certificate.is_proved());
             // No more than the best so far, if there is one; else whatever it takes.
             let mut high = best.as_ref().map_or(size, |(g, _)| *g);
             let mut found = enough(high)?;
@@ -148,14 +147,7 @@ impl ContractingCoordinates {
         let alpha = least_alpha(vertices, &k);
         // alpha is a sum of a few rounded products.
         let eta = (injection / alpha * (1.0 + 1e-9)).max(0.5f64.next_up());
-        let theorem = certificate::ContractionInCoordinates {
-            vertices: vertices.iter().map(proof_matrix).collect(),
-            k: proof_matrix(&k),
-            q: proof_matrix(&q),
-            injection,
-            rate,
-        };
-        let certificate = Certificate::of([theorem])?;
+        let certificate = examined(&q, injection)?;
         Ok(Self { k, q, rate, vertices: vertices.to_vec(), injection, eta, certificate })
     }
 

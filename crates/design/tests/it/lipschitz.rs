@@ -7,8 +7,7 @@ use luenberger_design::{DesignError, InfeasibilityReason, JacobianEnclosure, Pai
 use luenberger_linalg::{lambda_min, place_observer};
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::{Differentiable, flexible_joint};
-use luenberger_proof::certificate::Theorem;
-use luenberger_proof::statement::{SectorTerm, sector_decrease};
+use luenberger_proof::certificate::{Certificate, SectorConvergence, SectorTerm, Theorem, Vertex};
 use luenberger_proof::{Interval, Matrix};
 use nalgebra::{Complex, DMatrix, SVector, Vector1, Vector4, dmatrix};
 use proptest::prelude::*;
@@ -175,16 +174,11 @@ fn the_flexible_joint_is_proved_with_structure_and_in_other_units() {
                 high: 3.33,
                 tau: design.tau[0] / (s * s),
             };
-            let verdict = sector_decrease(
-                &proof_matrix(&a),
-                &proof_matrix(&design.l),
-                &proof_matrix(&c),
-                &proof_matrix(&design.p),
-                0.0,
-                &[term],
-            )
-            .unwrap();
-            assert!(verdict.is_proved(), "{verdict:?}");
+            let Vertex { a, c } = Vertex::exactly(&proof_matrix(&a), &proof_matrix(&c)).unwrap();
+            let (l, p) = (proof_matrix(&design.l), proof_matrix(&design.p));
+            let theorem = SectorConvergence { a, c, terms: vec![term], l, p, rate: 0.0 };
+            let certificate = Certificate::of([theorem]).unwrap();
+            assert!(certificate.is_proved(), "{certificate}");
         }
     }
 }

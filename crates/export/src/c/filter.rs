@@ -1,7 +1,7 @@
 //! The steps of the extended and of the unscented Kalman filter.
 
 use luenberger_expression::ExpressionPlant;
-use luenberger_observers::UnscentedKalmanFilter;
+use luenberger_observers::{ExtendedKalmanFilter, UnscentedKalmanFilter};
 use nalgebra::Dyn;
 
 use super::kernels::{self, Macros};
@@ -9,9 +9,13 @@ use super::plant;
 use crate::Export;
 use crate::exportable_observer::Maps;
 
-pub(super) fn extended(text: &mut String, export: &Export, maps: &Maps) {
+type Extended = ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>;
+
+pub(super) fn extended(text: &mut String, export: &Export, maps: &Maps, filter: &Extended) {
     plant::functions(text, export, maps);
-    let macros = Macros::of(export);
+    let mut macros = Macros::of(export);
+    macros.option("ITERATED", filter.iterations() > 1);
+    macros.integer("ITERATIONS", filter.iterations());
     transition(text, export, &macros);
     macros.write(text, kernels::INNOVATION);
     macros.write(text, kernels::KALMAN);

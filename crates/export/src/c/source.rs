@@ -44,7 +44,7 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
     macros.write(&mut text, kernels::RESET);
     match (&export.observer, &maps, program::step(export)?) {
         (_, _, Some(next)) => recorded::step(&mut text, export, &next),
-        (ExportableObserver::Kalman(_), Some(maps), _) => filter::extended(&mut text, export, maps),
+        (ExportableObserver::Kalman(filter), Some(maps), _) => filter::extended(&mut text, export, maps, filter),
         (ExportableObserver::Unscented(filter), Some(maps), _) => filter::unscented(&mut text, export, maps, filter),
         (ExportableObserver::MovingHorizon(estimator), Some(maps), _) => {
             moving_horizon::step(&mut text, export, maps, estimator);

@@ -46,8 +46,10 @@ fn readme(export: &Export, count: usize) -> String {
 {kind} as a `no_std` crate on `luenberger-observers`. The test compares {count} steps with the design, bit by bit:
 
 ```console
-$ cargo test
+$ cargo test --config 'patch.crates-io.luenberger-observers.path = \"/path/to/luenberger/crates/observers\"'
 ```
+
+Without the option once `luenberger-observers` is published; with it for every command of cargo here and in `c/`.
 
 `c/` is the same observer as a static library for programs in C, with its header and the same test:
 
@@ -195,7 +197,7 @@ pub fn observer() -> Result<Observer, ObserverError> {{
         ExportableObserver::Linear(_) => linear(&mut text, export, kind),
         ExportableObserver::Cubic(_) => cubic(&mut text, export, kind),
         ExportableObserver::Varying(step) => varying::observer(&mut text, export, step),
-        ExportableObserver::Kalman(_) => plant::kalman(&mut text, export),
+        ExportableObserver::Kalman(filter) => plant::kalman(&mut text, export, filter.iterations()),
         ExportableObserver::Unscented(filter) => plant::unscented(&mut text, export, filter.sigma_points()),
         ExportableObserver::MovingHorizon(estimator) => plant::moving_horizon(&mut text, export, estimator),
         ExportableObserver::SampledNonlinear(_) => plant::sampled_nonlinear(&mut text, export),

@@ -32,16 +32,17 @@ pub(super) fn discrete(text: &mut String, export: &Export) {
 }
 
 /// The body of `observer()` for the extended Kalman filter.
-pub(super) fn kalman(text: &mut String, export: &Export) {
+pub(super) fn kalman(text: &mut String, export: &Export, iterations: usize) {
     let new = match export.observer.substeps() {
         Some(substeps) => format!("ExtendedKalmanFilter::new(Model, noises, {}, {substeps})", period(export)),
         None => format!("ExtendedKalmanFilter::discrete(Model, noises, {})", period(export)),
     };
+    let iterated = if iterations > 1 { format!("?.with_iterations({iterations})") } else { String::new() };
     let gate = gate(export);
     _ = writeln!(
         text,
         "{}    let noises = NoiseModel {{ w, v, p0 }};
-    {new}{gate}",
+    {new}{iterated}{gate}",
         noises(export, ["W", "V", "P0"])
     );
 }

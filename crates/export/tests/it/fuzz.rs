@@ -174,7 +174,7 @@ pub(crate) fn nonlinear(random: &mut Random) -> ExportableObserver {
         0 => ExtendedKalmanFilter::discrete(plant, noises, period),
         _ => ExtendedKalmanFilter::new(plant, noises, period, substeps),
     };
-    let filter = filter.unwrap();
+    let filter = filter.unwrap().with_iterations(1 + random.below(3)).unwrap();
     ExportableObserver::Kalman(if random.below(3) == 0 { filter.with_gate(2.0).unwrap() } else { filter })
 }
 

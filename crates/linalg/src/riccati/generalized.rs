@@ -285,7 +285,7 @@ impl Generalized {
     }
 
     fn closed_loop(&self, k: &DMatrix<f64>) -> Result<SchurEquation> {
-        let kind = if self.discrete { Kind::Stein } else { Kind::Lyapunov };
+        let kind = Kind::of_time(self.discrete);
         SchurEquation::untested(kind, &((&self.a - &self.b * k) * &self.inverse), None)
     }
 

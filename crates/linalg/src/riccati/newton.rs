@@ -26,7 +26,7 @@ const GRADED: f64 = 1024.0;
 /// Those of [`popov::confirm`], if the closed loop is not stable.
 pub(super) fn settle(problem: &Scaled, mut x: DMatrix<f64>) -> Result<Outcome> {
     let unknown = || LinalgError::Overflow { what: "the gain k" };
-    let kind = if problem.discrete { Kind::Stein } else { Kind::Lyapunov };
+    let kind = Kind::of_time(problem.discrete);
     let mut k = problem.gain(&x).ok_or_else(unknown)?;
     let (mut defect, terms) = problem.defect(&x, &k);
     let mut residual = relative(defect.norm(), terms);

@@ -93,7 +93,7 @@ fn gain(problem: &Scaled, frame: &Frame, x: &DMatrix<f64>, k: &DMatrix<f64>) -> 
 
 /// Newton's iteration from X^ in `frame`, then the stability test and error bound of the gain as stored.
 fn judged(problem: &Scaled, frame: &Frame, x: &DMatrix<f64>, mut k: DMatrix<f64>) -> Result<Option<Outcome>> {
-    let kind = if problem.discrete { Kind::Stein } else { Kind::Lyapunov };
+    let kind = Kind::of_time(problem.discrete);
     if let Some(better) = gain(problem, frame, x, &k) {
         k = better;
     }

@@ -9,49 +9,20 @@
 //! Method: real Schur forms `A = U S U'`, `B = V T V'`, then `S Y T - Y = -U'C V` by recursive substitution (Kitagawa,
 //! Int. J. Control 25, 1977; Jonsson and Kagstrom, ACM TOMS 28, 2002, II).
 
-use super::pair::{SchurPair, error_bound};
+use super::{PairEquation, Sylvester};
 use crate::Result;
 use crate::argument::{RealMatrixView, owned};
-use crate::triangular::Equation;
-use nalgebra::DMatrix;
 
 /// Solution of `A X B - X + C = 0` with residual, separation and condition.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DiscreteSylvester {
-    /// The solution, n x m.
-    pub x: DMatrix<f64>,
-    /// `||A X B - X + C|| / ((||A|| ||B|| + 1) ||X|| + ||C||)` in the Frobenius norm.
-    pub residual: f64,
-    /// Estimate of the separation `min ||A X B - X||_1 / ||X||_1` (entries summed, in the coordinates of the Schur
-    /// forms) by three substitutions; by at most eleven if the equation may be singular. An upper bound, seldom more
-    /// than three times too large.
-    pub separation: f64,
-    /// Condition number `(||A|| ||B|| + 1) / separation`: to first order, the relative change of `X` per relative
-    /// change of the data.
-    pub condition: f64,
-    /// Relative error measured by refinement, if the separation is at rounding level.
-    refined: Option<f64>,
-    /// What balanced units bring to the error.
-    growth: f64,
-}
-
-impl DiscreteSylvester {
-    /// First-order bound of `||X - X*|| / ||X*||` in the Frobenius norm, X* the exact solution for the data as given:
-    /// as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error). Valid if the estimate of the separation is right
-    /// within a factor of three.
-    ///
-    /// ```
-    /// use nalgebra::dmatrix;
-    /// let (a, b) = (dmatrix![0.5, 1024.0; 0.0, 0.25], dmatrix![0.5]);
-    /// let x = dmatrix![1.0; 3.0];
-    /// let found = luenberger_linalg::discrete_sylvester(&a, &b, &(&x - &a * &x * &b))?;
-    /// assert!((&found.x - &x).norm() / x.norm() <= found.forward_error());
-    /// # Ok::<(), luenberger_linalg::LinalgError>(())
-    /// ```
-    pub fn forward_error(&self) -> f64 {
-        error_bound(self.x.shape(), self.residual, self.condition, (self.growth, self.refined))
-    }
-}
+/// ```
+/// use nalgebra::dmatrix;
+/// let (a, b) = (dmatrix![0.5, 1024.0; 0.0, 0.25], dmatrix![0.5]);
+/// let x = dmatrix![1.0; 3.0];
+/// let found = luenberger_linalg::discrete_sylvester(&a, &b, &(&x - &a * &x * &b))?;
+/// assert!((&found.x - &x).norm() / x.norm() <= found.forward_error());
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+pub type DiscreteSylvester = Sylvester;
 
 /// `A X B - X + C = 0` for one pair `(A, B)` and any number of `C`: the Schur forms are computed once, each solution
 /// costs about `6 n m (n + m)`.
@@ -65,60 +36,7 @@ impl DiscreteSylvester {
 /// }
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
-pub struct DiscreteSylvesterEquation(SchurPair);
-
-impl DiscreteSylvesterEquation {
-    /// The equation for `a` (n x n) and `b` (m x m).
-    /// # Errors
-    /// As [`discrete_sylvester`]: whether the equation has a unique solution does not depend on `C`.
-    pub fn new(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Self> {
-        SchurPair::new(Equation::Stein, a, b).map(Self)
-    }
-
-    /// The solution for the n x m matrix `c`.
-    /// # Errors
-    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
-    /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
-    /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
-    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) if the separation is at rounding level
-    /// and refinement does not converge for this `c`.
-    pub fn solve(&mut self, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
-        let mut x = DMatrix::zeros(c.nrows(), c.ncols());
-        let residual = self.solve_into(c, &mut x)?;
-        Ok(DiscreteSylvester {
-            growth: self.0.growth(&x),
-            x,
-            residual,
-            separation: self.0.separation(),
-            condition: self.0.condition(),
-            refined: self.0.refined(),
-        })
-    }
-
-    /// As [`solve`](Self::solve), into `x`, and returns the relative residual. Allocates nothing if `x` is n x m
-    /// already.
-    /// # Errors
-    /// As [`solve`](Self::solve).
-    pub fn solve_into(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
-        self.0.solve_into(c, x)
-    }
-
-    /// One step of iterative refinement of `x`, in place, as
-    /// [`LyapunovEquation::refine`](crate::LyapunovEquation::refine): returns the size of the correction relative to
-    /// `x`.
-    /// # Errors
-    /// As [`solve`](Self::solve).
-    pub fn refine(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
-        self.0.refine(c, x)
-    }
-
-    /// The separation by the full iteration of Hager and Higham: at most eleven substitutions instead of the three of
-    /// [`DiscreteSylvester::separation`].
-    pub fn separation_estimate(&self) -> f64 {
-        self.0.separation_estimate()
-    }
-}
+pub type DiscreteSylvesterEquation = PairEquation<true>;
 
 /// Solves `A X B - X + C = 0`.
 ///
@@ -160,11 +78,5 @@ pub fn discrete_sylvester<'a>(
     b: impl Into<RealMatrixView<'a>>,
     c: impl Into<RealMatrixView<'a>>,
 ) -> Result<DiscreteSylvester> {
-    solved(&owned(a), &owned(b), &owned(c))
-}
-
-fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
-    SchurPair::solved(Equation::Stein, [a, b, c], |pair| {
-        DiscreteSylvesterEquation(pair).solve(c).map(|found| (found.residual, found))
-    })
+    DiscreteSylvesterEquation::solved(&owned(a), &owned(b), &owned(c))
 }

@@ -4,7 +4,7 @@
 //! that decouples a block-triangular system, and the one that brings a plant into the coordinates of a Luenberger
 //! observer with prescribed dynamics.
 //!
-//! The discrete form `A X B - X + C = 0` is in `discrete.rs`, the common part in `pair.rs`.
+//! The discrete form `A X B - X + C = 0` is in `discrete.rs`; what both have in common is here and in `pair.rs`.
 //!
 //! Method: real Schur forms `A = U S U'`, `B = V T V'`, then `S Y + Y T = U'C V` by recursive substitution (Bartels and
 //! Stewart, CACM 15, 1972; Jonsson and Kagstrom, ACM TOMS 28, 2002).
@@ -20,19 +20,21 @@ use crate::triangular::Equation;
 use nalgebra::DMatrix;
 use pair::{SchurPair, error_bound};
 
-/// Solution of `A X + X B = C` with residual, separation and condition.
+/// Solution of `A X + X B = C`, or of `A X B - X + C = 0` ([`DiscreteSylvester`]), with residual, separation and
+/// condition. Of two formulas the second is that of the discrete form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sylvester {
     /// The solution, n x m.
     pub x: DMatrix<f64>,
-    /// `||A X + X B - C|| / ((||A|| + ||B||) ||X|| + ||C||)` in the Frobenius norm.
+    /// `||A X + X B - C|| / ((||A|| + ||B||) ||X|| + ||C||)` or
+    /// `||A X B - X + C|| / ((||A|| ||B|| + 1) ||X|| + ||C||)`, in the Frobenius norm.
     pub residual: f64,
-    /// Estimate of the separation of `A` and `-B`, `min ||A X + X B||_1 / ||X||_1` (entries summed, in the coordinates
-    /// of the Schur forms), by three substitutions; by at most eleven if the equation may be singular. An upper bound,
-    /// seldom more than three times too large.
+    /// Estimate of the separation, `min ||A X + X B||_1 / ||X||_1` or `min ||A X B - X||_1 / ||X||_1` (entries summed,
+    /// in the coordinates of the Schur forms), by three substitutions; by at most eleven if the equation may be
+    /// singular. An upper bound, seldom more than three times too large.
     pub separation: f64,
-    /// Condition number `(||A|| + ||B||) / separation`: to first order, the relative change of `X` per relative change
-    /// of `A` and `B`.
+    /// Condition number `(||A|| + ||B||) / separation` or `(||A|| ||B|| + 1) / separation`: to first order, the
+    /// relative change of `X` per relative change of the data.
     pub condition: f64,
     /// Relative error measured by refinement, if the separation is at rounding level.
     refined: Option<f64>,
@@ -70,15 +72,24 @@ impl Sylvester {
 /// }
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
-pub struct SylvesterEquation(SchurPair);
+pub type SylvesterEquation = PairEquation<false>;
 
-impl SylvesterEquation {
+/// The Sylvester equation, or its discrete form where `DISCRETE`, for one pair `(A, B)` and any number of `C`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairEquation<const DISCRETE: bool>(SchurPair);
+
+impl<const DISCRETE: bool> PairEquation<DISCRETE> {
+    const EQUATION: Equation = if DISCRETE { Equation::Stein } else { Equation::Sylvester };
+
     /// The equation for `a` (n x n) and `b` (m x m).
     /// # Errors
-    /// As [`sylvester()`]: whether the equation has a unique solution does not depend on `C`.
+    /// As [`sylvester()`] or [`discrete_sylvester`]: whether the equation has a unique solution does not depend on `C`.
     pub fn new(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Self> {
-        SchurPair::new(Equation::Sylvester, a, b).map(Self)
+        SchurPair::new(Self::EQUATION, a, b).map(Self)
+    }
+
+    fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Sylvester> {
+        SchurPair::solved(Self::EQUATION, [a, b, c], |pair| Self(pair).solve(c).map(|found| (found.residual, found)))
     }
 
     /// The solution for the n x m matrix `c`.
@@ -159,11 +170,5 @@ pub fn sylvester<'a>(
     b: impl Into<RealMatrixView<'a>>,
     c: impl Into<RealMatrixView<'a>>,
 ) -> Result<Sylvester> {
-    solved(&owned(a), &owned(b), &owned(c))
-}
-
-fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Sylvester> {
-    SchurPair::solved(Equation::Sylvester, [a, b, c], |pair| {
-        SylvesterEquation(pair).solve(c).map(|found| (found.residual, found))
-    })
+    SylvesterEquation::solved(&owned(a), &owned(b), &owned(c))
 }

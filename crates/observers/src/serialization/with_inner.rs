@@ -1,4 +1,4 @@
-//! Observers with a disturbance, which are made of another observer: proportional-integral and unknown-input observers.
+//! Observers that are made of another observer: with a disturbance, which is estimated or decoupled, and in deviations.
 
 use luenberger_plants::{PlantError, Size};
 use nalgebra::allocator::Allocator;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::{Rows, matrix, maybe, rows};
 use crate::error::ObserverError;
 use crate::observer::Observer;
-use crate::{CubicObserver, LinearObserver, ProportionalIntegralObserver, UnknownInputObserver};
+use crate::{CubicObserver, DeviationObserver, LinearObserver, ProportionalIntegralObserver, UnknownInputObserver};
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -89,6 +89,40 @@ where
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let UnknownInput { inner, h, d } = UnknownInput::<O, T>::deserialize(deserializer)?;
         let build = || Self::new(inner, matrix("H", &h)?, maybe(d)?);
+        build().map_err(D::Error::custom)
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Deviation<O, T> {
+    inner: O,
+    x0: Rows<T>,
+    u0: Rows<T>,
+    y0: Rows<T>,
+}
+
+impl<O, T, N: Dim, M: Dim, P: Dim> Serialize for DeviationObserver<O, T, N, M, P>
+where
+    O: Serialize,
+    T: RealField + Copy + Serialize,
+    DefaultAllocator: Allocator<N> + Allocator<M> + Allocator<P>,
+{
+    fn serialize<R: Serializer>(&self, serializer: R) -> Result<R::Ok, R::Error> {
+        let (x0, u0, y0) = (rows(self.x0()), rows(self.u0()), rows(self.y0()));
+        Deviation { inner: self.inner(), x0, u0, y0 }.serialize(serializer)
+    }
+}
+
+impl<'de, O, T, N: Dim, M: Dim, P: Dim> Deserialize<'de> for DeviationObserver<O, T, N, M, P>
+where
+    O: Deserialize<'de>,
+    T: RealField + Copy + Deserialize<'de>,
+    DefaultAllocator: Allocator<N> + Allocator<M> + Allocator<P>,
+{
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Deviation { inner, x0, u0, y0 } = Deviation::<O, T>::deserialize(deserializer)?;
+        let build = || Self::new(inner, matrix("x0", &x0)?, matrix("u0", &u0)?, matrix("y0", &y0)?);
         build().map_err(D::Error::custom)
     }
 }

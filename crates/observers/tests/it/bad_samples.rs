@@ -90,6 +90,8 @@ fn a_sample_that_is_not_finite_is_a_missed_one() {
         };
         passes_over(&extended().unwrap(), false);
         passes_over(&extended().unwrap().with_gate(50.0).unwrap(), true);
+        passes_over(&extended().unwrap().with_iterations(3).unwrap(), false);
+        passes_over(&extended().unwrap().with_iterations(3).unwrap().with_gate(50.0).unwrap(), true);
         for sigma in sigma {
             let unscented = || match substeps {
                 None => UnscentedKalmanFilter::discrete(map(), noises(), sigma, 0.1),

@@ -14,6 +14,8 @@ mod estimators;
 #[cfg(feature = "alloc")]
 mod fixed_point;
 mod immersion_invariance;
+#[cfg(feature = "alloc")]
+mod iterated;
 mod kalman;
 mod kkl;
 mod mean_value;

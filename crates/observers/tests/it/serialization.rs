@@ -65,6 +65,50 @@ fn every_observer_is_read_as_it_was_written() {
     stored(&KalmanFilter::new(model).unwrap().with_feedthrough(dmatrix![0.1]).unwrap());
 }
 
+/// The keys of an object, in their order.
+fn keys(text: &str) -> Vec<&str> {
+    let mut depth = 0;
+    let mut found = Vec::new();
+    for (part, next) in text.split('"').zip(text.split('"').skip(1)) {
+        depth += part.matches(['{', '[']).count() as i32 - part.matches(['}', ']']).count() as i32;
+        found.extend((depth == 1 && part.ends_with(['{', ','])).then_some(next));
+    }
+    found
+}
+
+/// The names and their order are the format of files; of values that may be missing only those that are there.
+#[test]
+fn files_have_these_names() {
+    let of_linear = ["a", "b", "c", "l", "d"];
+    let l = dmatrix![0.3; 0.1];
+    assert_eq!(keys(&stored(&linear())), of_linear);
+    let cubic = CubicObserver::of(plant(), l.clone(), dmatrix![-1.0; -0.5], dmatrix![2.0]).unwrap();
+    assert_eq!(keys(&stored(&cubic)), ["a", "b", "c", "l", "n", "theta", "d"]);
+    let predictor = DiscreteLinearObserver::new(LinearPlant { d: None, ..plant() }, l.clone(), 0.1).unwrap();
+    assert_eq!(keys(&stored(&predictor)), ["a", "b", "c", "l", "period"]);
+    let stationary = StationaryKalmanFilter::new(predictor, l.clone()).unwrap();
+    assert_eq!(keys(&stored(&stationary)), ["a", "b", "c", "l", "k", "period"]);
+    assert_eq!(keys(&stored(&varying())), ["nominal", "a", "b", "k", "longest"]);
+    assert_eq!(keys(&stored(varying().nominal())), ["ad", "bd", "c", "ld", "n", "theta", "w", "period", "d"]);
+    assert_eq!(keys(&stored(&functional())), ["f", "g", "h", "n"]);
+    assert_eq!(keys(&stored(&unknown_input())), ["inner", "h", "d"]);
+    let expected =
+        ["f", "g", "c", "l", "blocks", "constant", "of_estimate", "of_input", "h", "outward", "start", "period"];
+    assert_eq!(keys(&stored(&sampled_interval())), expected);
+    assert_eq!(keys(&stored(&interval())), ["inner", "comparison"]);
+    assert_eq!(keys(&stored(&NonlinearLuenbergerObserver::new(plant(), l.clone()).unwrap())), ["plant", "l"]);
+    let copy = SampledNonlinearObserver::new(plant(), l, 0.1, 3).unwrap();
+    assert_eq!(keys(&stored(&copy)), ["plant", "l", "period", "substeps"]);
+    let noises = || NoiseModel { w: DMatrix::identity(2, 2), v: dmatrix![0.3], p0: DMatrix::identity(2, 2) };
+    let filter = ExtendedKalmanFilter::error_controlled(plant(), noises(), 0.1).unwrap().with_gate(4.0).unwrap();
+    assert_eq!(keys(&stored(&filter)), ["plant", "w", "v", "p0", "period", "error_controlled", "gate"]);
+    let filter = UnscentedKalmanFilter::new(plant(), noises(), SigmaPoints::default(), 0.1, 2).unwrap();
+    assert_eq!(
+        keys(&stored(&filter)),
+        ["plant", "root_w", "root_v", "root_p0", "alpha", "beta", "kappa", "period", "substeps"]
+    );
+}
+
 #[test]
 fn a_changed_file_meets_the_constructor() {
     let observer = LinearObserver::of(plant(), dmatrix![0.3; 0.1]).unwrap();
@@ -230,6 +274,9 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
     let text = stored(&extended.with_gate(4.0).unwrap());
     assert!(text.ends_with(r#""period":0.1,"substeps":2,"gate":4.0}"#), "{text}");
     assert!(refused::<Filter>(&text, r#""gate":4.0"#, r#""gate":0.0"#).contains("gate"));
+    let text = stored(&ExtendedKalmanFilter::discrete(plant(), noises(), 0.1).unwrap().with_iterations(3).unwrap());
+    assert!(text.ends_with(r#""period":0.1,"iterations":3}"#), "{text}");
+    assert!(refused::<Filter>(&text, r#""iterations":3"#, r#""iterations":0"#).contains("linearisations"));
     let text = stored(&ExtendedKalmanFilter::discrete(plant(), noises(), 0.1).unwrap());
     assert!(text.ends_with(r#""period":0.1}"#), "{text}");
     let sigma = SigmaPoints { alpha: 0.5, ..SigmaPoints::default() };

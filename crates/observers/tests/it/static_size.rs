@@ -200,6 +200,7 @@ fn same_results<T: RealField + Copy>(numbers: &[f64], w: f64) -> Result<(), Obse
     let designed = next.functional();
     let target = designed.to_static::<T, FUNCTIONS, INPUTS, OUTPUTS>()?;
     assert_eq!(continuous(&target, at()), continuous(&designed, at()));
+    assert_eq!(continuous(&designed.cast::<T>()?, at()), continuous(&designed, at()));
 
     let (linear, cubic) = (next.linear(), next.cubic());
     let designed = Numbers::with_disturbance(linear.clone());
@@ -212,17 +213,21 @@ fn same_results<T: RealField + Copy>(numbers: &[f64], w: f64) -> Result<(), Obse
     let designed = next.without_disturbance(linear);
     let target = designed.to_static::<T, STATES, INPUTS, OUTPUTS>()?;
     assert_eq!(continuous(&target, at()), continuous(&designed, at()));
+    assert_eq!(continuous(&designed.cast::<T>()?, at()), continuous(&designed, at()));
     let designed = next.without_disturbance(cubic);
     let target = designed.to_static::<T, STATES, INPUTS, OUTPUTS>()?;
     assert_eq!(continuous(&target, at()), continuous(&designed, at()));
+    assert_eq!(continuous(&designed.cast::<T>()?, at()), continuous(&designed, at()));
 
     let designed = next.stationary();
     let target = designed.to_static::<T, STATES, INPUTS, OUTPUTS>()?;
     assert_eq!(sampled(&target, at()), sampled(&designed, at()));
+    assert_eq!(sampled(&designed.cast::<T>()?, at()), sampled(&designed, at()));
 
     let designed = next.interval();
     let target = designed.to_static::<T, STATES, INPUTS, OUTPUTS, BLOCKS, WITH_BLOCKS>()?;
     assert_eq!(sampled(&target, at()), sampled(&designed, at()));
+    assert_eq!(sampled(&designed.cast::<T>()?, at()), sampled(&designed, at()));
     let state = at().column(WITH_BLOCKS);
     let on_target: SVector<T, WITH_BLOCKS> = column(&state);
     let widths = target.half_widths(on_target.as_slice());
@@ -231,6 +236,7 @@ fn same_results<T: RealField + Copy>(numbers: &[f64], w: f64) -> Result<(), Obse
     let designed = next.varying(w);
     let target = designed.to_static::<T, STATES, INPUTS, OUTPUTS>()?;
     assert_eq!(continuous(&target, at()), continuous(&designed, at()));
+    assert_eq!(continuous(&designed.cast::<T>()?, at()), continuous(&designed, at()));
     let (mut x, u, y) = (next.column(STATES), next.column(INPUTS), next.column(OUTPUTS));
     let (mut on_target, held, measured) = (column(&x), column(&u), column(&y));
     designed.correct(&mut x, &u, &y, 0.25);
@@ -299,6 +305,67 @@ fn wrong_sizes_are_errors() {
     assert_eq!(misfit(interval.to_static::<f64, 7, 2, 3, 5, 12>()), "N must be 5 x 5, found 4 x 4");
     let sum = misfit(interval.to_static::<f64, 7, 2, 3, 4, 12>());
     assert_eq!(sum, "(xhat, rho) must be 11 x 1, found 12 x 1");
+}
+
+/// Each matrix by its name, in the order of files; the constructor checks what is made of them.
+#[test]
+fn matrices_are_mapped_by_their_names() {
+    let numbers: Vec<f64> = (0..97_u32).map(f64::from).collect();
+    let mut next = Numbers::new(&numbers);
+    let (linear, varying) = (next.linear(), next.varying(1.0));
+    let mut names = Vec::new();
+    let same: Linear = linear
+        .map(|name, m| {
+            names.push(name);
+            m.clone()
+        })
+        .unwrap();
+    assert_eq!(same, linear);
+    assert_eq!(names, ["A", "B", "C", "L", "D"]);
+    names.clear();
+    let same: VaryingPeriodObserver<f64, Dyn, Dyn, Dyn> = varying
+        .map(|name, m| {
+            names.push(name);
+            m.clone()
+        })
+        .unwrap();
+    assert_eq!(same, varying);
+    assert_eq!(names, ["Ad", "Bd", "C", "Ld", "N", "theta", "D", "A", "B", "K"]);
+    // An input more, which needs a column in D, too.
+    let wider = |names: &'static [&'static str]| {
+        move |name, m: &DMatrix<f64>| {
+            if names.contains(&name) { m.clone().insert_column(m.ncols(), 0.0) } else { m.clone() }
+        }
+    };
+    let more: Linear = linear.map(wider(&["B", "D"])).unwrap();
+    assert_eq!(more.dimensions().inputs, INPUTS + 1);
+    assert_eq!(misfit(linear.map::<f64, Dyn, Dyn, Dyn>(wider(&["B"]))), "D must be 3 x 3, found 3 x 2");
+}
+
+/// A line for each matrix with entries and for each number; another observer has lines of its own.
+#[test]
+fn the_text_has_a_line_for_each_number() {
+    let plant = StateSpace { a: dmatrix![0.5], b: DMatrix::zeros(1, 0), c: dmatrix![2.0], d: None };
+    let observer = DiscreteLinearObserver::new(plant, dmatrix![0.25], 0.1).unwrap();
+    assert_eq!(format!("{observer:.2}"), "A = [0.50]\nC = [2.00]\nL = [0.25]\nperiod = 0.10");
+    let plant = luenberger_plants::double_integrator().to_dynamic().with_feedthrough(dmatrix![0.5]).unwrap();
+    let observer = LinearObserver::of(plant, dmatrix![7.0; 10.0]).unwrap();
+    assert_eq!(observer.to_string(), "A = [0, 1; 0, 0]\nB = [0; 1]\nC = [1, 0]\nL = [7; 10]\nD = [0.5]");
+    let gains = SampledCubicGains {
+        ad: dmatrix![0.5],
+        bd: DMatrix::zeros(1, 0),
+        c: dmatrix![1.0],
+        ld: dmatrix![0.25],
+        n: dmatrix![-2.0],
+        theta: dmatrix![3.0],
+        w: 2.0,
+        period: 0.1,
+    };
+    let nominal = SampledCubicObserver::new(gains).unwrap();
+    let varying =
+        VaryingPeriodObserver::new(nominal, dmatrix![-7.0], DMatrix::zeros(1, 0), dmatrix![0.5], 0.3).unwrap();
+    let nominal = "Ad = [0.5]\nC = [1]\nLd = [0.25]\nN = [-2]\ntheta = [3]\nw = 2\nperiod = 0.1";
+    assert_eq!(varying.to_string(), format!("{nominal}\nA = [-7]\nK = [0.5]\nlongest = 0.3"));
 }
 
 #[test]

@@ -12,13 +12,12 @@
 //! *Sectors.* A sector `[low, high]` whose G and H have one entry that is not 0 each adds `g h [low, high]` to one
 //! entry of A. Another sector counts as no slope, which has to be one of its own: `low <= 0 <= high`.
 
-use super::theorem::{SectorConvergence, Theorem, Vertex};
+use super::theorem::{SectorConvergence, SectorTerm, Theorem, Vertex};
 use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::number::Datum;
 use crate::ring::Ring;
-use crate::statement::SectorTerm;
 
 /// How many corners of an enclosure are looked for at most; where there are more, nothing is certain.
 const MOST_CORNERS: usize = 1 << 16;

@@ -86,7 +86,12 @@ pub struct Fact {
     pub verdict: Verdict<Witness>,
 }
 
-impl Names<'_> {
+impl<'a> Names<'a> {
+    /// And the members of a theorem, or of a part of it.
+    fn of(self, members: &'a impl Written) -> Self {
+        members.name_in("", false, self)
+    }
+
     /// The fact of this label.
     pub(crate) fn fact(&self, label: impl Into<String>) -> Result<Fact, ProofError> {
         let label = label.into();

@@ -42,7 +42,7 @@ struct Evaluation<'e, R> {
 impl<R: Ring> Evaluation<'_, R> {
     fn of(&self, formula: &Formula) -> Result<Term<R>, ProofError> {
         Ok(match formula {
-            Formula::Name(place) => (self.embedded)(&self.names.0[*place])?,
+            Formula::Name(place) => (self.embedded)(&self.names.names[*place])?,
             Formula::Number(x) => Term::Number(number(*x, "a number of the inequality")?),
             Formula::Identity => Term::Identity(number(1.0, "1")?),
             Formula::Sum(terms) => self.sum(terms)?,
@@ -76,7 +76,7 @@ impl<R: Ring> Evaluation<'_, R> {
 
     fn is_number(&self, formula: &Formula) -> bool {
         match formula {
-            Formula::Name(place) => matches!(self.names.0[*place].value, Value::Number(_)),
+            Formula::Name(place) => matches!(self.names.names[*place].value, Value::Number(_)),
             Formula::Number(_) | Formula::Trace(_) => true,
             Formula::Sum(terms) => terms.iter().all(|(_, term)| self.is_number(term)),
             Formula::Product(factors) => factors.iter().all(|factor| self.is_number(factor)),
@@ -86,7 +86,7 @@ impl<R: Ring> Evaluation<'_, R> {
     }
 
     fn is_symmetric(&self, formula: &Formula) -> bool {
-        matches!(formula, Formula::Name(place) if self.names.0[*place].is_symmetric)
+        matches!(formula, Formula::Name(place) if self.names.names[*place].is_symmetric)
     }
 
     /// Numbers first, then the matrices from the right.

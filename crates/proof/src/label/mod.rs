@@ -2,7 +2,8 @@
 //!
 //! The label of a fact is its definition: what a certificate prints is what is decided. A label is
 //! ```text
-//! label    = sum relation sum [" (" number of an equation ")"]        relation = "<" | "<=" | ">" | ">="
+//! label    = sum relation sum [" for " definition] [" (" number of an equation ")"]
+//! relation = "<" | "<=" | ">" | ">="             definition = name " = " sum
 //! sum      = ["-"] product {("+" | "-") product}
 //! product  = factor {factor} ["/2"]
 //! factor   = atom {"'" | "^2"}
@@ -12,8 +13,9 @@
 //! ```
 //! `'` is the transpose, `He(X) = X + X'`, `*` the transpose of the block opposite, `I` the identity of the size that
 //! fits. Names are those of [`Names`], the longest that fits: numbers, matrices, matrices of intervals, and definitions
-//! in the same language. Between two symmetric sides `<` means that the difference is definite; in `tr X < y` the sides
-//! are numbers.
+//! in the same language; a name may be a phrase, such as a sum over a list or a block matrix. The definition behind
+//! `for` is that of its name. Between two symmetric sides `<` means that the difference is definite; in `tr X < y` the
+//! sides are numbers.
 //!
 //! An expression is evaluated in [`Interval`]s, and exactly if that is inconclusive and all data are single numbers.
 //! Some forms are evaluated so that the result is symmetric entry by entry, with few roundings: `X + X'` with one
@@ -39,6 +41,7 @@ mod evaluate;
 mod parse;
 mod shapes;
 
+use core::fmt;
 use std::borrow::Cow;
 
 use crate::definite::{self, Direction, Sense};
@@ -54,7 +57,20 @@ use parse::Formula;
 
 /// What the names of labels stand for. Where shapes do not fit, the name that was given later is the wrong one.
 #[derive(Debug, Clone, Default)]
-pub struct Names<'a>(Vec<Named<'a>>);
+pub struct Names<'a> {
+    names: Vec<Named<'a>>,
+    reader: Option<Reader<'a>>,
+}
+
+/// What a text is read as.
+#[derive(Clone, Copy)]
+struct Reader<'a>(&'a dyn Fn(&str) -> String);
+
+impl fmt::Debug for Reader<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Reader")
+    }
+}
 
 #[derive(Debug, Clone)]
 struct Named<'a> {
@@ -81,8 +97,17 @@ impl<'a> Names<'a> {
         Self::default()
     }
 
+    /// No names; each label and each definition is decided as what `read` makes of its text.
+    pub(crate) fn read_by(read: &'a dyn Fn(&str) -> String) -> Self {
+        Self { names: Vec::new(), reader: Some(Reader(read)) }
+    }
+
+    fn read<'t>(&self, text: &'t str) -> Cow<'t, str> {
+        self.reader.map_or(Cow::Borrowed(text), |Reader(read)| Cow::Owned(read(text)))
+    }
+
     fn with(mut self, name: &'static str, value: Value<'a>, is_symmetric: bool) -> Self {
-        self.0.push(Named { name, value, is_symmetric });
+        self.names.push(Named { name, value, is_symmetric });
         self
     }
 
@@ -127,7 +152,7 @@ impl<'a> Names<'a> {
     pub(crate) fn enclosed(self, name: &'static str, m: Option<&Matrix<Interval>>, is_symmetric: bool) -> Self {
         let Some(m) = m else { return self.with(name, Value::Unknown, is_symmetric) };
         let mut names = self.within(name, m);
-        if let Some(last) = names.0.last_mut() {
+        if let Some(last) = names.names.last_mut() {
             last.is_symmetric = is_symmetric;
         }
         names
@@ -138,7 +163,7 @@ impl<'a> Names<'a> {
     /// # Errors
     /// [`ProofError::Label`] for text that is no expression in these names.
     pub fn define(self, name: &'static str, expression: &str) -> Result<Self, ProofError> {
-        let formula = parse::expression(expression, &self)?;
+        let formula = parse::expression(&self.read(expression), &self)?;
         Ok(self.with(name, Value::Definition(formula), false))
     }
 
@@ -147,8 +172,8 @@ impl<'a> Names<'a> {
     /// # Errors
     /// [`ProofError`] for text that is no expression in these names, and for shapes that do not fit.
     pub(crate) fn expression(&self, text: &str) -> Result<InNames<'_>, ProofError> {
-        let formula = parse::expression(text, self)?;
-        shapes::check(&formula, self)?;
+        let formula = parse::expression(&self.read(text), self)?;
+        shapes::check(&formula, false, self)?;
         Ok(InNames { formula, names: self })
     }
 
@@ -158,13 +183,14 @@ impl<'a> Names<'a> {
     /// [`ProofError`] for text that is no inequality in these names, inconsistent shapes, numbers that are not finite,
     /// and matrices that are not symmetric.
     pub fn decide(&self, label: &str) -> Result<Verdict<Direction>, ProofError> {
-        let (formula, sense) = parse::inequality(label, self)?;
-        let used: Vec<&Named<'_>> = (0..self.0.len()).filter(|k| formula.uses(*k)).map(|k| &self.0[k]).collect();
+        let (formula, sense) = parse::inequality(&self.read(label), self)?;
+        let names = self.names.iter().enumerate();
+        let used: Vec<&Named<'_>> = names.filter(|(k, _)| formula.uses(*k)).map(|(_, named)| named).collect();
         if used.iter().any(|named| matches!(named.value, Value::Unknown)) {
             let why = UndecidedReason::NotByThisMatrix { name: "P" };
             return Ok(Verdict::Undecided { why, best: f64::NAN });
         }
-        shapes::check(&formula, self)?;
+        shapes::check(&formula, true, self)?;
         for named in &used {
             named.check()?;
         }

@@ -88,6 +88,12 @@ impl Reader<'_, '_> {
         let (smaller, strict) = relation(word)?;
         self.rest = rest;
         let right = self.sum()?;
+        if self.eat(" for ") {
+            let definition = self.defined()?;
+            if !self.eat(" = ") || self.sum()? != definition {
+                return None;
+            }
+        }
         let is_number = |text: &str| text.strip_suffix(')').is_some_and(|text| !text.contains([' ', '(', ')']));
         if !self.rest.is_empty() && !self.rest.strip_prefix(" (").is_some_and(is_number) {
             return None;
@@ -126,7 +132,8 @@ impl Reader<'_, '_> {
             }
             // Factors stand beside each other, with a space or without; before a sign a space ends the product.
             let rest = self.rest.strip_prefix(' ').unwrap_or(self.rest);
-            if !rest.starts_with(|c: char| c.is_alphanumeric() || matches!(c, '(' | '[')) || self.at_reference() {
+            let has_factor = rest.starts_with(|c: char| c.is_alphanumeric() || matches!(c, '(' | '['));
+            if !has_factor || self.rest.starts_with(" for ") || self.at_reference() {
                 break;
             }
             self.rest = if factors.is_empty() { self.rest } else { rest };
@@ -160,6 +167,22 @@ impl Reader<'_, '_> {
         }
     }
 
+    /// The longest name that fits.
+    fn name(&mut self) -> Option<usize> {
+        let names = self.names.names.iter().enumerate().filter(|(_, named)| self.rest.starts_with(named.name));
+        let (place, named) = names.max_by_key(|(_, named)| named.name.len())?;
+        self.eat(named.name);
+        Some(place)
+    }
+
+    /// The expression that a name is defined as.
+    fn defined(&mut self) -> Option<Formula> {
+        match &self.names.names[self.name()?].value {
+            Value::Definition(formula) => Some(formula.clone()),
+            _ => None,
+        }
+    }
+
     fn atom(&mut self) -> Option<Formula> {
         for (open, of) in [
             ("He(", (|x| Formula::He(Box::new(x))) as fn(Formula) -> Formula),
@@ -174,18 +197,14 @@ impl Reader<'_, '_> {
         if self.eat("tr ") {
             return Some(Formula::Trace(Box::new(self.product()?)));
         }
-        if self.eat("[") {
-            return self.blocks();
-        }
-        let longest = (self.names.0.iter().enumerate())
-            .filter(|(_, named)| self.rest.starts_with(named.name))
-            .max_by_key(|(_, named)| named.name.len());
-        if let Some((place, named)) = longest {
-            self.eat(named.name);
-            return Some(match &named.value {
+        if let Some(place) = self.name() {
+            return Some(match &self.names.names[place].value {
                 Value::Definition(formula) => formula.clone(),
                 _ => Formula::Name(place),
             });
+        }
+        if self.eat("[") {
+            return self.blocks();
         }
         if self.eat("I") {
             return Some(Formula::Identity);

@@ -4,14 +4,15 @@ use super::parse::Formula;
 use super::{Names, Value};
 use crate::error::ProofError;
 
-/// The name that was given first is right: an error has the later one, with the shape that it should have.
-pub(super) fn check(formula: &Formula, names: &Names<'_>) -> Result<(), ProofError> {
-    let mut sizes = Sizes { same_as: (0..2 * names.0.len()).collect(), names };
-    if let Some((rows, columns)) = sizes.of(formula) {
+/// The name that was given first is right: an error has the later one, with the shape that it should have. The sides of
+/// an inequality are square.
+pub(super) fn check(formula: &Formula, is_square: bool, names: &Names<'_>) -> Result<(), ProofError> {
+    let mut sizes = Sizes { same_as: (0..2 * names.names.len()).collect(), names };
+    if let Some((rows, columns)) = sizes.of(formula).filter(|_| is_square) {
         sizes.are_equal(rows, columns);
     }
     let mut known: Vec<Option<usize>> = vec![None; sizes.same_as.len()];
-    for (place, named) in names.0.iter().enumerate().filter(|(place, _)| formula.uses(*place)) {
+    for (place, named) in names.names.iter().enumerate().filter(|(place, _)| formula.uses(*place)) {
         let found = match &named.value {
             Value::Points(m) => m.shape(),
             Value::Within(m) => m.shape(),
@@ -58,7 +59,7 @@ impl Sizes<'_> {
     /// Rows and columns; `None` for numbers, and for identities, which fit everywhere.
     fn of(&mut self, formula: &Formula) -> Option<(usize, usize)> {
         match formula {
-            Formula::Name(place) => match self.names.0[*place].value {
+            Formula::Name(place) => match self.names.names[*place].value {
                 Value::Number(_) => None,
                 _ => Some((2 * place, 2 * place + 1)),
             },

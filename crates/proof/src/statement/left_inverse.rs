@@ -42,29 +42,6 @@ pub(crate) fn times_left_inverse(
     Ok(solution.map(|x| Matrix::from_fn(x.cols(), system.rows, |i, j| x[(j, i)])))
 }
 
-/// `X Y`, as an expression.
-pub(crate) struct Product<'a>(pub(crate) &'a Matrix<f64>, pub(crate) &'a Matrix<f64>);
-
-impl Expression for Product<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        Matrix::<R>::embed(self.0, "the left factor")?.product(&Matrix::embed(self.1, "the right factor")?)
-    }
-}
-
-/// `[X; Y]`, as an expression.
-pub(crate) struct Stacked<'a>(pub(crate) &'a Matrix<f64>, pub(crate) &'a Matrix<f64>);
-
-impl Expression for Stacked<'_> {
-    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let (x, y) = (Matrix::<R>::embed(self.0, "the upper block")?, Matrix::<R>::embed(self.1, "the lower block")?);
-        y.expect_shape("the lower block", (y.rows(), x.cols()))?;
-        Ok(Matrix::from_fn(x.rows() + y.rows(), x.cols(), |i, j| match i.checked_sub(x.rows()) {
-            None => x[(i, j)].clone(),
-            Some(i) => y[(i, j)].clone(),
-        }))
-    }
-}
-
 /// The linear system in the head of this module.
 struct System<'a, B, S> {
     b: &'a B,

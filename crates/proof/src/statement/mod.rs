@@ -7,7 +7,6 @@
 //! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly
 //! symmetric: symmetrise the result of a solver), `F = A - LC`.
 
-mod contracting;
 mod cubic;
 mod deployed;
 pub(crate) mod deployed_cubic;
@@ -19,13 +18,10 @@ mod kkl;
 mod left_inverse;
 mod linear_system;
 mod lyapunov;
-mod sector;
 mod spectrum;
-mod super_twisting;
 mod varying_periods;
 
 pub(crate) use crate::embed::{Expression, embed, embed_symmetric, number};
-pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed::{
     CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
@@ -38,14 +34,12 @@ pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum, sc
 pub use interval_observer::{BlockCoordinates, HeldPlant, SampledBounds, SampledIntervals, held_plant};
 pub(crate) use interval_observer::{entries_at_least, product_up, rounding, units};
 pub(crate) use kkl::{Axes, Composition, Expressions};
-pub(crate) use left_inverse::{Product, Stacked, times_left_inverse};
+pub(crate) use left_inverse::times_left_inverse;
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive, stein_decrease,
 };
-pub use sector::{SectorTerm, sector_decrease, sector_decrease_within};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
-pub use super_twisting::super_twisting;
 pub(crate) use varying_periods::Effort;
 pub use varying_periods::decrease_over_times;
 

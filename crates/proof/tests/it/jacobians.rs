@@ -2,11 +2,12 @@
 //! bounds, and the slightest change of either.
 
 use luenberger_proof::certificate::{
-    Certificate, DiscreteJacobianPolytope, JacobianPolytope, SectorConvergence, Theorem, Vertex,
+    Certificate, DiscreteJacobianPolytope, JacobianPolytope, SectorConvergence, SectorTerm, Theorem, Vertex,
 };
-use luenberger_proof::statement::{SectorTerm, sector_decrease, sector_decrease_within};
 use luenberger_proof::{Interval, Matrix};
 use proptest::prelude::*;
+
+use crate::sectors::sector_decrease_within;
 
 fn between(lo: f64, hi: f64) -> Interval {
     Interval::new(lo, hi).unwrap()
@@ -221,11 +222,12 @@ proptest! {
             tau: 1.5,
         };
         let terms = [term];
-        if sector_decrease_within(&a, &l, &c, &p, 0.125, &terms).unwrap().is_proved() {
+        let decided = |vertex: Vertex| sector_decrease_within(vertex, &l, &p, 0.125, &terms).unwrap();
+        if decided(Vertex::within(&a, &c).unwrap()).is_proved() {
             let at = |x: &Interval, share: f64| (x.lo() + share * (x.hi() - x.lo())).clamp(x.lo(), x.hi());
             let inside = Matrix::from_fn(2, 2, |i, j| at(&a[(i, j)], shares[2 * i + j]));
             let output = Matrix::from_fn(1, 2, |_, j| at(&c[(0, j)], shares[4 + j]));
-            prop_assert!(sector_decrease(&inside, &l, &output, &p, 0.125, &terms).unwrap().is_proved());
+            prop_assert!(decided(Vertex::exactly(&inside, &output).unwrap()).is_proved());
         }
     }
 }

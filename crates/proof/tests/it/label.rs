@@ -13,9 +13,12 @@ fn m<const R: usize, const C: usize>(rows: [[f64; C]; R]) -> Matrix<f64> {
 fn every_form_of_the_language_is_what_it_says() {
     let (a, p) = (m([[1.0, 2.0], [0.0, -3.0]]), m([[2.0, 1.0], [1.0, 3.0]]));
     let (b, c, list) = (m([[1.0], [-1.0]]), m([[0.0, 2.0]]), [4.0, 0.5]);
+    let swap = m([[0.0, 1.0], [1.0, 0.0]]);
     let names = Names::new().matrix("A", &a).symmetric("P", &p).matrix("B", &b).matrix("C", &c);
     let names = names.number("rate", 0.25).number("gamma", 3.0).list("lambda", &list);
     let names = names.define("S~", "-CB").expect("an expression").define("J", "[rate, 1; -2 rate, 0]").expect("one");
+    // Names that are phrases: the sum over a list, and a block matrix.
+    let names = names.define("sum lambda P", "diag(lambda)P").expect("one").matrix("[0 I; I 0]", &swap);
     // The left side less the right one, or the other way round, entry by entry.
     for (label, expected) in [
         ("P > 0", vec![2.0, 1.0, 1.0, 3.0]),
@@ -47,6 +50,11 @@ fn every_form_of_the_language_is_what_it_says() {
         ("[gamma, rate; *, 1] > 0", vec![3.0, 0.25, 0.25, 1.0]),
         ("P - diag(lambda) < 5 I", vec![7.0, -1.0, -1.0, 2.5]),
         ("J'J > 0", vec![0.3125, 0.25, 0.25, 1.0]),
+        ("J'J > 0 for J = [rate, 1; -2 rate, 0] (7)", vec![0.3125, 0.25, 0.25, 1.0]),
+        // diag(lambda)P = [8 4; 1/2 3/2].
+        ("He(sum lambda P) > -I", vec![17.0, 4.5, 4.5, 4.0]),
+        ("3 P - [0 I; I 0] > 0", vec![6.0, 2.0, 2.0, 9.0]),
+        ("[0 I; I 0]P[0 I; I 0] > 0", vec![3.0, 1.0, 1.0, 2.0]),
     ] {
         let n = expected.len().isqrt();
         let expected = Matrix::from_fn(n, n, |i, j| expected[i * n + j]);
@@ -63,6 +71,7 @@ fn every_form_of_the_language_is_what_it_says() {
 fn what_is_no_inequality_is_refused() {
     let (a, p, l) = (m([[1.0, 2.0], [0.0, -3.0]]), m([[2.0, 1.0], [1.0, 3.0]]), m([[1.0], [2.0]]));
     let names = Names::new().matrix("A", &a).symmetric("P", &p).matrix("L", &l).number("rate", 1.0);
+    let names = names.define("J", "2 P").expect("an expression");
     for label in [
         "",
         "P",
@@ -90,6 +99,12 @@ fn what_is_no_inequality_is_refused() {
         "He(P > 0",
         "diag(P > 0",
         "P > 0 for P = A",
+        "P > 0 for P = P",
+        "P > 0 for J = P",
+        "P > 0 for J = 2 P > 0",
+        "P > 0 for J",
+        "P > 0 for 2 P",
+        "P > 0 (12) for J = 2 P",
         "P\u{2032}A > 0",
     ] {
         let found = names.decide(label);

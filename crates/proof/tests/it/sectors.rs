@@ -1,8 +1,11 @@
 //! The statements behind Lipschitz and mean-value observers: at their boundary, against equal statements of another
 //! form, and on bad data.
 
-use luenberger_proof::statement::{SectorTerm, cascade_decrease, decay_rate, sector_decrease};
-use luenberger_proof::{Direction, Matrix, ProofError, Verdict};
+use luenberger_proof::certificate::{
+    ContractionInCoordinates, SectorConvergence, SectorTerm, Theorem, Vertex, Witness,
+};
+use luenberger_proof::statement::decay_rate;
+use luenberger_proof::{Matrix, ProofError, Verdict};
 use proptest::prelude::*;
 
 fn one(x: f64) -> Matrix<f64> {
@@ -33,7 +36,45 @@ fn damped(n: usize) -> impl Strategy<Value = Matrix<f64>> {
     })
 }
 
-fn same(one: &Verdict<Direction>, other: &Verdict<Direction>) -> bool {
+/// The last fact of a theorem with one inequality beside that of its matrix.
+fn decided(theorem: impl Into<Theorem>) -> Result<Verdict<Witness>, ProofError> {
+    Ok(theorem.into().facts()?.pop().expect("a fact").verdict)
+}
+
+/// The block inequality of the S-procedure, for all pairs (A, C) of the vertex.
+pub(super) fn sector_decrease_within(
+    Vertex { a, c }: Vertex,
+    l: &Matrix<f64>,
+    p: &Matrix<f64>,
+    rate: f64,
+    terms: &[SectorTerm],
+) -> Result<Verdict<Witness>, ProofError> {
+    decided(SectorConvergence { a, c, terms: terms.to_vec(), l: l.clone(), p: p.clone(), rate })
+}
+
+/// The same for one pair.
+fn sector_decrease(
+    a: &Matrix<f64>,
+    l: &Matrix<f64>,
+    c: &Matrix<f64>,
+    p: &Matrix<f64>,
+    rate: f64,
+    terms: &[SectorTerm],
+) -> Result<Verdict<Witness>, ProofError> {
+    sector_decrease_within(Vertex::exactly(a, c)?, l, p, rate, terms)
+}
+
+fn cascade_decrease(
+    j: &Matrix<f64>,
+    k: &Matrix<f64>,
+    q: &Matrix<f64>,
+    injection: f64,
+    rate: f64,
+) -> Result<Verdict<Witness>, ProofError> {
+    decided(ContractionInCoordinates { vertices: vec![j.clone()], k: k.clone(), q: q.clone(), injection, rate })
+}
+
+fn same<V, W>(one: &Verdict<V>, other: &Verdict<W>) -> bool {
     (one.is_proved(), one.is_refuted()) == (other.is_proved(), other.is_refuted())
 }
 

@@ -746,6 +746,7 @@ def ekf(
     P0: npt.ArrayLike | None = None,
     substeps: int | None = None,
     gate: float | None = None,
+    iterations: int | None = None,
     xhat0: npt.ArrayLike | None = None,
     name: str | None = None,
 ) -> Observer:
@@ -768,6 +769,8 @@ def ekf(
         Runge-Kutta steps per period (default 4).
     gate : float, optional
         Outputs whose innovation is beyond this many standard deviations are rejected (default none).
+    iterations : int, optional
+        The iterated filter: each measurement is linearised this many times, where its update leads (default once).
     xhat0, name : optional
         As for `place_observer`.
 
@@ -788,7 +791,7 @@ def ekf(
     if step is None:
         raise InvalidArgument("dt is needed for a plant in continuous time")
     spec: dict[str, Any] = {
-        "kind": "extended-kalman",
+        "kind": "extended-kalman" if iterations is None else "iterated-extended-kalman",
         "w": rows(weight("QN", QN, plant.nstates)),
         "v": rows(weight("RN", RN, plant.noutputs)),
         "period": step,
@@ -799,6 +802,8 @@ def ekf(
         spec["substeps"] = int(substeps)
     if gate is not None:
         spec["gate"] = number("gate", gate, positive=True)
+    if iterations is not None:
+        spec["iterations"] = int(iterations)
     return Observer(plant, spec, xhat0=xhat0, name=name)
 
 

@@ -12,9 +12,6 @@ use crate::results::{Alternative, NoObserver, Proposal};
 use crate::study::{ObserverSpec, Study};
 use crate::synthesis::alternative::list;
 
-/// Time for all alternatives to one observer: a safeguard, which designs of usual sizes do not reach.
-const PATIENCE: Duration = Duration::from_secs(5);
-
 /// A matrix inequality is tried for at most so many states.
 const MOST_STATES: usize = 20;
 
@@ -53,15 +50,16 @@ fn read(proposal: &Proposal, study: &Study, requested: &ObserverSpec) -> Option<
     Some((spec, words))
 }
 
-/// The refusal with those of its proposals that have a design.
+/// The refusal with those of its proposals that have a design within so many seconds, those of all together.
 pub(super) fn tried(
     study: &Study,
     requested: &ObserverSpec,
     mut refusal: NoObserver,
     (cancel, end): (&AtomicBool, Option<Instant>),
+    seconds: f64,
 ) -> NoObserver {
-    let deadline = Instant::now() + PATIENCE;
-    let end = end.map_or(deadline, |end| end.min(deadline));
+    let deadline = Duration::try_from_secs_f64(seconds).ok().and_then(|time| Instant::now().checked_add(time));
+    let end = end.into_iter().chain(deadline).min();
     let (mut designed, mut left): (Vec<ObserverSpec>, _) = (vec![requested.clone()], Vec::new());
     let mut reasons = Vec::new();
     for proposal in std::mem::take(&mut refusal.proposals) {
@@ -81,11 +79,11 @@ pub(super) fn tried(
             continue;
         }
         let is_large = spec.kind.poses_inequality() && study.plant.states.len() > MOST_STATES;
-        if is_large || Instant::now() >= end || cancel.load(Ordering::Relaxed) {
+        if is_large || end.is_some_and(|end| Instant::now() >= end) || cancel.load(Ordering::Relaxed) {
             left.push(words);
             continue;
         }
-        match attempt(within, &spec, cancel, Some(end)) {
+        match attempt(within, &spec, cancel, end) {
             Ok(found) if found.report.facts.iter().all(|fact| fact.verdict.is_proved()) => {
                 refusal.alternatives.push(Alternative::designed(format!("{words}: {}", proposal.why)));
                 reasons.push(proposal.why);

@@ -9,6 +9,7 @@ pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 
 pub use crate::designed::{Designed, Runnable};
 use crate::kinds;
+use crate::limits::Limits;
 pub use crate::results::{Advice, Cause, NoObserver};
 use crate::study::{ObserverSpec, Study};
 use crate::synthesis::Plan;
@@ -34,7 +35,18 @@ pub fn design_until(
     cancel: &AtomicBool,
     end: Option<Instant>,
 ) -> Result<Designed, NoObserver> {
-    attempt(study, requested, cancel, end).map_err(|none| alternative::tried(study, requested, none, (cancel, end)))
+    design_with_alternatives(study, requested, (cancel, end), Limits::default().alternatives)
+}
+
+/// As [`design_until`], with so many seconds for the alternatives.
+pub(crate) fn design_with_alternatives(
+    study: &Study,
+    requested: &ObserverSpec,
+    (cancel, end): (&AtomicBool, Option<Instant>),
+    seconds: f64,
+) -> Result<Designed, NoObserver> {
+    attempt(study, requested, cancel, end)
+        .map_err(|none| alternative::tried(study, requested, none, (cancel, end), seconds))
 }
 
 /// As [`design_until`], without the alternatives of a refusal, which have to be designed themselves.

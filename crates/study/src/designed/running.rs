@@ -9,6 +9,7 @@ use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{ExpressionPlant, Recording};
 use luenberger_live as live;
 use luenberger_observers::{DeviationObserver, Observer, ObserverDimensions, SampledObserver};
+pub(crate) use luenberger_plants::serialization::rows;
 use luenberger_sim::{AnyObserver, Continuous, Replay, Sampled, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
 
@@ -246,9 +247,4 @@ impl Runnable {
 /// Whether inputs and outputs have these lengths.
 fn takes(size: ObserverDimensions, u: &[f64], y: &[f64]) -> bool {
     u.len() == size.inputs && y.len() == size.outputs
-}
-
-/// A matrix by rows.
-pub(crate) fn rows(m: &DMatrix<f64>) -> live::Rows {
-    m.row_iter().map(|row| row.iter().copied().collect()).collect()
 }

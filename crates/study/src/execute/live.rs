@@ -48,11 +48,11 @@ fn experiment_of(
     for member in members {
         match observer(study, member) {
             Some(observer) => observers.push(observer),
-            None => omitted.push(member.requested.name.clone()),
+            None => omitted.push(described(study, member)),
         }
     }
     if observers.is_empty() {
-        return Err("the page has no code for its observers".to_owned());
+        return Err(format!("the page has no code for its observers, {}", omitted.join(", ")));
     }
     let (input, table, law) = program(&study.input)?;
     let feedback = feedback(study);
@@ -125,6 +125,12 @@ fn experiment_of(
         Ok(()) => Ok((experiment, omitted)),
         Err(why) => Err(format!("its expressions do not stand alone ({why})")),
     }
+}
+
+/// An observer that the page has no code for.
+fn described(study: &Study, member: &Member<'_>) -> String {
+    let time = if study.plant.dt.is_some() { ", in discrete time" } else { "" };
+    format!("{} (kind {}{time})", member.requested.name, member.requested.kind.name())
 }
 
 /// The plant as it is simulated; none for one that the page has no code for.

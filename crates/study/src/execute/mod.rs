@@ -33,7 +33,7 @@ use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Theorem;
 
-use crate::design::{Designed, design_until};
+use crate::design::{Designed, design_with_alternatives};
 use crate::error::StudyError;
 use crate::kinds;
 use crate::model::Model;
@@ -394,7 +394,8 @@ fn designs(
         if options.interrupted() {
             return Ok(None);
         }
-        let designed = match design_until(study, requested, options.cancel, options.until) {
+        let until = (options.cancel, options.until);
+        let designed = match design_with_alternatives(study, requested, until, options.limits.alternatives) {
             Err(none) if none.is_interrupted() => return Ok(None),
             designed => designed,
         };

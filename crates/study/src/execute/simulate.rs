@@ -118,7 +118,7 @@ pub(super) fn simulate_all<'a>(
     let (mut filters, mut warnings) = (Vec::new(), Vec::new());
     let mut sampled: Vec<SamplingReport> = Vec::new();
     for (member, outcome) in outcomes {
-        let observer = member.requested.name.clone();
+        let (observer, initial) = (member.requested.name.clone(), member.requested.initial.clone());
         match outcome {
             Ok((run, merits, filter, left, end)) => {
                 filters.extend(filter);
@@ -127,11 +127,11 @@ pub(super) fn simulate_all<'a>(
                 if x_end.is_empty() {
                     x_end = end;
                 }
-                rows.push(RunReport { observer, merits: Some(merits), failure: None });
+                rows.push(RunReport { observer, initial, merits: Some(merits), failure: None });
                 runs.push((member, Some(run)));
             }
             Err(failure) => {
-                rows.push(RunReport { observer, merits: None, failure: Some(failure) });
+                rows.push(RunReport { observer, initial, merits: None, failure: Some(failure) });
                 runs.push((member, None));
             }
         }

@@ -1,6 +1,7 @@
 //! The time limit of an execution.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::Thread;
 use std::time::{Duration, Instant};
 
 use super::options::{Progress, RunOptions};
@@ -8,6 +9,16 @@ use crate::error::StudyError;
 
 /// How often the time is compared with its limit.
 const POLL: Duration = Duration::from_millis(20);
+
+/// Ends the thread that watches the time when it is dropped, by a panic of the work too.
+struct Ending<'a>(&'a AtomicBool, &'a Thread);
+
+impl Drop for Ending<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+        self.1.unpark();
+    }
+}
 
 /// The work with the time limit of its options.
 pub(super) fn timed<T>(
@@ -38,6 +49,7 @@ pub(super) fn timed<T>(
                 std::thread::park_timeout(POLL);
             }
         });
+        let ending = Ending(&done, watch.thread());
         let inner = RunOptions {
             output: options.output.clone(),
             sweep: options.sweep.clone(),
@@ -47,8 +59,7 @@ pub(super) fn timed<T>(
             ..*options
         };
         let result = work(&inner);
-        done.store(true, Ordering::Relaxed);
-        watch.thread().unpark();
+        drop(ending);
         match result {
             Err(StudyError::Interrupted) if !options.cancel.load(Ordering::Relaxed) => {
                 Err(StudyError::TimeLimit { limit })

@@ -103,8 +103,8 @@ impl Specification for Cubic {
         true
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        Some(Self { linear: self.linear.faster(factor, dt), ..self.clone() }.into())
     }
 
     fn with_gamma(&self, gamma: f64) -> Option<ObserverKind> {

@@ -1,16 +1,18 @@
-//! The extended Kalman filter.
+//! The extended Kalman filter, and what it shares with the iterated one: the kinds `extended-kalman` and
+//! `iterated-extended-kalman`.
 
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_live as live;
 use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, SampledObserver};
+use luenberger_proof::wording::counted;
 use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{self, STAGES};
 use super::keys::{FILTER, OF_FILTER};
-use super::{Kind, as_kind};
+use super::{Kind, as_kind, iterated_extended_kalman};
 use crate::designed::{Filter, NonlinearStep, Running, StepOf, rows};
 use crate::model::Model;
 use crate::reader::{Given, Reader};
@@ -42,11 +44,10 @@ pub(super) static DECLARATION: Declaration = Declaration {
 };
 
 fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
-    let filter::Filter { w, v, p0, period, substeps, gate, smooth } = filter::read(given, reader)?;
-    Some(ExtendedKalman { w, v, p0, period, substeps, gate, smooth }.into())
+    Some(ExtendedKalman::of(filter::read(given, reader)?, None).into())
 }
 
-/// An extended Kalman filter.
+/// An extended Kalman filter, or an iterated one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExtendedKalman {
     /// W, n x n.
@@ -63,10 +64,18 @@ pub struct ExtendedKalman {
     pub gate: Option<f64>,
     /// Whether estimates on a log are smoothed.
     pub smooth: bool,
+    /// How often an iterated filter linearises each measurement; none for the other kind.
+    pub iterations: Option<usize>,
 }
 
 impl Specification for ExtendedKalman {
-    declared!();
+    fn name(&self) -> &'static str {
+        self.declaration().name
+    }
+
+    fn plant(&self) -> PlantClass {
+        self.declaration().plant
+    }
 
     fn period(&self) -> Option<f64> {
         Some(self.period)
@@ -85,8 +94,9 @@ impl Specification for ExtendedKalman {
     }
 
     fn seconds_of_steps(&self, duration: f64) -> f64 {
-        let n = self.w.nrows() as f64;
-        duration / self.period * STAGES * n * n * n * 4e-9
+        let (n, p) = (self.w.nrows() as f64, self.v.nrows() as f64);
+        let again = self.iterations.map_or(0.0, |iterations| iterations as f64 - 1.0);
+        duration / self.period * (STAGES * n + 4.0 * again * p) * n * n * 4e-9
     }
 }
 
@@ -102,21 +112,37 @@ impl Kind for ExtendedKalman {
 }
 
 impl ExtendedKalman {
+    /// The filter with these keys.
+    pub(super) fn of(keys: filter::Filter, iterations: Option<usize>) -> Self {
+        let filter::Filter { w, v, p0, period, substeps, gate, smooth } = keys;
+        Self { w, v, p0, period, substeps, gate, smooth, iterations }
+    }
+
+    fn declaration(&self) -> &'static Declaration {
+        if self.iterations.is_some() { &iterated_extended_kalman::DECLARATION } else { &DECLARATION }
+    }
+
     fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { w, v, p0, period, gate, .. } = self;
+        let Self { w, v, p0, period, gate, iterations, .. } = self;
         let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-        let mut filter = ExtendedKalmanFilter::discrete(model.clone(), noises, *period)?.with_prediction(prediction)?;
+        let mut filter = ExtendedKalmanFilter::discrete(model.clone(), noises, *period)?
+            .with_prediction(prediction)?
+            .with_iterations(iterations.unwrap_or(1))?;
         let gated = gate
             .map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
         if let Some(gate) = gate {
             filter = filter.with_gate(*gate)?;
         }
+        let linearised = iterations
+            .map_or_else(String::new, |iterations| format!(", each update linearised {}", counted(iterations, "time")));
+        let mut numbers = vec![number(Quantity::Period, *period)];
+        numbers.extend(iterations.map(|iterations| number("iterations", iterations as f64)));
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the gain is computed from the covariance along the estimate.{gated}"
+                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}"
             )),
             matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
-            numbers: vec![number(Quantity::Period, *period)],
+            numbers,
             ..uncertified("local convergence only")
         };
         Ok(Designed::new(filter.into(), report, None))
@@ -139,7 +165,11 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some(self)
     }
 
+    // The page has no iterated updates.
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        if self.iterations() > 1 {
+            return None;
+        }
         let noises = self.noise_model();
         let period = SampledObserver::<f64>::period(self);
         let [w, v, p0] = [&noises.w, &noises.v, &noises.p0].map(rows);
@@ -151,11 +181,9 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         let noises = self.noise_model();
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };
-            let filter = ExtendedKalmanFilter::discrete(plant, noises, SampledObserver::<f64>::period(self))?;
-            match self.gate() {
-                Some(gate) => filter.with_gate(gate),
-                None => Ok(filter),
-            }
+            let period = SampledObserver::<f64>::period(self);
+            let filter = ExtendedKalmanFilter::discrete(plant, noises, period)?.with_options_of(self)?;
+            filter.with_prediction(Prediction::Discrete)
         };
         let statement = "no theorem certifies an extended Kalman filter here.";
         let made_of = |filter| NonlinearStep::uncertified(ExportableObserver::Kalman(filter), statement);

@@ -1,4 +1,4 @@
-//! What the filters with a covariance share: `extended-kalman`, `ukf` and `mhe`.
+//! What the filters with a covariance share, those that are updated at samples.
 
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;

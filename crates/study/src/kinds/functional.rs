@@ -19,7 +19,7 @@ use super::declaration::{Declaration, Tuning};
 use super::reduced_order::{NOISE_PASSED, WithFeedthrough, norm};
 use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf, continuous, sampled};
-use crate::study::{GainSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Time};
+use crate::study::{GainSpec, ObserverKind, PlantClass, SamplingSpec, Specification, Time, faster_poles};
 use crate::synthesis::alternative::{list, rows};
 use crate::synthesis::{Designed, Plan, matrix, number, other_kinds, poles, uncertified};
 
@@ -113,8 +113,8 @@ impl Specification for Functional {
         dt.is_some()
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self { poles: self.poles.iter().map(|pole| pole * factor).collect(), ..self.clone() }.into())
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        Some(Self { poles: faster_poles(&self.poles, factor, dt), ..self.clone() }.into())
     }
 }
 
@@ -137,9 +137,16 @@ impl Kind for Functional {
             _ => return None,
         };
         let plant = plan.study.plant.model.linear()?;
-        let fastest = self.poles.iter().map(|pole| pole.re).fold(0.0, f64::min);
+        let dt = plan.study.plant.dt;
+        let fastest = match dt {
+            None => self.poles.iter().map(|pole| pole.re).fold(0.0, f64::min),
+            Some(_) => self.poles.iter().map(|pole| pole.norm()).fold(1.0, f64::min),
+        };
         // Poles a tenth apart, from the fastest one on.
-        let further = |count: usize| (0..count).map(move |i| short(fastest * (1.0 + 0.1 * (i + 1) as f64)));
+        let further = |count: usize| {
+            let faster = move |i: usize| faster_poles(&[fastest.into()], 1.0 + 0.1 * (i + 1) as f64, dt)[0].re;
+            (0..count).map(move |i| short(faster(i)))
+        };
         let mut ways = Vec::new();
         if let (LinalgError::NotFunctional { row, .. }, true) = (error, self.poles.iter().all(|pole| pole.im == 0.0)) {
             let mut longer = self.k.clone().insert_row(self.k.nrows(), 0.0);

@@ -202,7 +202,7 @@ pub struct HighGain {
 impl Specification for HighGain {
     declared!();
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+    fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
         Some(Self { r: self.r / factor, ..self.clone() }.into())
     }
 }

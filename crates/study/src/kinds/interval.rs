@@ -135,8 +135,8 @@ impl Specification for IntervalSpec {
         Some(&self.first)
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self { gain: self.gain.as_ref().map(|gain| gain.faster(factor)), ..self.clone() }.into())
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        Some(Self { gain: self.gain.as_ref().map(|gain| gain.faster(factor, dt)), ..self.clone() }.into())
     }
 }
 

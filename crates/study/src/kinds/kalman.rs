@@ -70,8 +70,8 @@ impl Specification for Kalman {
         self.0.is_filter
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self(self.0.faster(factor)).into())
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        Some(Self(self.0.faster(factor, dt)).into())
     }
 }
 

@@ -68,7 +68,7 @@ pub(crate) const W: Key = required("w", Type::Weight, "Intensity W of the proces
 pub(crate) const V: Key = required(
     "v",
     Type::Weight,
-    "Intensity V of the measurement noise, p x p; for extended-kalman, ukf and mhe its covariance at a sample.",
+    "Intensity V of the measurement noise, p x p; with `period` its covariance at a sample.",
 );
 pub(crate) const NOISE_ENTERING: Key = optional(
     "g",

@@ -123,7 +123,7 @@ impl Specification for Lipschitz {
         true
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+    fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
         Some(Self { rate: self.rate * factor, ..self.clone() }.into())
     }
 }

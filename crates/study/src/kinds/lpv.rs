@@ -106,7 +106,7 @@ impl Specification for Lpv {
         true
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+    fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
         let rate = match &self.rate {
             RateSpec::Rate(rate) => RateSpec::Rate(rate * factor),
             RateSpec::Fastest(ceiling) => RateSpec::Fastest(ceiling * factor),

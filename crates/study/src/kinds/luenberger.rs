@@ -71,8 +71,8 @@ impl Specification for Luenberger {
         true
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self(self.0.faster(factor)).into())
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        Some(Self(self.0.faster(factor, dt)).into())
     }
 }
 

@@ -140,7 +140,7 @@ impl Specification for MeanValue {
         true
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+    fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
         Some(Self { rate: self.rate * factor, ..self.clone() }.into())
     }
 }

@@ -45,6 +45,7 @@ mod h_infinity;
 mod high_gain;
 mod immersion_invariance;
 pub(crate) mod interval;
+mod iterated_extended_kalman;
 mod kalman;
 pub(crate) mod keys;
 mod kkl;
@@ -124,6 +125,7 @@ static KINDS: &[&Declaration] = &[
     &mean_value::DECLARATION,
     &high_gain::DECLARATION,
     &extended_kalman::DECLARATION,
+    &iterated_extended_kalman::DECLARATION,
     &ukf::DECLARATION,
     &mhe::DECLARATION,
     &kkl::DECLARATION,

@@ -20,7 +20,7 @@ use crate::keys::{Type, required};
 use crate::reader::{Given, Reader, check, gain};
 use crate::results::{DesignReport, NoObserver, Quantity};
 use crate::steps::recorded::{cast, recorded};
-use crate::study::{GainSpec, ObserverKind, PlantClass, Specification, Study, Time};
+use crate::study::{GainSpec, ObserverKind, PlantClass, Specification, Study, Time, faster_poles};
 use crate::synthesis::linear::measurement;
 use crate::synthesis::{
     Designed, Plan, Sampling, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of,
@@ -90,8 +90,8 @@ impl Specification for ReducedOrder {
         dt.is_some()
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self(self.0.iter().map(|pole| pole * factor).collect()).into())
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        Some(Self(faster_poles(&self.0, factor, dt)).into())
     }
 }
 

@@ -108,7 +108,7 @@ impl Specification for SlidingModeSpec {
     }
 
     // Gains as for a bound that is factor^n times as large: time in units of 1/factor.
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+    fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
         let power = |i: usize| factor.powi(i32::try_from(i + 1).unwrap_or(i32::MAX));
         let scaled = |gains: &Vec<f64>| gains.iter().enumerate().map(|(i, gain)| gain * power(i)).collect();
         Some(Self { gains: self.gains.as_ref().map(scaled), ..self.clone() }.into())

@@ -7,7 +7,7 @@ use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{Recorded, Recording};
 use luenberger_live as live;
 use luenberger_observers::{
-    CubicObserver, DiscreteForm, LinearObserver, Observer, ObserverError, SampledObserver, UnknownInputObserver,
+    CubicObserver, DiscreteForm, LinearObserver, Observer, SampledObserver, UnknownInputObserver,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
@@ -104,8 +104,8 @@ impl Specification for UnknownInput {
         Some(&self.e)
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        Some(Self { linear: self.linear.faster(factor), ..self.clone() }.into())
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        Some(Self { linear: self.linear.faster(factor, dt), ..self.clone() }.into())
     }
 
     fn updates(&self, dt: Option<f64>) -> bool {
@@ -278,16 +278,10 @@ impl Running for AtSamples {
         let state = self.initial(0.0, &xhat, &u, &y);
         let start = xhat.iter().chain(state.iter().take(size.state)).copied().collect();
         let c = &observer.inner().c;
-        let make = || without_disturbance(observer, over_recorded(observer.inner()));
+        let make = || observer.cast();
         let predicted = |xhat: &[Recorded]| (cast(c) * DVector::from_column_slice(xhat)).as_slice().to_vec();
         step_at_samples(of, make, (names, start), predicted).map(Some)
     }
-}
-
-/// The same over the scalar that records.
-fn over_recorded(of: &LinearObserver<f64, Dyn, Dyn, Dyn>) -> LinearObserver<Recorded, Dyn, Dyn, Dyn> {
-    let LinearObserver { a, b, c, d, l } = of;
-    LinearObserver { a: cast(a), b: cast(b), c: cast(c), d: d.as_ref().map(cast), l: cast(l) }
 }
 
 /// What the step has in addition to the observer in continuous time.
@@ -302,7 +296,7 @@ impl Running for WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>> {
     }
 
     fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
-        recorded(recording, &without_disturbance(self, over_recorded(self.inner()))?)
+        recorded(recording, &self.cast()?)
     }
 
     fn remark_of_step(&self) -> &'static str {
@@ -319,25 +313,12 @@ impl Running for WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {
     }
 
     fn record(&self, _of: &StepOf<'_>, recording: &mut Recording) -> Result<RecordedObserver, NoObserver> {
-        let CubicObserver { a, b, c, d, l, n, theta } = self.inner();
-        let (a, b, c, d) = (cast(a), cast(b), cast(c), d.as_ref().map(cast));
-        let inner = CubicObserver { a, b, c, d, l: cast(l), n: cast(n), theta: cast(theta) };
-        recorded(recording, &without_disturbance(self, inner)?)
+        recorded(recording, &self.cast()?)
     }
 
     fn remark_of_step(&self) -> &'static str {
         REMARK
     }
-}
-
-fn without_disturbance<O, I>(
-    decoupled: &WithoutDisturbance<O>,
-    inner: I,
-) -> Result<UnknownInputObserver<I, Recorded, Dyn, Dyn, Dyn>, ObserverError>
-where
-    I: Observer<Recorded>,
-{
-    UnknownInputObserver::new(inner, cast(decoupled.h()), decoupled.d().map(cast))
 }
 
 fn tuned(context: &Context<'_>) -> Result<Vec<Keys>, String> {

@@ -42,10 +42,13 @@ pub(super) fn log(
     node: &Node,
     columns: &Columns,
     (between, estimates): (BetweenRows, Estimates),
+    every_row: bool,
     reader: &mut Reader,
 ) -> Option<Log> {
     let Columns { time, inputs, outputs, states } = columns;
     read(node, reader, |table| {
+        let counting = every_row.then(|| table.clone().counting_repeats());
+        let table = counting.as_ref().unwrap_or(table);
         let recording = table.recording(time, inputs, outputs)?;
         let truth = states.as_ref().map(|states| {
             let states: Vec<Option<&str>> = states.iter().map(Option::as_deref).collect();

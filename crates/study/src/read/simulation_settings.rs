@@ -304,7 +304,8 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
         Some("held") => BetweenRows::Held,
         _ => BetweenRows::Predicted,
     };
-    super::csv::log(node.get("file")?, &columns, (between, estimates(node)), reader)
+    let every_row = node.get("repeats").and_then(Node::text) == Some("measured");
+    super::csv::log(node.get("file")?, &columns, (between, estimates(node)), every_row, reader)
 }
 
 /// Which estimates of filters are scored.

@@ -2,9 +2,13 @@
 
 use ::toml::Spanned;
 use ::toml::de::{DeTable, DeValue};
+use luenberger_proof::wording::counted;
 
 use crate::diagnostic::Diagnostic;
 use crate::reader::tree::{Entry, Node, Value};
+
+/// The most syntax errors that are said: a file that is no study has one in every line.
+const MOST: usize = 3;
 
 /// The tree of a TOML document, and its syntax errors.
 pub(super) fn tree(text: &str) -> (Node, Vec<Diagnostic>) {
@@ -17,7 +21,14 @@ pub(super) fn tree(text: &str) -> (Node, Vec<Diagnostic>) {
         };
         Diagnostic::new(span, message, expected)
     });
-    let mistakes = mistakes.collect();
+    let mut mistakes: Vec<Diagnostic> = mistakes.collect();
+    if let Some(more) = mistakes.len().checked_sub(MOST).filter(|more| *more > 0) {
+        mistakes.truncate(MOST);
+        let last = mistakes
+            .pop()
+            .map(|last| last.help(format!("and {}: is this a study in TOML?", counted(more, "more syntax error"))));
+        mistakes.extend(last);
+    }
     let span = table.span();
     (Node { span, value: Value::Table(entries(table.get_ref())) }, mistakes)
 }

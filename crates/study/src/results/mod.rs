@@ -450,6 +450,9 @@ pub struct FactReport {
     /// Whether it is stated at a vertex of a polytope.
     #[serde(skip)]
     pub is_at_vertex: bool,
+    /// Whether its words name a margin: the verified one, or that of floating point where it is undecided.
+    #[serde(skip)]
+    pub names_margin: bool,
     /// Its number in its paper, in brackets.
     #[serde(skip)]
     pub equation: Option<String>,
@@ -461,7 +464,7 @@ impl FactReport {
     pub(crate) fn of_region(statement: &str, words: String, margin: Option<f64>) -> Self {
         let margin = margin.filter(|margin| margin.is_finite());
         let (statement, verdict) = (statement.to_owned(), DesignVerdict::of_region());
-        Self { statement, verdict, margin, words, is_at_vertex: false, equation: None }
+        Self { statement, verdict, margin, words, is_at_vertex: false, names_margin: false, equation: None }
     }
 }
 

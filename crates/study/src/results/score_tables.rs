@@ -69,9 +69,9 @@ fn settling(time: Option<f64>, initial: f64) -> Score {
     }
 }
 
-/// Marks the best score of each column, unless all are written alike.
-fn with_best(rows: Vec<(Vec<ScoreCell>, Vec<Score>)>) -> Vec<Vec<ScoreCell>> {
-    let columns = rows.first().map_or(0, |(_, scores)| scores.len());
+/// Marks the best score of each column, unless all are written alike. None of observers that are not `comparable`.
+fn with_best(rows: Vec<(Vec<ScoreCell>, Vec<Score>)>, comparable: bool) -> Vec<Vec<ScoreCell>> {
+    let columns = rows.first().filter(|_| comparable).map_or(0, |(_, scores)| scores.len());
     let best: Vec<Option<String>> = (0..columns)
         .map(|j| {
             let column: Vec<&Score> = rows.iter().map(|(_, scores)| &scores[j]).collect();
@@ -80,7 +80,7 @@ fn with_best(rows: Vec<(Vec<ScoreCell>, Vec<Score>)>) -> Vec<Vec<ScoreCell>> {
         })
         .collect();
     let marked = |(names, scores): (Vec<ScoreCell>, Vec<Score>)| {
-        let scores = scores.into_iter().zip(&best);
+        let scores = scores.into_iter().zip(best.iter().chain(std::iter::repeat(&None)));
         let scores = scores
             .map(|((cell, x), best)| ScoreCell { best: x.is_some() && best.as_ref() == Some(&cell.text), ..cell });
         names.into_iter().chain(scores).collect()
@@ -94,7 +94,8 @@ fn head(columns: &[&str]) -> Vec<String> {
 
 fn of_norm(norm: &NormReport) -> Vec<Score> {
     vec![
-        settling(norm.settling_first, norm.initial),
+        // An error that crosses the band and leaves it has not converged: this is no merit by itself.
+        (settling(norm.settling_first, norm.initial).0, None),
         settling(norm.settling_last, norm.initial),
         plain(norm.peak),
         plain(norm.rms),
@@ -128,6 +129,12 @@ impl SimulationReport {
         self.rows.iter().filter_map(|row| Some((row, row.merits.as_ref()?)))
     }
 
+    /// Whether all observers that finished were given the same estimate at the start.
+    pub fn same_start(&self) -> bool {
+        let mut starts = self.finished().map(|(row, _)| &row.initial);
+        starts.next().is_none_or(|first| starts.all(|start| start == first))
+    }
+
     /// The scores of the norm of each observer that finished; none without a scale, or if no run finished.
     pub fn norm_table(&self, plant: &PlantSummary) -> Option<ScoreTable> {
         let timed = |text: &str| with_unit(text, plant.time_unit.as_ref());
@@ -143,7 +150,7 @@ impl SimulationReport {
             "rms |e|",
             "|e| at the end",
         ]);
-        (!rows.is_empty()).then(|| ScoreTable { head, rows: with_best(rows), omitted: 0 })
+        (!rows.is_empty()).then(|| ScoreTable { head, rows: with_best(rows, self.same_start()), omitted: 0 })
     }
 
     /// The scores of the first `most` states, the observers compared state by state; none if no run finished.
@@ -166,6 +173,7 @@ impl SimulationReport {
             rows.extend(with_best(
                 of.map(|(row, state)| (vec![labelled(state), ScoreCell::name(&row.observer)], of_state(state)))
                     .collect(),
+                self.same_start(),
             ));
         }
         let mut head = head(&["error of", "observer"]);

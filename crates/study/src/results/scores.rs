@@ -72,6 +72,8 @@ pub struct ScoringReport {
 pub struct RunReport {
     /// The observer.
     pub observer: String,
+    /// The estimate it is given at the start.
+    pub initial: Vec<f64>,
     /// The scores; none if the run ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub merits: Option<MeritsReport>,

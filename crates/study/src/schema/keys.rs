@@ -357,16 +357,28 @@ const LOG: Table = Table {
     variants: None,
     keys: &[
         required("file", Type::Text, "A CSV file with a header; its path is relative to the folder of the study."),
-        optional("time", Type::Text, "Name of the column of times, which must increase (default t)."),
+        optional(
+            "time",
+            Type::Text,
+            "The column of times: numbers, dates or times of day, or an expression such as \"stamp/1e6\" (default t).",
+        ),
         optional(
             "inputs",
             Type::Texts,
-            "Names of the columns of the inputs (default: the names of the plant's inputs).",
+            "The columns of the inputs, or expressions of columns (default: the names of the plant's inputs).",
         ),
         optional(
             "outputs",
             Type::Texts,
-            "Names of the columns of the outputs (default: the names of the plant's outputs).",
+            "The columns of the outputs, or expressions of columns, such as \"acc_x/9.81\" (default: the names of the plant's outputs).",
+        ),
+        optional(
+            "repeats",
+            Type::Choice(&[
+                ("once", "A value that the logger repeats until the next measurement counts once."),
+                ("measured", "Every row is a measurement."),
+            ]),
+            "What an output is that repeats its values in a rhythm (default once).",
         ),
         optional(
             "states",

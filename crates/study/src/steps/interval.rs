@@ -6,12 +6,11 @@ use luenberger_design::{
 use luenberger_export::step::RecordedStep;
 use luenberger_export::{ExportError, Scalar};
 use luenberger_expression::{Recorded, record};
-use luenberger_observers::{ObserverDimensions, SampledIntervalGains, SampledIntervalObserver, SampledObserver};
+use luenberger_observers::{ObserverDimensions, SampledIntervalObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::statement::Format;
-use nalgebra::{DMatrix, DVector, Dyn, convert};
+use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::recorded::cast;
 use super::{Evidence, proved_line};
 use crate::designed::IntervalDeployment;
 use crate::operation;
@@ -191,24 +190,9 @@ pub(crate) fn program(
     observer: &SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>,
 ) -> Result<RecordedStep<f64>, String> {
     record(|recording| {
-        let SampledIntervalGains { f, g, c, l, blocks, constant, of_estimate, of_input, h, outward, start, period } =
-            observer.gains();
-        let same = SampledIntervalObserver::<Recorded, Dyn, Dyn, Dyn, Dyn, Dyn>::new(SampledIntervalGains {
-            f: cast(f),
-            g: cast(g),
-            c: cast(c),
-            l: cast(l),
-            blocks: cast(blocks),
-            constant: constant.map(convert),
-            of_estimate: cast(of_estimate),
-            of_input: cast(of_input),
-            h: cast(h),
-            outward: convert(*outward),
-            start: start.map(convert),
-            period: convert(*period),
-        })
-        .map_err(|error| error.to_string())?;
-        let n = f.nrows();
+        let same = observer.cast::<Recorded>().map_err(|error| error.to_string())?;
+        let c = &same.gains().c;
+        let n = c.ncols();
         let size = same.dimensions();
         let size = ObserverDimensions { state: size.state + n, estimate: size.state + n, ..size };
         let step = |t, z: &[Recorded], u: &[Recorded], y: &[Recorded]| {
@@ -219,8 +203,7 @@ pub(crate) fn program(
             let (xhat, rho) = (state.iter().take(n), state.iter().skip(n));
             xhat.chain(widths.iter()).chain(rho).copied().collect()
         };
-        let output =
-            |_, z: &[Recorded]| (cast(c) * DVector::from_iterator(n, z.iter().take(n).copied())).as_slice().to_vec();
-        RecordedStep::new(recording, size, *period, step, output).map_err(|error| error.to_string())
+        let output = |_, z: &[Recorded]| (c * DVector::from_iterator(n, z.iter().take(n).copied())).as_slice().to_vec();
+        RecordedStep::new(recording, size, observer.period(), step, output).map_err(|error| error.to_string())
     })
 }

@@ -184,9 +184,10 @@ pub trait Specification: Setting {
         None
     }
 
-    /// The same with poles and rates scaled by `factor`; none if it has neither.
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
-        let _ = factor;
+    /// The same `factor` times as fast, in its poles and rates, for a plant in continuous time, or in discrete time
+    /// with the period `dt`; none if it has neither.
+    fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
+        let _ = (factor, dt);
         None
     }
 
@@ -310,9 +311,9 @@ impl ObserverKind {
         bounded.then_some(region)
     }
 
-    /// The same specification with poles and rates scaled by `factor`.
+    /// The same specification `factor` times as fast, in its poles and rates.
     #[must_use]
-    pub fn faster(&self, factor: f64) -> Self {
-        self.0.faster(factor).unwrap_or_else(|| self.clone())
+    pub fn faster(&self, factor: f64, dt: Option<f64>) -> Self {
+        self.0.faster(factor, dt).unwrap_or_else(|| self.clone())
     }
 }

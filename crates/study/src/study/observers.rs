@@ -113,6 +113,28 @@ pub enum GainSpec {
     Given(DMatrix<f64>),
 }
 
+/// Poles that are `factor` times as fast: `factor s` in continuous time, and `z^factor` in discrete time with the
+/// period `dt`, where `z = exp(s dt)`.
+///
+/// A real pole stays real with its sign, and conjugates stay conjugates: a negative z is no `exp(s dt)` of a real s.
+///
+/// ```
+/// use luenberger_study::study::faster_poles;
+/// // exp(-1 dt) becomes exp(-2 dt).
+/// let z = |s: f64| (0.1 * s).exp();
+/// let faster = faster_poles(&[z(-1.0).into()], 2.0, Some(0.1));
+/// assert!((faster[0].re - z(-2.0)).abs() < 1e-15);
+/// assert_eq!(faster_poles(&[(-1.0).into()], 2.0, None)[0].re, -2.0);
+/// ```
+pub fn faster_poles(poles: &[Complex<f64>], factor: f64, dt: Option<f64>) -> Vec<Complex<f64>> {
+    let faster = |pole: &Complex<f64>| match dt {
+        None => pole * factor,
+        Some(_) if pole.im == 0.0 => Complex::from(pole.re.abs().powf(factor).copysign(pole.re)),
+        Some(_) => pole.powf(factor),
+    };
+    poles.iter().map(faster).collect()
+}
+
 /// Gain specification of a copy of a nonlinear plant.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RateSpec {
@@ -130,11 +152,12 @@ impl LinearSpec {
         matches!(self.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
     }
 
-    /// The same with poles and rates scaled by `factor`.
+    /// The same `factor` times as fast, for a plant in continuous time, or in discrete time with the period `dt`: poles
+    /// by [`faster_poles`], and rates times the factor, since they are per unit of time in both.
     #[must_use]
-    pub fn faster(&self, factor: f64) -> Self {
+    pub fn faster(&self, factor: f64, dt: Option<f64>) -> Self {
         let gain = match &self.gain {
-            GainSpec::Poles(poles) => GainSpec::Poles(poles.iter().map(|pole| pole * factor).collect()),
+            GainSpec::Poles(poles) => GainSpec::Poles(faster_poles(poles, factor, dt)),
             GainSpec::DecayRate(rate) => GainSpec::DecayRate(rate * factor),
             other => other.clone(),
         };

@@ -15,6 +15,7 @@ pub(crate) use alternative::other_kinds;
 pub use plan::{Plan, Sampling};
 
 use luenberger_design::{Certificate, Fact};
+use luenberger_plants::serialization::rows;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::{at_least, significant};
@@ -24,8 +25,7 @@ pub(crate) use crate::designed::Designed;
 use crate::results::{DesignReport, DesignVerdict, FactReport, Label, NamedMatrix, NamedNumber, Rounding, Statement};
 
 pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
-    let rows = m.row_iter().map(|row| row.iter().copied().collect()).collect();
-    NamedMatrix { name: name.to_owned(), rows }
+    NamedMatrix { name: name.to_owned(), rows: rows(m) }
 }
 
 /// A computed number.
@@ -81,6 +81,11 @@ fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
         margin: fact.verdict.margin(),
         words,
         is_at_vertex: fact.vertex.is_some(),
+        names_margin: match &fact.verdict {
+            Verdict::Proved { .. } => true,
+            Verdict::Refuted { .. } => false,
+            Verdict::Undecided { best, .. } => !best.is_nan(),
+        },
         equation: equation(&fact.inequality).map(str::to_owned),
     }
 }

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use luenberger_proof::wording::counted;
 use luenberger_sim::SimError;
 
 use super::LARGEST;
@@ -56,7 +57,7 @@ pub enum TableError {
         second: usize,
     },
     /// A line with more or fewer cells than columns.
-    #[error("line {line} has {found} cells where the table has {expected} columns{}", if found > expected {
+    #[error("line {line} has {} where the table has {}{}", counted(*found, "cell"), counted(*expected, "column"), if found > expected {
         "; a decimal comma needs semicolons or tabs between the cells"
     } else {
         ""
@@ -122,7 +123,7 @@ pub enum TableError {
         known: Vec<String>,
     },
     /// Too few lines.
-    #[error("the table has {rows} rows; at least {needed} are needed")]
+    #[error("the table has {}; at least {needed} are needed", counted(*rows, "row"))]
     TooFewRows {
         /// Number of rows.
         rows: usize,
@@ -137,8 +138,28 @@ pub enum TableError {
         /// The time.
         time: f64,
     },
-    /// Times that do not increase.
-    #[error("line {line}: the time {next} does not come after {previous}, the time of the row before")]
+    /// Two values of an output at one time.
+    #[error("line {line}, column {column} ({name}): this time has another value in the row before")]
+    TwoValues {
+        /// The line of the second.
+        line: u64,
+        /// The column.
+        column: usize,
+        /// The name of the column, or the expression.
+        name: String,
+    },
+    /// Something that is neither the name of a column nor an expression of columns.
+    #[error("`{text}` is no column, and no expression of columns: {why}")]
+    Expression {
+        /// The text.
+        text: String,
+        /// Why not.
+        why: String,
+    },
+    /// Times that decrease.
+    #[error(
+        "line {line}: the time {next} comes before {previous}, the time of the row above; where the logger started again begins another log"
+    )]
     TimesUnsorted {
         /// The line of the second of the two.
         line: u64,

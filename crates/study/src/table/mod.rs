@@ -5,19 +5,28 @@
 //! or tabs. A cell that is blank, `NaN`, `NA` or `null` is a missing value. A name may have a unit in brackets, which
 //! is left out when the column is looked for: `voltage [V]` is `voltage`. Text in a column that is not used is no
 //! mistake; every other one is reported with line and column.
+//!
+//! In place of a name may stand an expression of columns, such as `acc_x/9.81` or `(stamp - 1.7e9)/1e6`; a column of
+//! that name comes first. The column of times may have dates or times of day in place of numbers: they are seconds
+//! since the first row. Rows of one time, of sensors that measure independently of each other, are one row of a log.
 
 mod cell;
 mod error;
+mod moment;
+mod repeats;
 mod suspicion;
 
+use std::borrow::Cow;
+use std::ops::Range;
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
-use luenberger_expression::nearest;
+use luenberger_expression::{Expression, Scope, Variable, nearest};
 use luenberger_sim::{Recording, SampleInterpolation, Samples};
 use nalgebra::DMatrix;
 
 use cell::{Cell, Decimal};
+use moment::Moment;
 
 pub use error::TableError;
 pub use suspicion::Suspicion;
@@ -44,7 +53,40 @@ fn without_unit(name: &str) -> &str {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Column {
     values: Vec<Option<f64>>,
+    /// Its moments, as long as every cell is a date, a time of day, or blank.
+    moments: Vec<Moment>,
+    /// The first cell that is neither number nor blank.
     wrong: Option<(u64, String)>,
+    /// Whether a cell is a number, or text that is no moment: then it has no moments.
+    is_settled: bool,
+}
+
+impl Column {
+    /// Reads a cell that is not a number: a moment, if every cell above is blank or one too.
+    fn other(&mut self, line: u64, text: &str) {
+        match moment::moment(text).filter(|_| !self.is_settled) {
+            Some(moment) => self.moments.push(moment),
+            None => self.settle(),
+        }
+        self.wrong.get_or_insert_with(|| (line, text.to_owned()));
+    }
+
+    /// From here on it is no column of moments.
+    fn settle(&mut self) {
+        if !self.is_settled {
+            self.is_settled = true;
+            self.moments = Vec::new();
+        }
+    }
+}
+
+/// How the values of rows of one time are one value.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Together {
+    /// The last one holds, as of an input that is set.
+    Last,
+    /// There is one only, as of a sensor.
+    Only,
 }
 
 /// Named columns of finite numbers, of equal length; values may be missing.
@@ -56,6 +98,8 @@ pub struct Table {
     decimal: Option<Decimal>,
     /// The line of each row.
     lines: Vec<u64>,
+    /// Whether every row of a repeated output is a measurement.
+    every_row: bool,
 }
 
 impl Table {
@@ -130,6 +174,10 @@ impl Table {
             names.pop();
         }
         for (k, name) in names.iter().enumerate() {
+            // Tables of pandas begin with a column without a name: the numbers of the rows.
+            if k == 0 && name.is_empty() && names.len() > 1 {
+                continue;
+            }
             if name.is_empty() || name.parse::<f64>().is_ok() {
                 return Err(TableError::NoHeader { line, column: k + 1, cell: name.clone() });
             }
@@ -137,7 +185,8 @@ impl Table {
                 return Err(TableError::DuplicateColumn { name: name.clone(), first: first + 1, second: k + 1 });
             }
         }
-        Ok(Self { columns: vec![Column::default(); names.len()], names, separator, decimal: None, lines: Vec::new() })
+        let (columns, lines) = (vec![Column::default(); names.len()], Vec::new());
+        Ok(Self { columns, names, separator, decimal: None, lines, every_row: false })
     }
 
     fn row(&mut self, line: u64, record: &StringRecord) -> Result<(), TableError> {
@@ -153,10 +202,13 @@ impl Table {
         }
         for (column, text) in self.columns.iter_mut().zip(record) {
             let value = match cell::cell(text, self.separator, &mut self.decimal) {
-                Cell::Number(value) if value.is_finite() => Some(value),
+                Cell::Number(value) if value.is_finite() => {
+                    column.settle();
+                    Some(value)
+                }
                 Cell::Missing => None,
                 Cell::Number(_) | Cell::Wrong(_) => {
-                    column.wrong.get_or_insert_with(|| (line, text.to_owned()));
+                    column.other(line, text);
                     None
                 }
             };
@@ -187,7 +239,7 @@ impl Table {
         Err(TableError::MissingColumn {
             name: name.to_owned(),
             nearest: nearest(name, self.names.iter().map(|name| without_unit(name))).map(str::to_owned),
-            known: self.names.clone(),
+            known: self.names.iter().filter(|name| !name.is_empty()).cloned().collect(),
         })
     }
 
@@ -219,16 +271,62 @@ impl Table {
         cells.map(|(cell, line)| cell.ok_or_else(|| missing(*line))).collect()
     }
 
-    /// The time column, which must be increasing and have at least two rows.
-    fn times(&self, name: &str) -> Result<Vec<f64>, TableError> {
-        let t = self.column(name)?;
+    /// The column of that name or the values of an expression of columns, in which values may be missing; and the place
+    /// of the column, or of the first one in the expression.
+    fn reading(&self, name: &str) -> Result<(usize, Cow<'_, [Option<f64>]>), TableError> {
+        let missing = match self.index(name) {
+            Ok(k) => return Ok((k, self.values(name)?.into())),
+            Err(missing) => missing,
+        };
+        let is_expression = |c: char| "+-*/^()".contains(c);
+        if !name.contains(is_expression) {
+            return Err(missing);
+        }
+        let names = self.names.iter().enumerate().map(|(k, name)| (without_unit(name).to_owned(), Variable::State(k)));
+        let expression = Expression::parse(name, &Scope::variables(self.names.len(), 0, names));
+        let expression = expression
+            .map_err(|error| TableError::Expression { text: name.to_owned(), why: error.kind().to_string() })?;
+        // `t` is a name of its own in expressions; here it is the column.
+        let time = if expression.uses_time() { Some(self.index("t")?) } else { None };
+        let is_used = |k: &usize| time == Some(*k) || expression.depends_on_state(*k);
+        let used: Vec<usize> = (0..self.names.len()).filter(is_used).collect();
+        let Some(first) = used.first().copied() else {
+            let why = "no column occurs in it".to_owned();
+            return Err(TableError::Expression { text: name.to_owned(), why });
+        };
+        let columns = used.iter().map(|k| self.values(&self.names[*k])).collect::<Result<Vec<_>, _>>()?;
+        let mut x = vec![f64::NAN; self.names.len()];
+        let value = |i: usize| {
+            for (k, column) in used.iter().zip(&columns) {
+                let Some(value) = column[i] else { return Ok(None) };
+                x[*k] = value;
+            }
+            let value = expression.evaluate(time.map_or(f64::NAN, |k| x[k]), &x, &[]);
+            let wrong =
+                || TableError::NotFinite { line: self.lines[i], column: first + 1, name: name.to_owned(), value };
+            if value.is_finite() { Ok(Some(value)) } else { Err(wrong()) }
+        };
+        Ok((first, (0..self.rows()).map(value).collect::<Result<Vec<_>, _>>()?.into()))
+    }
+
+    /// The time column, which must not decrease and have at least two rows.
+    fn instants(&self, name: &str) -> Result<Vec<f64>, TableError> {
+        let t = match self.index(name).map(|k| &self.columns[k].moments) {
+            Ok(moments) if !moments.is_empty() && moments.len() == self.rows() => {
+                // Of different kinds: the error is that of a column of numbers.
+                moment::seconds(moments).map_or_else(|| self.column(name), Ok)?
+            }
+            _ => {
+                let (k, values) = self.reading(name)?;
+                let missing = |line: u64| TableError::Missing { line, column: k + 1, name: self.names[k].clone() };
+                let cells = values.iter().zip(&self.lines);
+                cells.map(|(cell, line)| cell.ok_or_else(|| missing(*line))).collect::<Result<_, _>>()?
+            }
+        };
         if t.len() < 2 {
             return Err(TableError::TooFewRows { rows: t.len(), needed: 2 });
         }
         for (pair, line) in t.windows(2).zip(&self.lines[1..]) {
-            if pair[1] == pair[0] {
-                return Err(TableError::TimeTwice { line: *line, time: pair[1] });
-            }
             if pair[1] < pair[0] {
                 return Err(TableError::TimesUnsorted { line: *line, previous: pair[0], next: pair[1] });
             }
@@ -236,10 +334,50 @@ impl Table {
         Ok(t)
     }
 
-    /// Columns in which values may be missing.
-    fn matrix<S: AsRef<str>>(&self, names: &[S]) -> Result<DMatrix<Option<f64>>, TableError> {
-        let columns = names.iter().map(|name| self.values(name.as_ref())).collect::<Result<Vec<_>, _>>()?;
-        Ok(DMatrix::from_fn(self.rows(), names.len(), |i, j| columns[j][i]))
+    /// The time column, in which each row has a time of its own.
+    fn times(&self, name: &str) -> Result<Vec<f64>, TableError> {
+        let t = self.instants(name)?;
+        match t.windows(2).position(|pair| pair[1] == pair[0]) {
+            Some(k) => Err(TableError::TimeTwice { line: self.lines[k + 1], time: t[k] }),
+            None => Ok(t),
+        }
+    }
+
+    /// The times of a log, and the rows of each.
+    fn distinct_times(&self, name: &str) -> Result<(Vec<f64>, Vec<Range<usize>>), TableError> {
+        let t = self.instants(name)?;
+        let starts: Vec<usize> = (0..t.len()).filter(|&k| k == 0 || t[k] > t[k - 1]).collect();
+        let ends = starts.iter().skip(1).copied().chain([t.len()]);
+        let rows: Vec<Range<usize>> = starts.iter().zip(ends).map(|(start, end)| *start..end).collect();
+        if rows.len() < 2 {
+            return Err(TableError::TooFewRows { rows: rows.len(), needed: 2 });
+        }
+        Ok((starts.into_iter().map(|k| t[k]).collect(), rows))
+    }
+
+    /// Columns in which values may be missing, with one row for each of these groups of rows.
+    fn matrix<S: AsRef<str>>(
+        &self,
+        names: &[S],
+        rows: &[Range<usize>],
+        together: Together,
+    ) -> Result<DMatrix<Option<f64>>, TableError> {
+        let mut matrix = DMatrix::from_element(rows.len(), names.len(), None);
+        for (j, name) in names.iter().enumerate() {
+            let (column, values) = self.reading(name.as_ref())?;
+            for (i, group) in rows.iter().enumerate() {
+                let mut given = group.clone().filter_map(|row| Some((row, values[row]?)));
+                let Some((_, first)) = given.next() else { continue };
+                let other = given.filter(|(_, value)| *value != first).last();
+                if let (Some((row, _)), Together::Only) = (other, together) {
+                    let (line, name) = (self.lines[row], name.as_ref().to_owned());
+                    return Err(TableError::TwoValues { line, column: column + 1, name });
+                }
+                let last = group.clone().rev().find_map(|row| values[row]);
+                matrix[(i, j)] = last;
+            }
+        }
+        Ok(matrix)
     }
 
     /// Some columns as a function of the time column.
@@ -264,15 +402,24 @@ impl Table {
     /// # Errors
     /// [`TableError::MissingColumn`], [`TableError::TooFewRows`], [`TableError::TimesUnsorted`].
     pub fn samples_with_missing(&self, time: &str, columns: &[Option<&str>]) -> Result<Samples, TableError> {
-        let none = vec![None; self.rows()];
-        let columns = columns.iter().map(|name| name.map_or(Ok(&none[..]), |name| self.values(name)));
-        let columns = columns.collect::<Result<Vec<_>, _>>()?;
-        let values = DMatrix::from_fn(self.rows(), columns.len(), |i, j| columns[j][i]);
-        Ok(Samples::with_missing(self.times(time)?, &values, SampleInterpolation::ZeroOrderHold)?)
+        let (t, rows) = self.distinct_times(time)?;
+        let mut values = DMatrix::from_element(rows.len(), columns.len(), None);
+        for (j, name) in columns.iter().enumerate().filter_map(|(j, name)| Some((j, (*name)?))) {
+            values.set_column(j, &self.matrix(&[name], &rows, Together::Last)?.column(0));
+        }
+        Ok(Samples::with_missing(t, &values, SampleInterpolation::ZeroOrderHold)?)
     }
 
-    /// A measured log: the columns of the time, of the inputs and of the outputs. Values of inputs and outputs may be
-    /// missing.
+    /// The same table, in which every row of a repeated output is a measurement; otherwise the first of the rows that
+    /// repeat it in a rhythm is.
+    #[must_use]
+    pub fn counting_repeats(self) -> Self {
+        Self { every_row: true, ..self }
+    }
+
+    /// A measured log: the columns of the time, of the inputs and of the outputs, or expressions of columns. Values of
+    /// inputs and outputs may be missing. Rows of one time are one row: an output has one value at a time, and of an
+    /// input the last holds.
     ///
     /// ```
     /// use luenberger_study::table::Table;
@@ -288,17 +435,40 @@ impl Table {
     /// [`TableError::MissingColumn`], [`TableError::TooFewRows`], [`TableError::TimesUnsorted`],
     /// [`TableError::Missing`] for a time and for an input in the first row.
     pub fn recording<S: AsRef<str>>(&self, time: &str, inputs: &[S], outputs: &[S]) -> Result<Recording, TableError> {
-        let t = self.times(time)?;
-        for name in inputs {
-            let (name, k) = (name.as_ref(), self.index(name.as_ref())?);
-            if self.values(name)?.first().is_some_and(Option::is_none) {
-                return Err(TableError::Missing { line: self.lines[0], column: k + 1, name: self.names[k].clone() });
-            }
-        }
-        Ok(Recording::with_missing(t, &self.matrix(inputs)?, &self.matrix(outputs)?)?)
+        Ok(self.log(time, inputs, outputs)?.0)
     }
 
-    /// Suspicious data of a log: gaps, missing values, and outputs that are constant or stay at a limit.
+    /// A measured log, and in how many rows each output is repeated.
+    fn log<S: AsRef<str>>(
+        &self,
+        time: &str,
+        inputs: &[S],
+        outputs: &[S],
+    ) -> Result<(Recording, Vec<Option<usize>>), TableError> {
+        let (t, rows) = self.distinct_times(time)?;
+        let u = self.matrix(inputs, &rows, Together::Last)?;
+        if let Some(j) = (0..inputs.len()).find(|j| u[(0, *j)].is_none()) {
+            let (k, _) = self.reading(inputs[j].as_ref())?;
+            return Err(TableError::Missing { line: self.lines[0], column: k + 1, name: self.names[k].clone() });
+        }
+        let mut y = self.matrix(outputs, &rows, Together::Only)?;
+        let mut repeated = vec![None; outputs.len()];
+        for (j, repeated) in repeated.iter_mut().enumerate().filter(|_| !self.every_row) {
+            let there: Vec<usize> = (0..rows.len()).filter(|i| y[(*i, j)].is_some()).collect();
+            let values: Vec<f64> = there.iter().filter_map(|i| y[(*i, j)]).collect();
+            let Some(rhythm) = repeats::measured(&values) else { continue };
+            let mut measured = rhythm.rows.iter().peekable();
+            for (k, &i) in there.iter().enumerate() {
+                if measured.next_if(|row| **row == k).is_none() {
+                    y[(i, j)] = None;
+                }
+            }
+            *repeated = Some(rhythm.each);
+        }
+        Ok((Recording::with_missing(t, &u, &y)?, repeated))
+    }
+
+    /// Suspicious data of a log: gaps, missing values, and outputs that are constant, repeated or stay at a limit.
     ///
     /// # Errors
     /// As [`recording`](Self::recording).
@@ -308,9 +478,9 @@ impl Table {
         inputs: &[S],
         outputs: &[S],
     ) -> Result<Vec<Suspicion>, TableError> {
-        let recording = self.recording(time, inputs, outputs)?;
+        let (recording, repeated) = self.log(time, inputs, outputs)?;
         let inputs: Vec<&str> = inputs.iter().map(AsRef::as_ref).collect();
         let outputs: Vec<&str> = outputs.iter().map(AsRef::as_ref).collect();
-        Ok(suspicion::suspicions(&recording, &inputs, &outputs))
+        Ok(suspicion::suspicions(&recording, time, (&inputs, &outputs), &repeated))
     }
 }

@@ -71,6 +71,7 @@ fn what_applies_to_a_nonlinear_plant_is_run_and_the_rest_has_its_hypothesis() {
     };
     assert!(why("kalman").contains("d(lower')/d(upper) alone goes from 0.143 to 0.516"), "{}", why("kalman"));
     assert!(why("mean-value").contains("level measures lower, not upper"));
+    assert_eq!(why("iterated-extended-kalman"), "the outputs are linear in the state: it is extended-kalman");
     assert!(why("kkl-numerical").contains("this plant has 1 input"));
     assert!(
         why("sliding-mode").contains("for a chain of integrators")
@@ -300,6 +301,20 @@ fn the_cubic_term_adds_an_eighth_at_one_standard_deviation() {
 fn the_process_noise_of_a_sample_is_intensity_times_period() {
     let advice = advice(SCALAR, &by("error"));
     assert_eq!(written(&advice, "extended-kalman", "w"), [0.1]);
+}
+
+/// Where an output has a curvature, an iterated filter has the covariances of the extended one: of noise with the
+/// deviation 0.05, and of a first error of a quarter of the region.
+#[test]
+fn an_iterated_filter_is_for_outputs_that_are_not_linear() {
+    let ranged = "[plant]\nf = [\"-0.1*x1\"]\nh = [\"sqrt(1 + x1^2)\"]\n[simulation]\nx0 = [2]\nduration = 2\n\
+                  noise = { amplitude = [0.05], period = 0.1 }\n[advise]\ninitial = [1]\nensemble = 1\n";
+    let advice = advice(ranged, &by("error"));
+    for (key, expected) in [("v", 0.05 * 0.05), ("p0", 0.25)] {
+        assert!((written(&advice, "iterated-extended-kalman", key)[0] - expected).abs() < 1e-12, "{key}");
+    }
+    let rms = |name: &str| advice.ranking.iter().find(|one| one.name == name).unwrap().medians.rms.unwrap();
+    assert!(rms("iterated-extended-kalman") < rms("extended-kalman"), "{}", advice.study);
 }
 
 /// A pendulum whose acceleration differs by at most 2 9.81 + 0.2 24 = 24.42 over its region, under one torque.

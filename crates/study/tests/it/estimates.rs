@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use luenberger_study::{Results, RunOptions, Step, execute};
 
-use crate::studies::{scratch, study_in};
+use crate::studies::{self, scratch, study_in};
 
 fn bench(name: &str, csv: &str) -> PathBuf {
     let folder = scratch(&format!("estimates/{name}"));
@@ -27,14 +27,10 @@ f = ["0"]
 h = ["x"]
 "#;
 
-const FILTERS: [&str; 3] = ["extended-kalman", "ukf", "mhe"];
-
 fn filters(initial: &str, p0: &str, w: &str) -> String {
-    FILTERS
-        .map(|kind| {
-            format!("[[observer]]\nkind = \"{kind}\"\ninitial = {initial}\np0 = {p0}\nw = {w}\nv = 1\nperiod = 1\n")
-        })
-        .concat()
+    let one =
+        |kind| format!("[[observer]]\nkind = \"{kind}\"\ninitial = {initial}\np0 = {p0}\nw = {w}\nv = 1\nperiod = 1\n");
+    studies::filters().into_iter().map(one).collect()
 }
 
 /// Root mean square of 1/2, 1/3, 1/4, 1/5 (filtered) and of 1, 1/2, 1/3, 1/4 (predicted), in a simulation and on a log.
@@ -54,7 +50,7 @@ fn a_simulation_and_a_log_have_one_rule() {
         assert_eq!((simulation.scoring.estimates, log.estimates), (estimates, estimates));
         assert!(simulation.scoring.words.iter().any(|words| words.contains(estimates)), "{:?}", simulation.scoring);
         assert!(log.estimates_in_words().contains(estimates));
-        for (k, kind) in FILTERS.iter().enumerate() {
+        for (k, kind) in studies::filters().iter().enumerate() {
             let state = &simulation.rows[k].merits.as_ref().unwrap().states[0];
             let row = &log.rows[k].errors[0];
             for (found, expected) in [(state.rmse, rmse), (row.rmse, rmse), (state.last, last), (row.last, last)] {
@@ -175,12 +171,12 @@ fn observability_leaves_out_what_has_no_derivative() {
 /// with its row, and so is one that another observer predicts.
 #[test]
 fn an_undefined_output_matters_where_it_was_measured() {
-    let observers = FILTERS.map(|kind| {
+    let one = |kind| {
         format!(
             "[[observer]]\nkind = \"{kind}\"\ninitial = [0.5]\np0 = 0.01\nw = 0.001\nv = [0.001, 0.01]\nperiod = 1\n"
         )
-    });
-    let observers = observers.concat();
+    };
+    let observers: String = studies::filters().into_iter().map(one).collect();
     let folder = bench("undefined", "t,level,overflow\n0,0.5,\n1,0.62,\n2,0.71,\n3,0.83,\n");
     let results = run(&folder, &format!("{OVERFLOW}{observers}"));
     assert_eq!(results.failures(), Vec::<String>::new());

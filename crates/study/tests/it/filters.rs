@@ -1,4 +1,4 @@
-//! Unscented Kalman filters and moving-horizon estimators in studies, and smoothed estimates on logs.
+//! Iterated and unscented Kalman filters and moving-horizon estimators in studies, and smoothed estimates on logs.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use luenberger_export::{Scalar, golden};
 use luenberger_study::deployment::{exported, record, sampled};
 use luenberger_study::{Results, RunOptions, Step, execute};
 
-use crate::studies::{self, last_errors, read, scratch, study_in};
+use crate::studies::{self, kinds_with, last_errors, read, scratch, study_in};
 
 fn run(text: &str, folder: &Path, output: Option<PathBuf>) -> Results {
     let options = RunOptions { output, threads: Some(1), ..RunOptions::default() };
@@ -101,7 +101,7 @@ fn smoothed(kind: &str) -> String {
 /// consistency and deviations, and the figures.
 #[test]
 fn estimates_on_a_log_are_smoothed() {
-    for kind in ["extended-kalman", "ukf"] {
+    for kind in kinds_with(&["smooth"]) {
         let folder = scratch(&format!("smoothed-{kind}"));
         std::fs::write(folder.join("log.csv"), log()).unwrap();
         let results = run(&smoothed(kind), &folder, Some(folder.join("out")));
@@ -133,6 +133,82 @@ fn estimates_on_a_log_are_smoothed() {
     }
 }
 
+/// numpy 2.4.6, Gauss-Newton steps in information form, of the growth model with a row that measures nothing.
+/// Innovations and NIS are those of the second half.
+#[test]
+fn an_iterated_filter_on_a_log_is_that_of_gauss_newton_steps() {
+    let text = r#"[plant]
+states = ["x"]
+outputs = ["y"]
+f = ["0.5*x + 25*x/(1 + x^2) + 8*cos(1.2*t)"]
+h = ["x^2/20"]
+dt = 1
+[log]
+file = "log.csv"
+[[observer]]
+kind = "iterated-extended-kalman"
+initial = [0.5]
+p0 = 1
+w = 10
+v = 1
+period = 1
+"#;
+    let folder = scratch("iterated-growth");
+    let rows = "t,y\n0,2.0414191213851827\n1,0.716639589840931\n2,\n3,-1.948016215083824\n4,9.1\n";
+    std::fs::write(folder.join("log.csv"), rows).unwrap();
+    for (iterations, x, p, mean, rms, nis) in [
+        (
+            "",
+            [0.62567163988216, 4.707230643683667, 10.334119242442682, -1.4294919197509999, -13.585988702821213],
+            [0.9961513939454552, 2.721998515683783, 10.643738043622514, 4.55801925511905, 0.5316550454130028],
+            -6.127872550249588,
+            7.340502070923784,
+            2.0623249334523623,
+        ),
+        (
+            "iterations = 1\n",
+            [0.6011929736351712, 10.067397652264212, 10.391562375339072, -1.2161263357644438, -14.612235405043991],
+            [0.9975062344139651, 0.2665781254358664, 10.018092677982656, 8.250695584044436, 0.24659241923567984],
+            -6.541247771676587,
+            7.912565255551387,
+            2.2195362397514966,
+        ),
+    ] {
+        let results = run(&format!("{text}{iterations}"), &folder, None);
+        assert_eq!(results.failures(), Vec::<String>::new());
+        let (estimates, deviations) =
+            (results.runs[0].estimate.as_ref().unwrap(), results.runs[0].deviation.as_ref().unwrap());
+        for k in 0..5 {
+            let [found, deviation] = [estimates[(k, 0)], deviations[(k, 0)]];
+            // Rounding grows along the plant.
+            assert!((found - x[k]).abs() < 1e-10 * x[k].abs().max(1.0), "{k}: {found}, expected {}", x[k]);
+            assert!((deviation * deviation - p[k]).abs() < 1e-9, "{k}: {deviation}");
+        }
+        let row = &results.log.as_ref().unwrap().rows[0];
+        let found = [row.outputs[0].mean, row.outputs[0].rms, row.nis.as_ref().unwrap().mean];
+        assert!(
+            found.iter().zip([mean, rms, nis]).all(|(found, expected)| (found - expected).abs() < 1e-9),
+            "{found:?}"
+        );
+        let design = results.observers[0].design.as_ref().unwrap();
+        assert_eq!(
+            (design.verdict.word(), design.evidence.as_deref()),
+            ("none", Some("no certificate: local convergence only"))
+        );
+        let times = if iterations.is_empty() { "3 times" } else { "1 time" };
+        assert!(
+            design.statement.to_string().contains(&format!("each update linearised {times}.")),
+            "{}",
+            design.statement
+        );
+    }
+    // Once is the other kind, bit by bit.
+    let of = |text: &str| run(text, &folder, None).runs[0].estimate.clone().unwrap();
+    let once = of(&format!("{text}iterations = 1\n"));
+    assert_eq!(once, of(&text.replace("iterated-extended-kalman", "extended-kalman")));
+    assert_ne!(once, of(text));
+}
+
 #[test]
 fn mistakes_in_filters_are_named() {
     for (old, new, message, expected) in [
@@ -145,6 +221,15 @@ fn mistakes_in_filters_are_named() {
     ] {
         let text = MAP.replace(old, new);
         let error = read(&text).unwrap_err().to_string();
+        assert!(error.contains(message) && error.contains(expected), "{error}");
+    }
+    let iterated = MAP.replace("\"ukf\"", "\"iterated-extended-kalman\"");
+    for (keys, message, expected) in [
+        ("iterations = 0", "`iterations` is 0", "1"),
+        ("iterations = 101", "`iterations` is 101", "at most 100"),
+        ("alpha = 0.5", "`alpha`", "iterations"),
+    ] {
+        let error = read(&iterated.replace("alpha = 0.5", keys)).unwrap_err().to_string();
         assert!(error.contains(message) && error.contains(expected), "{error}");
     }
     // A covariance that is none, and a period that is not that of the plant, are found by the design.

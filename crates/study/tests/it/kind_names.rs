@@ -39,7 +39,9 @@ fn a_kind_is_named_in_three_files_at_most() {
     let kinds = registry();
     let keys: BTreeSet<&str> =
         kinds.iter().flat_map(|kind| kind.keys.iter().copied().flatten()).map(|key| key.name).collect();
-    assert!(keys.contains("kalman") && kinds.len() == 26);
+    // Each that is declared is in the registry.
+    let declares = |code: &str| code.contains("static DECLARATION: Declaration = Declaration {");
+    assert!(keys.contains("kalman") && kinds.len() == sources.iter().filter(|(_, code)| declares(code)).count());
     for kind in kinds {
         let declared = format!("static DECLARATION: Declaration = Declaration {{\n    name: \"{}\"", kind.name);
         let is_named = |code: &str| code.contains(&declared) || names(code, kind.name, &keys);

@@ -1,7 +1,10 @@
 //! Bounds on the cost of a study: estimates, refusals, and the end of a run at its time limit.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
 use luenberger_study::execute::{about, bytes, duration};
-use luenberger_study::{Excess, Limits, RunOptions, Step, StudyError, estimate, execute, execute_in_part};
+use luenberger_study::{Excess, Limits, Progress, RunOptions, Step, StudyError, estimate, execute, execute_in_part};
 
 use crate::studies::study;
 
@@ -87,6 +90,20 @@ fn a_run_ends_at_its_time_limit() {
     assert!(matches!(error, StudyError::TimeLimit { limit } if limit == 0.5), "{error}");
     assert!(error.to_string().starts_with("stopped at the time limit (0.5 s): "), "{error}");
     assert!(folder.join("manifest.json").is_file() && folder.join("trajectories/luenberger.csv").is_file());
+}
+
+/// A panic of the work ends the thread that watches the time: the execution fails, and does not wait for ever.
+#[test]
+fn a_panic_ends_a_run_with_a_time_limit() {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let failing = |_: Progress<'_>| panic!("as a defect in a simulation would");
+        let options = RunOptions { progress: &failing, ..RunOptions::default() };
+        let study = study(&STUDY.replace("SAMPLES", "101"));
+        let caught = catch_unwind(AssertUnwindSafe(|| execute(&study, Step::Run, &options).is_ok()));
+        _ = sender.send(caught.is_err());
+    });
+    assert_eq!(receiver.recv_timeout(Duration::from_secs(120)), Ok(true), "it hangs");
 }
 
 /// With what is finished at its time limit.

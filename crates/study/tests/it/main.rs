@@ -25,6 +25,7 @@ mod kkl_numerical;
 mod limits;
 mod live;
 mod log;
+mod log_columns;
 mod maps;
 mod messages;
 mod mistakes;

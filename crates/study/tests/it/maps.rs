@@ -1,14 +1,12 @@
 //! KKL, PEB and [KKL+PEB] observers with given maps: designs, what is refused and why, and the expressions that are
 //! exported beside the observers that run.
 
-use std::sync::atomic::AtomicBool;
-
 use luenberger_export::Scalar;
 use luenberger_export::golden::Stepper;
 use luenberger_proof::certificate::verify;
-use luenberger_study::Study;
 use luenberger_study::deployment;
-use luenberger_study::design::{Designed, design};
+use luenberger_study::design::Designed;
+use luenberger_study::{Step, Study, execute};
 
 use crate::messages;
 use crate::studies::{designed, mistakes, read};
@@ -101,13 +99,10 @@ fn study(observer: &str) -> Study {
 
 fn refused(text: &str) -> (String, String) {
     let study = read(text).unwrap_or_else(|error| panic!("{error}"));
-    match design(&study, &study.observers[0], &AtomicBool::new(false)) {
-        Err(failure) => {
-            messages::refusal(&failure);
-            (failure.hypothesis.clone(), failure.advice().join("; "))
-        }
-        other => panic!("{other:?}"),
-    }
+    let results = execute(&study, Step::Design, &messages::all_alternatives()).unwrap();
+    let failure = results.observers[0].failure.as_ref().unwrap_or_else(|| panic!("{:?}", results.observers[0]));
+    messages::refusal(failure);
+    (failure.hypothesis.clone(), failure.advice().join("; "))
 }
 
 fn number(designed: &Designed, name: &str) -> f64 {

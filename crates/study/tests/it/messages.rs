@@ -14,7 +14,7 @@ use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_study::diagnostic::Located;
 use luenberger_study::results::NoObserver;
 use luenberger_study::table::Table;
-use luenberger_study::{Excess, Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{Excess, Format, Limits, RunOptions, Step, Study, StudyError, execute};
 
 use crate::{composed, kkl_numerical, maps, mistakes, resets, varying_periods};
 
@@ -34,6 +34,11 @@ pub(crate) fn mistake(located: &Located) {
 pub(crate) fn refusal(failure: &NoObserver) {
     let advice = failure.advice().iter().fold(String::new(), |lines, line| lines + "    " + line + "\n");
     MISFITS.with_borrow_mut(|seen| seen.insert(format!("{}\n{advice}", failure.hypothesis)));
+}
+
+/// Options without a limit of the time for alternatives: which of them are named does not depend on the machine.
+pub(crate) fn all_alternatives() -> RunOptions<'static> {
+    RunOptions::default().limits(Limits { alternatives: f64::INFINITY, ..Limits::default() })
 }
 
 fn folder() -> PathBuf {
@@ -175,7 +180,7 @@ fn said(text: &str, step: Step) -> String {
         Ok(study) => study,
         Err(error) => panic!("{error}\n{text}"),
     };
-    let results = match execute(&study, step, &RunOptions::default()) {
+    let results = match execute(&study, step, &all_alternatives()) {
         Ok(results) => results,
         Err(error) => return format!("error: {error}\n"),
     };
@@ -227,7 +232,7 @@ fn tables() -> Vec<String> {
         "t,y\n0,1\n1\n",
         "t,y\n0,1\n1,1,5\n",
         "t,y\n0,1.5V\n1,2\n",
-        "t,y\n2024-05-01 12:00:00,1\n2024-05-01 12:00:01,2\n",
+        "t,y\n01.05.2024 12:00,1\n01.05.2024 12:01,2\n",
         "t;y\n0;1.5\n1;1,5\n",
         "t;y\n0;1,5\n1;1.5\n",
         "t,y\n0,\"1,500\"\n1,2\n",

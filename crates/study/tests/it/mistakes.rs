@@ -612,7 +612,7 @@ pub(crate) fn a_step_says_what_it_needs() {
 /// The failure of the observer of a study: hypothesis, then alternatives.
 fn refusal(text: &str) -> (String, String) {
     let study = read(text, Format::Toml).unwrap_or_else(|error| panic!("{error}"));
-    let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
+    let results = execute(&study, Step::Design, &messages::all_alternatives()).unwrap();
     assert_eq!(results.failures().len(), 1);
     let failure = results.observers[0].failure.clone().unwrap_or_else(|| panic!("{:?} fits", results.observers[0]));
     messages::refusal(&failure);

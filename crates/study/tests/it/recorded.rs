@@ -18,7 +18,7 @@ use luenberger_observers::{
 use luenberger_study::deployment::{ExportOptions, Precision, program};
 use luenberger_study::design::{Designed, design};
 use luenberger_study::kinds::{
-    PebObserver, PrintedMean, ReducedOrderObserver, WithFeedthrough, WithoutDisturbance, registry,
+    Declaration, PebObserver, PrintedMean, ReducedOrderObserver, WithFeedthrough, WithoutDisturbance, registry,
 };
 use luenberger_study::maps::{HighGainMaps, ImmersionMaps, KklMaps};
 use luenberger_study::model::Model;
@@ -376,9 +376,8 @@ fn sliding_mode_observers_have_the_bits_of_their_export() {
     }
 }
 
-#[test]
-fn interval_observers_have_the_bits_of_their_export() {
-    let motor = r#"
+/// Bounds at the samples.
+const INTERVAL: &str = r#"
 [plant]
 a = [[0.9, 0.05], [-0.1, 0.7]]
 b = [[0.01], [0.2]]
@@ -390,8 +389,6 @@ initial_bounds = [2, 2]
 poles = [0.5, 0.6]
 bounds = { disturbance = [0.01], e = [[1], [0]], noise = [0.05] }
 "#;
-    has_the_bits("interval", motor, 0.05);
-}
 
 /// Four rows, and a lookup table in the plant.
 const ROWS: &str = r#"
@@ -425,21 +422,46 @@ fn others() -> Vec<(&'static str, String)> {
     let pendulum = |observer: &str| {
         format!("[plant]\nf = [\"x2\", \"-9.81*sin(x1) - 0.3*x2 + u1\"]\nh = [\"x1\"]\n[[observer]]\n{observer}\n")
     };
+    // With an output that has a curvature.
+    let ranged = |keys: &str| {
+        pendulum(&format!("kind = \"iterated-extended-kalman\"\n{keys}"))
+            .replace("[\"x1\"]", "[\"sqrt(1 + (x1 - 2)^2)\"]")
+    };
     let noise = "w = [1e-4, 1e-2]\nv = 0.04\nperiod = 0.05";
     let motor = |observer: &str| {
         format!(
             "[plant]\na = [[0.9, 0.05], [-0.1, 0.7]]\nb = [[0.01], [0.2]]\nc = [[1, 0]]\nd = [[0.1]]\ndt = 0.05\n[[observer]]\n{observer}\n"
         )
     };
+    let map = |observer: &str| {
+        format!(
+            "[plant]\nf = [\"x1 + 0.1*x2\", \"x2 - 0.981*sin(x1) + 0.1*u1\"]\nh = [\"x1\"]\ndt = 0.1\n[[observer]]\n{observer}\n"
+        )
+    };
+    let noise_of_map = "w = [1e-3, 1e-2]\nv = 0.01\nperiod = 0.1";
     vec![
         ("ukf", pendulum(&format!("kind = \"ukf\"\n{noise}"))),
         ("ukf-negative-weight", pendulum(&format!("kind = \"ukf\"\nalpha = 0.1\n{noise}"))),
         ("ukf-of-a-map", filters::MAP.to_owned()),
         ("ekf-gate", pendulum(&format!("kind = \"extended-kalman\"\ngate = 0.99\n{noise}"))),
+        ("ekf-of-a-map", map(&format!("kind = \"extended-kalman\"\n{noise_of_map}"))),
+        ("mhe-of-a-map", map(&format!("kind = \"mhe\"\nwindow = 3\n{noise_of_map}"))),
+        (
+            "gain-of-a-map",
+            map("kind = \"lpv\"\ngain = [[1], [2]]\nregion = { states = [[-0.5, 0.5], [-5, 5]], inputs = [[-1, 1]] }"),
+        ),
+        ("iterated", ranged(&format!("gate = 1.5\n{noise}"))),
+        ("iterated-of-a-map", ranged(&format!("iterations = 5\n{noise}")).replace("[plant]\n", "[plant]\ndt = 0.05\n")),
         ("mhe", pendulum(&format!("kind = \"mhe\"\nwindow = 4\n{noise}"))),
         ("mhe-bounds", pendulum(&format!("kind = \"mhe\"\nwindow = 3\nstate_bounds = [[-1, 1], [-inf, 2]]\n{noise}"))),
         ("chain", pendulum("kind = \"high-gain\"\nr = 0.1")),
         ("discrete", motor("kind = \"luenberger\"\npoles = [0.5, 0.6]")),
+        ("cubic-of-samples", motor("kind = \"sampled-cubic\"\npoles = [0.5, 0.6]\ngamma = 1\nperiod = 0.05")),
+        ("disturbance-of-samples", motor("kind = \"proportional-integral\"\ne = [[1], [0]]\npoles = [0.5, 0.6, 0.7]")),
+        ("state-of-disturbance", motor("kind = \"extended-state\"\ne = [[1], [0]]\npoles = [0.5, 0.6, 0.7]")),
+        ("h2-of-samples", motor("kind = \"h2\"\ne = [[1, 0], [0.5, 0]]\nd = [[0, 1]]")),
+        ("h-infinity-of-samples", motor("kind = \"h-infinity\"\ne = [[1, 0], [0.5, 0]]\nd = [[0, 1]]")),
+        ("interval-of-samples", INTERVAL.to_owned()),
         ("reduced-order-of-samples", motor("kind = \"reduced-order\"\npoles = [0.3]")),
         ("functional", motor("kind = \"functional\"\nk = [[0.5, 1]]\npoles = [0.3]\ninitial = [0.25, -0.125]")),
         ("decoupled", motor("kind = \"unknown-input\"\ne = [[1], [0]]\npoles = [0.7, 0.2]\ninitial = [0.25, -0.125]")),
@@ -456,15 +478,19 @@ fn others() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// All that `luenberger new --list` names, but for functions of the state, which have no export.
+/// The kinds without a step, for plants in discrete time or not: a study of each, and why it has none.
+const WITHOUT_STEP: [(&str, bool, &str, &str); 1] = [(
+    "functional",
+    false,
+    "[plant]\na = [[0, 1], [-2, -3]]\nc = [[1, 0]]\n[[observer]]\nkind = \"functional\"\nk = [[0.5, 1]]\npoles = [-4]\n",
+    "no prediction of the output",
+)];
+
+/// All that `luenberger new --list` names, in continuous time and where they are for such plants in discrete time.
 #[test]
 fn every_kind_has_the_bits_of_its_export() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("templates");
-    let in_text = |text: &str| -> Vec<String> {
-        let kinds = text.lines().filter_map(|line| line.strip_prefix("kind = \"")?.split('"').next());
-        kinds.map(str::to_owned).collect()
-    };
-    let mut seen = BTreeSet::from(["functional".to_owned()]);
+    let mut seen = BTreeSet::new();
     let mut found = Vec::new();
     for template in TEMPLATES {
         let study = Study::from_path(&folder.join(format!("{}.toml", template.name))).unwrap();
@@ -476,17 +502,27 @@ fn every_kind_has_the_bits_of_its_export() {
         for observer in &study.observers {
             let name = format!("{}-{}", template.name, observer.name.replace(|c: char| !c.is_alphanumeric(), "-"));
             found.extend(differences(&name, &study, observer, period));
+            seen.insert((observer.kind.name().to_owned(), study.plant.dt.is_some()));
         }
-        seen.extend(in_text(template.text));
     }
     for (name, text) in others() {
         let study = read(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
         found.extend(differences(name, &study, &study.observers[0], 0.02));
-        seen.extend(in_text(&text));
+        seen.insert((study.observers[0].kind.name().to_owned(), study.plant.dt.is_some()));
     }
     assert_eq!(found, Vec::<String>::new());
-    let missing: Vec<_> = registry().iter().map(|kind| kind.name).filter(|kind| !seen.contains(*kind)).collect();
-    assert_eq!(missing, Vec::<&str>::new());
+    for (kind, is_discrete, text, why) in WITHOUT_STEP {
+        let study = read(text).unwrap_or_else(|error| panic!("{kind}: {error}"));
+        assert_eq!((study.observers[0].kind.name(), study.plant.dt.is_some()), (kind, is_discrete));
+        let options = ExportOptions { period: Some(0.02), ..ExportOptions::default() };
+        let refusal = program(&study, None, &options, None).unwrap_err().to_string();
+        assert!(refusal.contains(why), "{kind}: {refusal}");
+        assert!(seen.insert((kind.to_owned(), is_discrete)), "{kind} has a step");
+    }
+    let times = |kind: &Declaration| [Some(false), kind.plant.time().discrete.then_some(true)];
+    let all = registry().into_iter().flat_map(|kind| times(kind).map(|time| time.map(|time| (kind.name, time))));
+    let missing: Vec<_> = all.flatten().filter(|(kind, time)| !seen.contains(&((*kind).to_owned(), *time))).collect();
+    assert_eq!(missing, [], "kinds, in discrete time or not, of which no step has been compared");
 }
 
 /// Integers at the ends of their range, in formats of 32, 24 and 9 bits.

@@ -51,6 +51,10 @@ fn the_best_is_marked_unless_all_are_alike() {
         assert_eq!(best(alike), [false; 3], "{alike}");
     }
     assert_eq!(table_of_three.rows[0][column("settling 5 %")].text, "never");
+    // Observers that start from different estimates are not compared.
+    results.simulation.as_mut().unwrap().rows[1].initial[0] += 0.1;
+    let unequal = table(&mut results, &[(None, 1e-9), (Some(2.0), 1.01e-9), (Some(3.0), 2.0)]);
+    assert!(unequal.rows.iter().flatten().all(|cell| !cell.best));
     // One observer has nobody to be compared with.
     let table_of_one = table(&mut results, &[(None, 1.0)]);
     assert_eq!(table_of_one.rows[0].iter().filter(|cell| cell.best).count(), 0);

@@ -8,7 +8,7 @@ use luenberger_proof::statement::Format;
 use luenberger_study::deployment::{evidence, sampled};
 use luenberger_study::{RunOptions, Step, execute};
 
-use crate::studies::{scratch, study, study_in};
+use crate::studies::{filters, scratch, study, study_in};
 
 fn observers(kinds: &[&str], keys: &str) -> String {
     let one = |kind: &&str| format!("[[observer]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{keys}\n");
@@ -37,8 +37,6 @@ fn near(found: &[f64], expected: &[f64]) {
     }
 }
 
-const KINDS: [&str; 3] = ["extended-kalman", "ukf", "mhe"];
-
 /// A lag of 15 ms, sampled at 10 Hz, whatever steps are asked of a target.
 #[test]
 fn a_lag_far_below_the_period() {
@@ -48,9 +46,9 @@ fn a_lag_far_below_the_period() {
             "[plant]\nstates = [\"pos\", \"cur\"]\ninputs = [\"u\"]\nf = [\"cur\", \"(u - cur)/0.015\"]\nh = [\"pos\"]\n\
              [input]\nexpressions = [\"sin(t)\"]\n\
              [simulation]\nx0 = [0.05, 0.05]\nduration = 20\nhold = 0.1\nestimates = \"predicted\"\n{}",
-            observers(&KINDS, &keys)
+            observers(&filters(), &keys)
         );
-        for kind in KINDS {
+        for kind in filters() {
             near(&last_deviations("stiff-lag", &text, kind, &["pos", "cur"]), &[0.002418333729, 0.008660254037]);
         }
     }
@@ -65,11 +63,11 @@ fn a_motor_with_a_fast_winding() {
          parameters = {{ k = 0.05, b = 1e-4, J = 1e-4, R = 2, Ls = 0.003 }}\n[input]\nexpressions = [\"6*sin(2*t)\"]\n\
          [simulation]\nx0 = [0, 0, 0]\nduration = 5\nhold = 0.01\nestimates = \"predicted\"\n{}",
         observers(
-            &KINDS,
+            &filters(),
             "initial = [0.1, 10, 0]\np0 = [0.01, 100, 0.01]\nw = [1e-6, 1, 0.1]\nv = 2.5e-5\nperiod = 0.01"
         )
     );
-    for kind in KINDS {
+    for kind in filters() {
         let found = last_deviations("stiff-motor", &text, kind, &["angle", "speed", "current"]);
         near(&found, &[0.004152050875, 0.158423073526, 0.009403313216]);
     }
@@ -81,9 +79,9 @@ fn noise_through_an_integrator() {
     let text = format!(
         "[plant]\nstates = [\"pos\", \"vel\"]\nf = [\"vel\", \"0\"]\nh = [\"pos\"]\n\
          [simulation]\nx0 = [0, 0]\nduration = 400\nestimates = \"predicted\"\n{}",
-        observers(&KINDS, "p0 = 1\nw = [0, 1]\nv = 0.0025\nperiod = 1")
+        observers(&filters(), "p0 = 1\nw = [0, 1]\nv = 0.0025\nperiod = 1")
     );
-    for kind in KINDS {
+    for kind in filters() {
         near(&last_deviations("integrated-noise", &text, kind, &["pos", "vel"]), &[0.800829989519, 1.139856858363]);
     }
 }
@@ -92,7 +90,7 @@ fn of_rate(rate: &str, keys: &str) -> String {
     format!(
         "[plant]\nstates = [\"a\", \"b\"]\nf = [\"-{rate}*(a - cos(b))\", \"a - 0.1*b^3\"]\nh = [\"b\"]\n\
          [simulation]\nx0 = [0.5, 0.2]\nduration = 20\n{}",
-        observers(&KINDS, &format!("w = [0.01, 0.01]\nv = 1e-4\np0 = 0.1\nperiod = 0.5\n{keys}"))
+        observers(&filters(), &format!("w = [0.01, 0.01]\nv = 1e-4\np0 = 0.1\nperiod = 0.5\n{keys}"))
     )
 }
 
@@ -108,7 +106,7 @@ fn an_export_states_the_error_of_its_prediction() {
             (found.design.substeps(), said.sentences.join(" "))
         })
     };
-    for kind in KINDS {
+    for kind in filters() {
         let measured = |words: &str| -> f64 {
             let error = words.split("was measured: at most ").nth(1).and_then(|rest| rest.split(' ').next());
             error.unwrap_or_else(|| panic!("{words}")).parse().unwrap()
@@ -141,7 +139,7 @@ fn an_export_states_the_error_of_its_prediction() {
     }
     // No steps, and a run whose first prediction has no result, are refused: nothing is measured over no sample.
     let nowhere = "[plant]\nf = [\"x1^3\"]\nh = [\"x1\"]\n[simulation]\nx0 = [1]\nduration = 2\n";
-    for kind in KINDS {
+    for kind in filters() {
         let none = said(&of_rate("3", ""), kind, Some(0)).unwrap_err();
         assert!(none.hypothesis.contains("at least one"), "{}", none.hypothesis);
         let text = format!("{nowhere}{}", observers(&[kind], "w = 1\nv = 1e-4\nperiod = 1\ninitial = [1]"));
@@ -150,7 +148,7 @@ fn an_export_states_the_error_of_its_prediction() {
     }
     // The plant of the lag is linear.
     let lag = "[plant]\nf = [\"x2\", \"-1e6*x2\"]\nh = [\"sin(x1)\"]\n[simulation]\nx0 = [0.05, 0.05]\nduration = 2\n";
-    for kind in KINDS {
+    for kind in filters() {
         let text = format!("{lag}{}", observers(&[kind], "w = [0, 1]\nv = 1e-4\nperiod = 0.1"));
         let (substeps, words) = said(&text, kind, None).unwrap();
         assert!(substeps.is_none() && words.contains("the prediction is its exact discretisation"), "{words}");

@@ -8,6 +8,7 @@ use luenberger_export::extension::SampledExtension;
 use luenberger_study::deployment::{Sampled, SampledDesign};
 use luenberger_study::design::{Designed, NoObserver, design};
 use luenberger_study::diagnostic::Located;
+use luenberger_study::kinds::{Declaration, registry};
 use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
 
 use crate::messages;
@@ -25,6 +26,18 @@ pub(crate) fn study(text: &str) -> Study {
 #[track_caller]
 pub(crate) fn study_in(folder: &Path, text: &str) -> Study {
     Study::from_text("study.toml", text, Format::Toml, folder).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The kinds that have all of these keys, in the order of the registry.
+pub(crate) fn kinds_with(keys: &[&str]) -> Vec<&'static str> {
+    let has = |kind: &Declaration, key: &str| kind.keys.iter().copied().flatten().any(|known| known.name == key);
+    let all = registry().into_iter();
+    all.filter(|kind| keys.iter().all(|key| has(kind, key))).map(|kind| kind.name).collect()
+}
+
+/// The kinds of filters with a covariance, which are updated at samples.
+pub(crate) fn filters() -> Vec<&'static str> {
+    kinds_with(&["w", "v", "p0", "period", "substeps"])
 }
 
 /// The first observer of a study.

@@ -1,5 +1,6 @@
 //! Sweeps over numbers of the study, and what they leave.
 
+use luenberger_study::study::GainSpec;
 use luenberger_study::{Results, RunOptions, Step, execute};
 
 use crate::studies::{scratch, study};
@@ -115,5 +116,47 @@ fn the_samples_of_the_observer_in_the_loop_are_those_of_the_scores() {
         let squares: f64 = (0..7).map(|sample| 4.0 * (-(0.5 + k) * f64::from(sample)).exp()).sum();
         let expected = (squares / 7.0).sqrt();
         assert!((row.states[0].rmse - expected).abs() < 1e-8, "{row:?}, expected {expected}");
+    }
+}
+
+/// The poles of a plant in discrete time are `z = exp(s dt)`: twice as fast is their square, toward 0 and not beyond
+/// the circle. Decay rates are per unit of time in both times.
+#[test]
+fn poles_in_discrete_time_are_taken_to_the_power() {
+    let text = |observer: &str| {
+        format!(
+            "[plant]\na = [[1, 0.1], [0, 1]]\nb = [[0.005], [0.1]]\nc = [[1, 0]]\ndt = 0.1\n[simulation]\nx0 = [0, 1]\n\
+             duration = 2\n[[observer]]\nname = \"observer\"\n{observer}\n"
+        )
+    };
+    let poles = |keys: &str, factor: f64| -> Vec<[f64; 2]> {
+        let study = study(&text(keys));
+        let faster = study.observers[0].kind.faster(factor, study.plant.dt);
+        let placed = match faster.gain().map(|linear| &linear.gain) {
+            Some(GainSpec::Poles(poles)) => poles.as_slice(),
+            _ => faster.poles().unwrap(),
+        };
+        placed.iter().map(|pole| [pole.re, pole.im]).collect()
+    };
+    let near = |found: &[[f64; 2]], expected: &[[f64; 2]]| {
+        let distance = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
+        assert!(found.iter().zip(expected).all(|pair| distance(pair) < 1e-15), "{found:?}");
+        assert_eq!(found.len(), expected.len());
+    };
+    // (0.3 + 0.4i)^2 = 0.09 - 0.16 + 0.24i.
+    let pair = "kind = \"luenberger\"\npoles = [[0.3, 0.4], [0.3, -0.4]]";
+    near(&poles(pair, 2.0), &[[-0.07, 0.24], [-0.07, -0.24]]);
+    // The square root of 0.64; a negative pole keeps its sign, whatever the factor is.
+    near(&poles("kind = \"luenberger\"\npoles = [0.64, -0.25]", 0.5), &[[0.8, 0.0], [-0.5, 0.0]]);
+    near(&poles("kind = \"reduced-order\"\npoles = [0.9]", 3.0), &[[0.729, 0.0]]);
+    near(&poles("kind = \"functional\"\nk = [[0, 1]]\npoles = [0.5]", 2.0), &[[0.25, 0.0]]);
+    // With x1 known at the start the error of x2 is z^(k f) at sample k. No design is refused for poles beyond 1.
+    let swept = "[sweep]\nparameter = \"poles\"\nvalues = [0.5, 1, 2]\n";
+    let results = run(&(text("kind = \"reduced-order\"\npoles = [0.9]") + swept));
+    let rows = &results.sweep.as_ref().unwrap().rows;
+    assert!(rows.iter().all(|row| row.failure.is_none() && row.finished == 1), "{rows:?}");
+    for row in rows {
+        let last = row.states[1].last;
+        assert!((last.abs() - 0.9_f64.powf(20.0 * row.value)).abs() < 1e-9, "{row:?}");
     }
 }

@@ -44,7 +44,7 @@ fn what_is_wrong_has_its_line_and_column() {
     assert!(error("0,1\n1,2\n").starts_with("line 1, column 1: expected the name of a column, found `0`"));
     assert!(error("t,,u\n1,2,3\n").starts_with("line 1, column 2: expected the name of a column, found ``"));
     assert_eq!(error("t,u,t\n"), "columns 1 and 3 are both named `t`");
-    assert_eq!(error("t,u\n0,1\n1\n"), "line 3 has 1 cells where the table has 2 columns");
+    assert_eq!(error("t,u\n0,1\n1\n"), "line 3 has 1 cell where the table has 2 columns");
     assert_eq!(
         error("t,u\n0,1\n\n# x\n1,2,3\n"),
         "line 5 has 3 cells where the table has 2 columns; a decimal comma needs semicolons or tabs between the cells"
@@ -54,12 +54,15 @@ fn what_is_wrong_has_its_line_and_column() {
 
     let table = Table::parse("t,u1,y1\n0,0,1\n").unwrap();
     let few = table.recording("t", &["u1"], &["y1"]).unwrap_err();
-    assert_eq!(few.to_string(), "the table has 1 rows; at least 2 are needed");
+    assert_eq!(few.to_string(), "the table has 1 row; at least 2 are needed");
     let missing = table.column("time").unwrap_err();
     assert_eq!(missing.to_string(), "there is no column `time`; the columns are t, u1, y1");
     let table = Table::parse("t,y\n0,1\n0.2,1\n\n0.1,1\n").unwrap();
     let unsorted = table.recording::<&str>("t", &[], &["y"]).unwrap_err();
-    assert_eq!(unsorted.to_string(), "line 5: the time 0.1 does not come after 0.2, the time of the row before");
+    assert_eq!(
+        unsorted.to_string(),
+        "line 5: the time 0.1 comes before 0.2, the time of the row above; where the logger started again begins another log"
+    );
     let none = Table::read(std::path::Path::new("no/such/file.csv")).unwrap_err();
     assert!(matches!(none, TableError::File { .. }) && none.to_string().contains("no/such/file.csv"));
     // No second check: the samples have been checked.
@@ -96,7 +99,7 @@ fn dialects_of_loggers_are_read() {
 
 #[test]
 fn what_is_not_a_number_has_advice() {
-    let time = "a date or time of day has to be converted to a number, such as the seconds since the first row";
+    let time = "dates and times of day are for the column of times, such as 2024-05-01T12:00:00.5 or 12:00:00.5";
     for cell in ["2024-05-01T12:00:00Z", "2024-05-01", "12:00:01.5", "01.05.2024 12:00", "5/1/2024"] {
         assert_eq!(
             error(&format!("t,u\n{cell},1\n")),
@@ -116,7 +119,8 @@ fn what_is_not_a_number_has_advice() {
         "line 1: the byte 0xb0 is not UTF-8; save the file as UTF-8 (a spreadsheet: \"CSV UTF-8\")"
     );
     assert!(matches!(Table::from_bytes(b"\xff\xfet\0,\0"), Err(TableError::Encoding { line: 1, byte: 0xff })));
-    let twice = Table::parse("t,y\n0,1\n1,1\n1,2\n").unwrap().recording("t", &[], &["y"]).unwrap_err();
+    let input = Table::parse("t,u\n0,1\n1,1\n1,2\n").unwrap();
+    let twice = input.samples("t", &["u"], SampleInterpolation::ZeroOrderHold).unwrap_err();
     assert_eq!(twice.to_string(), "line 4: the time 1 is that of the row before; each row needs a time of its own");
 }
 

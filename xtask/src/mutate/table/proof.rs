@@ -2,8 +2,8 @@
 
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
 use super::{
-    DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, LABELS, LEFT_INVERSES, SAMPLED, SLIDING, SYSTEMS, Source,
-    TIMES, dropped, mutant, sign,
+    DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, LABELS, LEFT_INVERSES, SYSTEMS, Source, TIMES, dropped,
+    mutant, sign,
 };
 
 pub(super) const SOURCES: &[Source] = &[
@@ -141,25 +141,6 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/proof/src/certificate/theorem/semi_implicit.rs",
-        suites: &[SAMPLED],
-        mutants: &[
-            mutant(
-                "stored N: P N - C'S",
-                Sign,
-                "\"[(P - (A - LC)'P(A - LC))/2, PN + C'S;",
-                "\"[(P - (A - LC)'P(A - LC))/2, PN - C'S;",
-            ),
-            mutant(
-                "stored N: C'S'",
-                Transpose,
-                "\"[(P - (A - LC)'P(A - LC))/2, PN + C'S;",
-                "\"[(P - (A - LC)'P(A - LC))/2, PN + C'S';",
-            ),
-            mutant("stored N: -N'PN", Sign, "*, N'PN] >= 0\",", "*, -N'PN] >= 0\","),
-        ],
-    },
-    Source {
         file: "crates/proof/src/statement/varying_periods.rs",
         suites: &[TIMES],
         mutants: &[
@@ -204,61 +185,7 @@ pub(super) const SOURCES: &[Source] = &[
         mutants: &[
             mutant("cubic part: 26/128", Constant, "number(27.0)?", "number(26.0)?"),
             mutant("cubic part: s^2", Dropped, ".mul(&square.mul(&square))", ".mul(&square)"),
-            mutant(
-                "theta <= kappa (S + S')",
-                Constant,
-                "\"kappa (S~ + S~') - 2 theta >= 0\"",
-                "\"kappa (S~ + S~') - theta >= 0\"",
-            ),
-            mutant("noise: D'S without the 2", Constant, "\"[2 diag(mu), 2 D'S~;", "\"[2 diag(mu), D'S~;"),
-            mutant("noise: diag(mu) doubled", Constant, "\"[2 diag(mu), 2 D'S~;", "\"[2 diag(mu) 2, 2 D'S~;"),
-            mutant(
-                "disturbances: G = E + LD",
-                Sign,
-                "{p}(E - LD); *, -diag(lambda)]",
-                "{p}(E + LD); *, -diag(lambda)]",
-            ),
-            mutant("decrease: no rate", Dropped, "{p}(A - LC) + 2 rate {p}, {p}(E", "{p}(A - LC), {p}(E"),
-            mutant("components: limsup for its square", Dropped, "\"b^2 {p} - U > 0\"", "\"b {p} - U > 0\""),
             mutant("level: W_i for W_i^2", Dropped, ".mul(&w.mul(&w))", ".mul(&w)"),
-        ],
-    },
-    Source {
-        file: "crates/proof/src/certificate/theorem/filter_problem.rs",
-        suites: &[FILTERS],
-        mutants: &[
-            mutant("norms: F = A + LC", Sign, "\"(A - LC)'P + P(A - LC) + H'H\"", "\"(A + LC)'P + P(A + LC) + H'H\""),
-            mutant("norms: no H'H", Dropped, "\"(A - LC)'P + P(A - LC) + H'H\"", "\"(A - LC)'P + P(A - LC)\""),
-            mutant(
-                "discrete: F'PF without P",
-                Dropped,
-                "\"(A - LC)'P(A - LC) - P + H'H\"",
-                "\"(A - LC)'P(A - LC) + H'H\"",
-            ),
-        ],
-    },
-    Source {
-        file: "crates/proof/src/certificate/theorem/h_infinity.rs",
-        suites: &[FILTERS],
-        mutants: &[
-            mutant("norms: G = E + LD", Sign, "\"[{}, P(E - LD);", "\"[{}, P(E + LD);"),
-            mutant("H-infinity: gamma", Dropped, "*, -gamma^2 I] < 0\", of", "*, -gamma I] < 0\", of"),
-            mutant("H-infinity: no corner", Dropped, "\"[{}, P(E - LD);", "\"[{}, P(E - E);"),
-            mutant("discrete H-infinity: PG for F'PG", Dropped, "\"[{}, (A - LC)'P(E - LD);", "\"[{}, P(E - LD);"),
-            mutant("discrete H-infinity: no G'PG", Dropped, "*, (E - LD)'P(E - LD) - gamma^2 I]", "*, -gamma^2 I]"),
-        ],
-    },
-    Source {
-        file: "crates/proof/src/certificate/theorem/h2.rs",
-        suites: &[FILTERS],
-        mutants: &[
-            mutant("H2: gamma", Dropped, "\"tr (E - LD)'P(E - LD) < gamma^2\"", "\"tr (E - LD)'P(E - LD) < gamma\""),
-            mutant(
-                "H2: gamma^2 + tr",
-                Sign,
-                "\"tr (E - LD)'P(E - LD) < gamma^2\"",
-                "\"-tr (E - LD)'P(E - LD) < gamma^2\"",
-            ),
         ],
     },
     Source {
@@ -282,13 +209,6 @@ pub(super) const SOURCES: &[Source] = &[
         mutants: &[
             mutant("reduced order: G", WrongOperand, "x[(i, outputs + j)]", "x[(i, j)]"),
             mutant("reduced order: F'", Transpose, "x[(i, outputs + j)]", "x[(j, outputs + i)]"),
-            mutant(
-                "reduced order: no rate",
-                Dropped,
-                "\"F'P + PF{} < 0\", rate_term(self.rate, \"P\")",
-                "\"F'P + PF{} < 0\", \"\"",
-            ),
-            mutant("reduced order: T'T alone", Dropped, "[\"C'C + T'T > 0\"]", "[\"T'T > 0\"]"),
         ],
     },
     Source {
@@ -309,10 +229,7 @@ pub(super) const SOURCES: &[Source] = &[
     Source {
         file: "crates/proof/src/certificate/theorem/unknown_input.rs",
         suites: &[LEFT_INVERSES],
-        mutants: &[
-            sign("decoupling: T = I + HC", "Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)"),
-            mutant("decoupling: no rate", Dropped, "rate_term(self.rate, p));", "\"\");"),
-        ],
+        mutants: &[sign("decoupling: T = I + HC", "Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)")],
     },
     Source {
         file: "crates/proof/src/statement/interval_observer.rs",
@@ -366,20 +283,6 @@ pub(super) const SOURCES: &[Source] = &[
                 "chain(rest.as_slice().iter().copied())",
                 "chain(rest.as_slice().iter().map(|_| 0.0))",
             ),
-        ],
-    },
-    Source {
-        file: "crates/proof/src/statement/super_twisting.rs",
-        suites: &[SLIDING],
-        mutants: &[
-            mutant("super-twisting: k2 for 2 k2", Dropped, "k2.add(&k2).neg()", "k2.neg()"),
-            mutant(
-                "super-twisting: bound for its square",
-                Dropped,
-                "let square = bound.mul(&bound);",
-                "let square = bound.clone();",
-            ),
-            mutant("super-twisting: c for its square", Dropped, "scaled(&c.mul(&c))", "scaled(&c)"),
         ],
     },
 ];

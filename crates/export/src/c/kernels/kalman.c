@@ -3,6 +3,61 @@
 #include "transition.c"
 #include "innovation.c"
 
+/* The gain K = P H' s^-1, transposed, from hp = H P and s = H P H' + V, which has its factor in place of its lower
+ * triangle then; 0 if s is not positive definite in floating point. */
+static int find_gain(const NUMBER *hp, NUMBER s[OUTPUTS][OUTPUTS], NUMBER gain[OUTPUTS][STATES])
+{
+    int definite = 1;
+    int i;
+    int j;
+    int k;
+
+    for (i = 0; i < OUTPUTS; ++i) {
+        for (j = 0; j < OUTPUTS; ++j) {
+            if (!(MAGNITUDE(s[i][j]) <= LARGEST)) {
+                definite = 0;
+            }
+        }
+    }
+    if (definite != 0) {
+        definite = factorise(s);
+    }
+    if (definite != 0) {
+        for (j = 0; j < STATES; ++j) {
+            for (i = 0; i < OUTPUTS; ++i) {
+                NUMBER entry = hp[(i * STATES) + j];
+                for (k = 0; k < i; ++k) {
+                    entry = entry - (s[i][k] * gain[k][j]);
+                }
+                gain[i][j] = entry / s[i][i];
+            }
+            for (i = OUTPUTS - 1; i >= 0; --i) {
+                NUMBER entry = gain[i][j];
+                for (k = i + 1; k < OUTPUTS; ++k) {
+                    entry = entry - (s[k][i] * gain[k][j]);
+                }
+                gain[i][j] = entry / s[i][i];
+            }
+        }
+    }
+    return definite;
+}
+
+/* xhat + K innovation. */
+static void correct(const NUMBER *xhat, NUMBER gain[OUTPUTS][STATES], const NUMBER *innovation, NUMBER *estimate)
+{
+    int i;
+    int k;
+
+    for (i = 0; i < STATES; ++i) {
+        NUMBER sum = gain[0][i] * innovation[0];
+        for (k = 1; k < OUTPUTS; ++k) {
+            sum = sum + (gain[k][i] * innovation[k]);
+        }
+        estimate[i] = xhat[i] + sum;
+    }
+}
+
 /* The measurement update, in Joseph's form. The estimate stays as it is where there is no result: y is not finite, the
  * covariance of the innovation is not positive definite in floating point, or a number overflows. */
 static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBER *y)
@@ -12,12 +67,21 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
     NUMBER innovation[OUTPUTS];
     NUMBER hp[OUTPUTS][STATES];
     NUMBER s[OUTPUTS][OUTPUTS];
+    NUMBER gain[OUTPUTS][STATES]; /* transposed */
+    NUMBER estimate[STATES];
     NUMBER keep[STATES][STATES];
     NUMBER kp[STATES][STATES];
     NUMBER next[STATES][STATES];
     NUMBER kv[STATES][OUTPUTS];
     NUMBER noise[OUTPUTS][OUTPUTS];
-    int definite = 1;
+#if ITERATED
+    NUMBER away[STATES];
+    int turn;
+#if GATED
+    int rejected[OUTPUTS];
+#endif
+#endif
+    int definite;
     int i;
     int j;
     int k;
@@ -33,7 +97,13 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
 #if GATED
     /* An output whose innovation is beyond the gate, or NaN, counts as not measured. */
     for (i = 0; i < OUTPUTS; ++i) {
+#if ITERATED
+        rejected[i] = 0;
+#endif
         if (!((innovation[i] * innovation[i]) <= (GATE_SQUARED * s[i][i]))) {
+#if ITERATED
+            rejected[i] = 1;
+#endif
             innovation[i] = REAL(0.0);
             for (j = 0; j < STATES; ++j) {
                 all[OUTPUTS + (i * STATES) + j] = REAL(0.0);
@@ -47,36 +117,37 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
     }
     spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);
 #endif
-    for (i = 0; i < OUTPUTS; ++i) {
-        for (j = 0; j < OUTPUTS; ++j) {
-            if (!(MAGNITUDE(s[i][j]) <= LARGEST)) {
-                definite = 0;
-            }
+    definite = find_gain(&hp[0][0], s, gain);
+#if ITERATED
+    /* Linearised again where the last linearisation leads, from the same prediction. */
+    for (turn = 1; (turn < ITERATIONS) && (definite != 0); ++turn) {
+        correct(state->xhat, gain, innovation, estimate);
+        measurement(t, estimate, u, all);
+        for (i = 0; i < STATES; ++i) {
+            away[i] = state->xhat[i] - estimate[i];
         }
-    }
-    /* s = g g', the factor in place of the lower triangle. */
-    if (definite != 0) {
-        definite = factorise(s);
-    }
-    if (definite != 0) {
-        NUMBER gain[OUTPUTS][STATES]; /* transposed */
-        NUMBER estimate[STATES];
-        for (j = 0; j < STATES; ++j) {
-            for (i = 0; i < OUTPUTS; ++i) {
-                NUMBER entry = hp[i][j];
-                for (k = 0; k < i; ++k) {
-                    entry = entry - (s[i][k] * gain[k][j]);
+        for (i = 0; i < OUTPUTS; ++i) {
+            NUMBER sum;
+            innovation[i] = y[i] - all[i];
+#if GATED
+            if (rejected[i] != 0) {
+                innovation[i] = REAL(0.0);
+                for (j = 0; j < STATES; ++j) {
+                    all[OUTPUTS + (i * STATES) + j] = REAL(0.0);
                 }
-                gain[i][j] = entry / s[i][i];
             }
-            for (i = OUTPUTS - 1; i >= 0; --i) {
-                NUMBER entry = gain[i][j];
-                for (k = i + 1; k < OUTPUTS; ++k) {
-                    entry = entry - (s[k][i] * gain[k][j]);
-                }
-                gain[i][j] = entry / s[i][i];
+#endif
+            sum = H[i * STATES] * away[0];
+            for (j = 1; j < STATES; ++j) {
+                sum = sum + (H[(i * STATES) + j] * away[j]);
             }
+            innovation[i] = innovation[i] - sum;
         }
+        spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);
+        definite = find_gain(&hp[0][0], s, gain);
+    }
+#endif
+    if (definite != 0) {
         /* I - K H. */
         for (i = 0; i < STATES; ++i) {
             for (j = 0; j < STATES; ++j) {
@@ -87,13 +158,7 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
                 keep[i][j] = ((i == j) ? REAL(1.0) : REAL(0.0)) - sum;
             }
         }
-        for (i = 0; i < STATES; ++i) {
-            NUMBER sum = gain[0][i] * innovation[0];
-            for (k = 1; k < OUTPUTS; ++k) {
-                sum = sum + (gain[k][i] * innovation[k]);
-            }
-            estimate[i] = state->xhat[i] + sum;
-        }
+        correct(state->xhat, gain, innovation, estimate);
         /* (I - K H) P (I - K H)' + K V K'. */
         for (i = 0; i < STATES; ++i) {
             for (j = 0; j < STATES; ++j) {

@@ -78,6 +78,11 @@ extern const NUMBER K[INPUTS][STATES];
 #endif
 #define GATE_SQUARED REAL(9.0)
 
+/* Whether an update is linearised ITERATIONS times; once otherwise. */
+#ifndef ITERATED
+#define ITERATED 0
+#endif
+
 /* The sigma points of the unscented filter; whether the centre has a negative weight. */
 #ifndef NEGATIVE_CENTRE
 #define NEGATIVE_CENTRE 0

@@ -8,7 +8,9 @@ macro_rules! emitted {
     };
 }
 
-emitted!(discrete extension filter kkl kkl_held kkl_held_table kkl_low_rank moving_horizon sampled_nonlinear unscented);
+emitted!(
+    discrete extension filter iterated kkl kkl_held kkl_held_table kkl_low_rank moving_horizon sampled_nonlinear unscented
+);
 
 use std::path::Path;
 use std::sync::Arc;
@@ -119,6 +121,16 @@ fn the_extended_kalman_filter_is_emitted_as_rust() {
     let export = export(ExportableObserver::Kalman(filter), Scalar::Binary32);
     unchanged(&export, "filter");
     agrees!(filter, &export, f32);
+}
+
+#[test]
+fn the_iterated_kalman_filter_is_emitted_as_rust() {
+    let plant = plant(&["0.5*x1"], &["x1^2"], 0);
+    let noises = NoiseModel { w: dmatrix![0.25], v: dmatrix![0.125], p0: dmatrix![1.0] };
+    let filter = ExtendedKalmanFilter::discrete(plant, noises, 0.5).unwrap().with_iterations(3).unwrap();
+    let export = export(ExportableObserver::Kalman(filter.with_gate(4.0).unwrap()), Scalar::Binary64);
+    unchanged(&export, "iterated");
+    agrees!(iterated, &export, f64);
 }
 
 #[test]

@@ -1,14 +1,14 @@
 //! Coordinates in which the unmeasured states contract, so that an injection into the measured rows is enough.
 //!
 //! **Hypotheses.** `Q > 0`, and at every vertex J, with `T = [I 0; K I]` and `P = [I 0; 0 Q]`,
-//! `He(Q(J_uu - K J_mu)) + 2 rate Q < 0` and `He(P(T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0`.
+//! `He(Q(J_uu - K J_mu)) + 2 rate Q < 0` and `He(P(T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0`, `He(X) = X + X'`.
 //!
 //! **Theorem.** For every J(t) in the convex hull of the vertices and every diagonal `G_m(t) >= g I`,
 //! `V = |d_m|^2 + d_w'Q d_w` falls along `d' = (T^-1 J T - [G_m 0; 0 0])d` faster than `exp(-2 rate t)`.
 //!
 //! **Proof.** The second inequality is linear in J, so that it holds on the hull; the injection enters `V'` as
 //! `-2 d_m'G_m d_m <= -2 g |d_m|^2`. The first inequality is its diagonal block of the unmeasured states, to which no
-//! injection contributes. Evaluated by [`cascade_decrease`].
+//! injection contributes.
 
 use super::super::fields::Fields;
 use super::super::members::Members;
@@ -17,7 +17,6 @@ use super::{Fact, FileError, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::label::Names;
 use crate::matrix::Matrix;
-use crate::statement::cascade_decrease;
 use crate::wording::exact;
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -38,27 +37,41 @@ pub struct ContractionInCoordinates {
 impl Statement for ContractionInCoordinates {
     const NAME: &'static str = "contracting-coordinates";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
         if self.vertices.is_empty() {
             return Err(ProofError::Empty { what: "the list of vertices" });
         }
         let (unmeasured, measured) = self.k.shape();
-        let names = Names::new().matrix("K", &self.k).symmetric("Q", &self.q).number("rate", self.rate);
+        let n = measured + unmeasured;
+        self.q.expect_shape("Q", (unmeasured, unmeasured))?;
+        // [upper I, 0; lower K, corner].
+        let blocks = |upper: f64, lower: f64, corner: &dyn Fn(usize, usize) -> f64| {
+            Matrix::from_fn(n, n, |row, column| match (row < measured, column < measured) {
+                (true, _) if row == column => upper,
+                (true, _) => 0.0,
+                (false, true) => lower * self.k[(row - measured, column)],
+                (false, false) => corner(row - measured, column - measured),
+            })
+        };
+        let one = |row: usize, column: usize| if row == column { 1.0 } else { 0.0 };
+        let (there, back) = (blocks(1.0, 1.0, &one), blocks(1.0, -1.0, &one));
+        let (p, g) = (blocks(1.0, 0.0, &|i, j| self.q[(i, j)]), blocks(self.injection, 0.0, &|_, _| 0.0));
+        let names = names.matrix("K", &self.k).symmetric("Q", &self.q).number("rate", self.rate).symmetric("P", &p);
+        let names = names.matrix("T", &there).matrix("T^-1", &back).matrix("[g I 0; 0 0]", &g);
         let mut facts = names.facts(["Q > 0"])?;
-        let inner = format!("He(Q(J_uu - K J_mu)){} < 0", rate_term(self.rate, "Q"));
+        let labels = [
+            format!("He(Q(J_uu - K J_mu)){} < 0", rate_term(self.rate, "Q")),
+            format!("He(P(T^-1 J T - [g I 0; 0 0])){} < 0", rate_term(self.rate, "P")),
+        ];
         for (number, j) in self.vertices.iter().enumerate() {
-            let n = measured + unmeasured;
             j.expect_shape("J", (n, n))?;
             let block = |row: usize, rows: usize| Matrix::from_fn(rows, unmeasured, |i, k| j[(row + i, measured + k)]);
             let (uu, mu) = (block(measured, unmeasured), block(0, measured));
-            let names = names.clone().matrix("J_uu", &uu).matrix("J_mu", &mu);
-            facts.push(Fact::at_vertex(&inner, number, names.decide(&inner)?));
-            facts.push(Fact::at_vertex(
-                &format!("He(P(T^-1 J T - [g I 0; 0 0])){} < 0", rate_term(self.rate, "P")),
-                number,
-                cascade_decrease(j, &self.k, &self.q, self.injection, self.rate)?,
-            ));
+            let names = names.clone().matrix("J", j).matrix("J_uu", &uu).matrix("J_mu", &mu);
+            for label in &labels {
+                facts.push(Fact::at_vertex(label, number, names.decide(label)?));
+            }
         }
         Ok(facts)
     }

@@ -18,8 +18,8 @@ use super::super::sentence::{Reading, Represented, decay as decay_of, disturbanc
 use super::super::write::{Out, Written};
 use super::super::{Certificate, Witness};
 use super::{
-    Fact, FileError, PlantMatrices, PlantWithin, Statement, StructuredCubicConvergence, Theorem, check_rate, decay,
-    decrease_label,
+    Fact, FileError, Names, PlantMatrices, PlantWithin, Statement, StructuredCubicConvergence, Theorem, check_rate,
+    decay, decrease_label,
 };
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -183,7 +183,7 @@ impl CubicConvergence {
 impl Statement for CubicConvergence {
     const NAME: &'static str = "cubic-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         self.facts_from(self.decided(None)?, None)
     }
 

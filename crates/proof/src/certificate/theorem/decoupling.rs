@@ -18,7 +18,7 @@
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
 use super::filter_problem::TIMES;
-use super::{Fact, PlantMatrices, Statement, counted, names};
+use super::{Fact, Names, PlantMatrices, Statement, counted};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{TimeDomain, times_left_inverse};
@@ -52,11 +52,11 @@ impl DecouplingConvergence {
 impl Statement for DecouplingConvergence {
     const NAME: &'static str = "decoupling-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let PlantMatrices { a, c, .. } = &self.plant;
         let (order, outputs, fed) = (a.rows(), c.rows(), self.fed());
         let none = Matrix::from_fn(order, fed.cols(), |_, _| 0.0);
-        let names = names(self).matrix("F1", &fed).matrix("O", &none).define("S", "[CE, F1; F, 0]")?;
+        let names = names.of(self).matrix("F1", &fed).matrix("O", &none).define("S", "[CE, F1; F, 0]")?;
         let mut facts = names.facts(["S'S > 0"])?;
         // [H G].
         let both = if facts.iter().all(|fact| fact.verdict.is_proved()) {
@@ -64,6 +64,7 @@ impl Statement for DecouplingConvergence {
         } else {
             None
         };
+        both.iter().try_for_each(|both| both.expect_shape("[H G]", (order, 2 * outputs)))?;
         let part =
             |first: usize| both.as_ref().map(|both| Matrix::from_fn(order, outputs, |i, j| both[(i, first + j)]));
         let names = names.enclosed("H", part(0).as_ref(), false).enclosed("G", part(outputs).as_ref(), false);

@@ -6,14 +6,10 @@
 
 use super::super::members::members;
 use super::super::write::{Out, Written};
-use super::{Fact, Statement, enclosed, intervals};
-use crate::definite::{
-    Direction, Entry, negative_definite, negative_semidefinite, positive_definite, positive_semidefinite,
-};
+use super::{Fact, Names, Statement, enclosed};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::number::Datum;
-use crate::verdict::Verdict;
 
 /// Which definiteness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,15 +37,6 @@ impl Sign {
             Self::NegativeSemidefinite => "negative semidefinite",
         }
     }
-
-    fn decide<T: Entry>(self, m: &Matrix<T>) -> Result<Verdict<Direction>, ProofError> {
-        match self {
-            Self::PositiveDefinite => positive_definite(m),
-            Self::PositiveSemidefinite => positive_semidefinite(m),
-            Self::NegativeDefinite => negative_definite(m),
-            Self::NegativeSemidefinite => negative_semidefinite(m),
-        }
-    }
 }
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -74,15 +61,13 @@ impl Definiteness {
 impl Statement for Definiteness {
     const NAME: &'static str = "definiteness";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let verdict = self.sign.decide(&intervals(&self.m))?;
-        let relation = match self.sign {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
+        names.of(self).facts([match self.sign {
             Sign::PositiveDefinite => "M > 0",
             Sign::PositiveSemidefinite => "M >= 0",
             Sign::NegativeDefinite => "M < 0",
             Sign::NegativeSemidefinite => "M <= 0",
-        };
-        Ok(vec![Fact::new(relation, verdict)])
+        }])
     }
 
     fn words(&self) -> String {

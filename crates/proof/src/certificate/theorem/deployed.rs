@@ -18,7 +18,7 @@ use super::super::members::{Members, members};
 use super::super::sentence::{Reading, Represented};
 use super::super::write::{Out, Written};
 use super::super::{Fault, Witness};
-use super::{Fact, FileError, Statement, counted};
+use super::{Fact, FileError, Names, Statement, counted};
 use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -213,7 +213,7 @@ fn running_facts(claimed: &ClaimedBall, running: &Running) -> Vec<Fact> {
 impl Statement for DeployedObserver {
     const NAME: &'static str = "deployed-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let derived = self.derived()?;
         let nearest: Verdict<Witness> = match self.mismatch(&derived.stored) {
             None => Verdict::Proved { margin: 0.0 },

@@ -11,7 +11,7 @@
 
 use super::super::members::members;
 use super::super::sentence::{LOOP, Reading, Represented, disturbance, has_sampled_disturbance, inputs_of_loop};
-use super::{Fact, PlantMatrices, Statement, names};
+use super::{Fact, Names, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -37,7 +37,7 @@ fn is_factor(factor: f64) -> bool {
 impl Statement for DiscreteConvergence {
     const NAME: &'static str = "discrete-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let decrease = match self.factor {
             None => "(A - LC)'P(A - LC) - P < 0",
             Some(factor) if is_factor(factor) => "(A - LC)'P(A - LC) - factor^2 P < 0",
@@ -45,7 +45,7 @@ impl Statement for DiscreteConvergence {
                 return Err(ProofError::Sign { what: "a factor, which should be above 0 and below 1,", value });
             }
         };
-        names(self).facts(["P > 0", decrease])
+        names.of(self).facts(["P > 0", decrease])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

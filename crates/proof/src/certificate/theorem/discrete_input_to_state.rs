@@ -21,7 +21,7 @@ use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
 use super::input_to_state::Bounds;
 use super::polytope::at_vertices;
-use super::{DisturbedPlant, Fact, Statement, counted, enclosed, names};
+use super::{DisturbedPlant, Fact, Names, Statement, counted, enclosed};
 use crate::definite::Sense;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -84,7 +84,7 @@ impl Expression for Level<'_> {
 impl Statement for DiscreteInputToStateStability {
     const NAME: &'static str = "discrete-input-to-state-stability";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         if !is_factor(self.factor) {
             return Err(ProofError::Sign {
                 what: "a factor, which should be above 0 and below 1,",
@@ -94,10 +94,10 @@ impl Statement for DiscreteInputToStateStability {
         self.d.expect_shape("D", (self.c.rows(), self.disturbances.len()))?;
         self.bounds().check(self.p.rows())?;
         let falls = "[factor^2 P, 0, (A - LC)'P; *, diag(lambda), (E - LD)'P; *, *, P] > 0";
-        let mut facts = at_vertices(self, "P > 0", &self.vertices, &[falls], |names| names)?;
+        let mut facts = at_vertices(self, &names, "P > 0", &self.vertices, &[falls], |names| names)?;
         let level = Level(self).decide(Sense::PositiveSemidefinite)?;
         facts.push(Fact::new("sum lambda_i w_i^2 <= (1 - factor^2) level", level));
-        facts.extend(self.bounds().components(&names(self), "P")?);
+        facts.extend(self.bounds().components(&names.of(self), "P")?);
         Ok(facts)
     }
 

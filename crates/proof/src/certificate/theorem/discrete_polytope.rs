@@ -20,7 +20,7 @@
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, envelope};
 use super::polytope::{Vertex, at_vertices, hull};
-use super::{Fact, Statement};
+use super::{Fact, Names, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::wording::{at_most, capital, exact};
@@ -46,7 +46,7 @@ fn is_factor(factor: f64) -> bool {
 impl Statement for DiscreteJacobianPolytope {
     const NAME: &'static str = "discrete-polytope-of-jacobians";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         if !is_factor(self.factor) {
             return Err(ProofError::Sign {
                 what: "a factor, which should be above 0 and at most 1,",
@@ -54,7 +54,7 @@ impl Statement for DiscreteJacobianPolytope {
             });
         }
         let contraction = "[factor^2 P, (A - LC)'P; *, P] > 0";
-        at_vertices(self, "P > 0", &self.vertices, &[contraction], |names| names)
+        at_vertices(self, &names, "P > 0", &self.vertices, &[contraction], |names| names)
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

@@ -14,7 +14,7 @@ use super::super::fields::Fields;
 use super::super::members::Members;
 use super::super::sentence::Reading;
 use super::super::write::{Out, Written};
-use super::{CubicConvergence, Fact, FileError, Statement, names};
+use super::{CubicConvergence, Fact, FileError, Names, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 
@@ -32,10 +32,10 @@ pub struct FeedbackLoop {
 impl Statement for FeedbackLoop {
     const NAME: &'static str = "feedback-loop";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let o = &self.observer;
-        let mut facts = o.facts()?;
-        let names = names(o).matrix("K", &self.k).symmetric("P1", &self.p1);
+        let mut facts = o.facts(names.clone())?;
+        let names = names.of(o).matrix("K", &self.k).symmetric("P1", &self.p1);
         let block = "[(A - BK)'P1 + P1(A - BK), P1 B K; *, (A - LC)'P + P(A - LC)] < 0 (25)";
         facts.extend(names.facts(["P1 > 0", block])?);
         Ok(facts)

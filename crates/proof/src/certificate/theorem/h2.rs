@@ -14,7 +14,7 @@ use super::super::fields::Fields;
 use super::super::members::Members;
 use super::super::sentence::{Reading, Represented};
 use super::super::write::Out;
-use super::{Fact, FileError, FilterProblem, Statement, names};
+use super::{Fact, FileError, FilterProblem, Names, Statement};
 use crate::error::ProofError;
 use crate::statement::TimeDomain;
 use crate::wording::at_most;
@@ -26,10 +26,10 @@ pub struct H2Filter(pub FilterProblem);
 impl Statement for H2Filter {
     const NAME: &'static str = "h2-filter";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let Self(of) = self;
         of.check()?;
-        names(of).facts(["P > 0", &format!("{} < 0", of.decrease()), "tr (E - LD)'P(E - LD) < gamma^2"])
+        names.of(of).facts(["P > 0", &format!("{} < 0", of.decrease()), "tr (E - LD)'P(E - LD) < gamma^2"])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

@@ -16,7 +16,7 @@ use super::super::fields::Fields;
 use super::super::members::Members;
 use super::super::sentence::{Reading, Represented};
 use super::super::write::Out;
-use super::{Fact, FileError, FilterProblem, Statement, names};
+use super::{Fact, FileError, FilterProblem, Names, Statement};
 use crate::error::ProofError;
 use crate::statement::TimeDomain;
 use crate::wording::at_most;
@@ -28,7 +28,7 @@ pub struct HInfinityFilter(pub FilterProblem);
 impl Statement for HInfinityFilter {
     const NAME: &'static str = "h-infinity-filter";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let Self(of) = self;
         of.check()?;
         let inequality = match of.time {
@@ -37,7 +37,7 @@ impl Statement for HInfinityFilter {
                 format!("[{}, (A - LC)'P(E - LD); *, (E - LD)'P(E - LD) - gamma^2 I] < 0", of.decrease())
             }
         };
-        names(of).facts(["P > 0", &inequality])
+        names.of(of).facts(["P > 0", &inequality])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

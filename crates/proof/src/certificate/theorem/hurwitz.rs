@@ -13,7 +13,7 @@
 use super::super::jacobians::data_contain;
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
-use super::{Fact, Statement, are_points, bounded, data, enclosed, intervals, names};
+use super::{Fact, Names, Statement, are_points, bounded, data, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -51,8 +51,8 @@ impl HurwitzStability {
 impl Statement for HurwitzStability {
     const NAME: &'static str = "hurwitz";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        let mut facts = names(self).facts(["P > 0", "A'P + PA < 0"])?;
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
+        let mut facts = names.of(self).facts(["P > 0", "A'P + PA < 0"])?;
         let a = intervals(&self.a);
         if a.as_slice().iter().all(Interval::is_point) {
             facts

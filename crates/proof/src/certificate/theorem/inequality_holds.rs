@@ -5,7 +5,7 @@
 
 use super::super::members::members;
 use super::inequality::{Constraint, MatrixInequality};
-use super::{Fact, Statement};
+use super::{Fact, Names, Statement};
 use crate::definite::{self, Direction, positive_definite, positive_semidefinite};
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -47,7 +47,7 @@ pub struct InequalityHolds {
 impl Statement for InequalityHolds {
     const NAME: &'static str = "matrix-inequality-holds";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         if self.x.len() != self.inequalities.unknowns {
             let (expected, found) = ((self.inequalities.unknowns, 1), (self.x.len(), 1));
             return Err(ProofError::DimensionMismatch { what: "x", expected, found });

@@ -10,7 +10,7 @@ use super::super::members::members;
 use super::super::write::{Out, Written};
 use super::super::{Fault, Witness};
 use super::inequality::MatrixInequality;
-use super::{Fact, FileError, Statement};
+use super::{Fact, FileError, Names, Statement};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -32,7 +32,7 @@ pub struct InequalityRefuted {
 impl Statement for InequalityRefuted {
     const NAME: &'static str = "matrix-inequality-refuted";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let constraints = &self.inequalities.constraints;
         let mut facts = Vec::new();
         let mut terms = Vec::new();

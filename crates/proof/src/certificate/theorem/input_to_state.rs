@@ -31,7 +31,7 @@ use super::super::fields::{Field, LARGEST_ORDER};
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
 use super::polytope::at_vertices;
-use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, names};
+use super::{Fact, FileError, Statement, bounded, counted, data, enclosed};
 use crate::definite::Sense;
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -236,7 +236,7 @@ impl Expression for Level<'_> {
 impl Statement for InputToStateStability {
     const NAME: &'static str = "input-to-state-stability";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         self.check()?;
         let p = self.metric();
         let metric = match &self.cubic {
@@ -244,10 +244,10 @@ impl Statement for InputToStateStability {
             None => None,
         };
         let decrease = format!("[(A - LC)'{p} + {p}(A - LC) + 2 rate {p}, {p}(E - LD); *, -diag(lambda)] < 0");
-        let mut facts = at_vertices(self, &format!("{p} > 0"), &self.vertices, &[&decrease], |names| {
+        let mut facts = at_vertices(self, &names, &format!("{p} > 0"), &self.vertices, &[&decrease], |names| {
             if self.cubic.is_some() { names.enclosed(p, metric.as_ref(), true) } else { names }
         })?;
-        let mut names = names(self);
+        let mut names = names.of(self);
         let mut spent = "sum lambda_i w_i^2".to_owned();
         if self.cubic.is_some() {
             names = names.enclosed(p, metric.as_ref(), true).define("S~", "-XCN")?;

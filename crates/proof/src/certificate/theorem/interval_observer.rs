@@ -17,7 +17,7 @@ use super::super::Fault;
 use super::super::fields::Field;
 use super::super::members::members;
 use super::super::sentence::Reading;
-use super::{Fact, FileError, Statement, counted};
+use super::{Fact, FileError, Names, Statement, counted};
 use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -142,7 +142,7 @@ impl IntervalEnclosure {
 impl Statement for IntervalEnclosure {
     const NAME: &'static str = "interval-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         self.check()?;
         let q = self.coordinates.blocks.len();
         let embed = |m: &Matrix<f64>, what| Matrix::<Interval>::embed(m, what);

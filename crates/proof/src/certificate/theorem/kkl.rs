@@ -26,7 +26,7 @@ use super::super::fields::{Field, Fields};
 use super::super::members::{Members, members};
 use super::super::sentence::Reading;
 use super::super::write::{Out, Written};
-use super::{Fact, FileError, KklInjectivity, Statement, Witness};
+use super::{Fact, FileError, KklInjectivity, Names, Statement, Witness};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -374,7 +374,7 @@ fn list(expressions: &[Expression]) -> String {
 impl Statement for KklErrorBound {
     const NAME: &'static str = "kkl-error-bound";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         self.check()?;
         let q = self.p.rows();
         let above = Matrix::from_fn(2 * q, 2 * q, |i, j| match (i < q, j < q) {

@@ -11,7 +11,7 @@
 
 use super::super::members::members;
 use super::super::sentence::{LOOP, Reading, Represented, disturbance, has_disturbance, inputs_of_loop, tends_to_zero};
-use super::{Fact, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals, names};
+use super::{Fact, Names, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 
@@ -31,9 +31,9 @@ pub struct LinearConvergence {
 impl Statement for LinearConvergence {
     const NAME: &'static str = "linear-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        names(self).facts(["P > 0", &decrease_label(self.rate)])
+        names.of(self).facts(["P > 0", &decrease_label(self.rate)])
     }
 
     fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {

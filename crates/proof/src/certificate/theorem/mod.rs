@@ -46,7 +46,7 @@ use super::error::FileError;
 use super::fields::Fields;
 use super::members::Members;
 use super::sentence::Reading;
-use super::write::{Out, Written};
+use super::write::Out;
 use super::{Fact, Witness};
 use crate::definite::of_one_certificate;
 use crate::error::ProofError;
@@ -83,7 +83,7 @@ pub use reduced_order::ReducedOrderConvergence;
 pub use sampled::SampledCubicConvergence;
 pub use sampled_interval::SampledIntervalEnclosure;
 pub use schur::SchurStability;
-pub use sector::SectorConvergence;
+pub use sector::{SectorConvergence, SectorTerm};
 pub use semi_implicit::SemiImplicitCubicConvergence;
 pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
@@ -97,8 +97,8 @@ pub use varying_periods::{CubicStep, MOST_MISSES, VaryingPeriodConvergence};
 trait Statement: Members {
     /// The value of the field `theorem` in the file.
     const NAME: &'static str;
-    /// The hypotheses, decided.
-    fn facts(&self) -> Result<Vec<Fact>, ProofError>;
+    /// The hypotheses, decided. What labels stand for is added to `names`, which has none.
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError>;
     /// What is proved when all facts are. Numbers in it are exact, and names from outside are quoted.
     fn words(&self) -> String;
     /// The theorem in a sentence of a report that reads its data so, its least margin being this one. Claims no more
@@ -192,10 +192,23 @@ macro_rules! theorems {
             /// [`ProofError`] for shapes that do not fit and entries that are not finite: what
             /// [`CertificateFile::read`](super::CertificateFile::read) lets through has neither.
             pub fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+                self.facts_with(Names::new())
+            }
+
+            /// As [`facts`](Self::facts), each label and each definition decided as what `read` makes of its text: for
+            /// tests of whether a wrong hypothesis would be noticed. The facts have the text of the theorem.
+            ///
+            /// # Errors
+            /// As [`facts`](Self::facts), and [`ProofError::Label`] for a text that cannot be read.
+            pub fn facts_read_by(&self, read: &dyn Fn(&str) -> String) -> Result<Vec<Fact>, ProofError> {
+                self.facts_with(Names::read_by(read))
+            }
+
+            fn facts_with(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
                 of_one_certificate(|| match self {
-                    $(Self::$name(theorem) => Statement::facts(theorem),)*
+                    $(Self::$name(theorem) => Statement::facts(theorem, names),)*
                     $(#[cfg(feature = "all-theorems")]
-                    Self::$more(theorem) => Statement::facts(theorem),)*
+                    Self::$more(theorem) => Statement::facts(theorem, names),)*
                 })
             }
         }
@@ -273,16 +286,6 @@ theorems! {
         /// The optimum of a semidefinite program is bounded, or there is none.
         SemidefiniteProgram,
     }
-}
-
-/// The members of a theorem by their names, for the labels of its facts.
-fn names(members: &impl Written) -> Names<'_> {
-    members.name_in("", false, Names::new())
-}
-
-/// Those of the vertex of a theorem, then those of the theorem.
-fn names_at<'a>(vertex: &'a impl Written, members: &'a impl Written) -> Names<'a> {
-    members.name_in("", false, names(vertex))
 }
 
 /// The numbers of the data, as intervals.

@@ -18,9 +18,7 @@ use super::super::fields::Field;
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, decay as decay_of, envelope};
 use super::super::write::Written;
-use super::{
-    Fact, FileError, Statement, are_points, bounded, check_rate, counted, data, decay, names, names_at, rate_term,
-};
+use super::{Fact, FileError, Statement, are_points, bounded, check_rate, counted, data, decay, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::label::Names;
@@ -79,6 +77,7 @@ impl Vertex {
 /// The first label, and the others at each vertex, with the names that `more` adds.
 pub(super) fn at_vertices<'a, V: Written>(
     theorem: &'a impl Written,
+    names: &Names<'a>,
     positive: &str,
     vertices: &'a [V],
     labels: &[&str],
@@ -87,9 +86,10 @@ pub(super) fn at_vertices<'a, V: Written>(
     if vertices.is_empty() {
         return Err(ProofError::Empty { what: "the list of vertices" });
     }
-    let mut facts = more(names(theorem)).facts([positive])?;
+    let mut facts = more(names.clone().of(theorem)).facts([positive])?;
     for (k, vertex) in vertices.iter().enumerate() {
-        let names = more(names_at(vertex, theorem));
+        // Where shapes do not fit, the vertex is right.
+        let names = more(names.clone().of(vertex).of(theorem));
         for label in labels {
             facts.push(Fact::at_vertex(label, k, names.decide(label)?));
         }
@@ -147,10 +147,10 @@ macro_rules! polytope {
                 words(&hull(&self.vertices), &decay("e'Pe", "e", self.rate))
             }
 
-            fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+            fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
                 check_rate(self.rate)?;
                 let decrease = format!("(A - LC)'P + P(A - LC){} < 0", rate_term(self.rate, "P"));
-                at_vertices(self, "P > 0", &self.vertices, &[&decrease], |names| names)
+                at_vertices(self, &names, "P > 0", &self.vertices, &[&decrease], |names| names)
             }
         }
 

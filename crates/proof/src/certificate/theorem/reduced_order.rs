@@ -13,11 +13,11 @@
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
-use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, names, rate_term};
+use super::{Fact, Names, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::statement::{Product, Stacked, times_left_inverse};
+use crate::statement::times_left_inverse;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,10 +34,9 @@ pub struct ReducedOrderConvergence {
 
 impl ReducedOrderConvergence {
     /// Enclosure of F, if S has full column rank; `None` if the rank cannot be proved.
-    fn flow(&self) -> Result<Option<Matrix<Interval>>, ProofError> {
-        let PlantMatrices { a, c, .. } = &self.plant;
-        let solution = times_left_inverse(&Product(&self.t, a), &Stacked(c, &self.t))?;
-        let (outputs, order) = (c.rows(), self.t.rows());
+    fn flow(&self, names: &Names<'_>) -> Result<Option<Matrix<Interval>>, ProofError> {
+        let solution = times_left_inverse(&names.expression("TA")?, &names.expression("[C; T]")?)?;
+        let (outputs, order) = (self.plant.c.rows(), self.t.rows());
         Ok(solution.map(|x| Matrix::from_fn(order, order, |i, j| x[(i, outputs + j)])))
     }
 }
@@ -45,11 +44,11 @@ impl ReducedOrderConvergence {
 impl Statement for ReducedOrderConvergence {
     const NAME: &'static str = "reduced-order-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let names = names(self);
+        let names = names.of(self);
         let mut facts = names.facts(["C'C + T'T > 0"])?;
-        let flow = if facts.iter().all(|fact| fact.verdict.is_proved()) { self.flow()? } else { None };
+        let flow = if facts.iter().all(|fact| fact.verdict.is_proved()) { self.flow(&names)? } else { None };
         let decrease = format!("F'P + PF{} < 0", rate_term(self.rate, "P"));
         facts.extend(names.enclosed("F", flow.as_ref(), false).facts(["P > 0", &decrease])?);
         Ok(facts)

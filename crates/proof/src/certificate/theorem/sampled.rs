@@ -12,7 +12,7 @@
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
-use super::{Fact, PlantMatrices, Statement, names};
+use super::{Fact, Names, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::wording::{exact, shortest};
@@ -39,13 +39,13 @@ pub struct SampledCubicConvergence {
 impl Statement for SampledCubicConvergence {
     const NAME: &'static str = "sampled-cubic-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         for (what, value) in [("w, which should be positive,", self.w), ("h, which should be positive,", self.period)] {
             if value <= 0.0 {
                 return Err(ProofError::Sign { what, value });
             }
         }
-        names(self).facts(["P > 0", "(A - LC)'P(A - LC) - P < 0", "(wA + ANC)'P(wA + ANC) - w^2 P < 0"])
+        names.of(self).facts(["P > 0", "(A - LC)'P(A - LC) - P < 0", "(wA + ANC)'P(wA + ANC) - w^2 P < 0"])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

@@ -21,7 +21,7 @@
 use super::super::members::members;
 use super::super::sentence::Reading;
 use super::interval_observer::{IntervalCoordinates, bounds, check_numbers, column, limits, regular, sizes};
-use super::{Fact, Statement, bounded, counted, enclosed, intervals};
+use super::{Fact, Names, Statement, bounded, counted, enclosed, intervals};
 use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -171,7 +171,7 @@ impl SampledIntervalEnclosure {
 impl Statement for SampledIntervalEnclosure {
     const NAME: &'static str = "sampled-interval-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         self.check()?;
         let (a, b) = (intervals(&self.a), intervals(&self.b));
         let q = self.coordinates.blocks.len();

@@ -8,7 +8,7 @@
 //! **Proof.** `V = x'Px` decreases at each step by a factor below 1 that is the same for all x.
 
 use super::super::members::members;
-use super::{Fact, Statement, names};
+use super::{Fact, Names, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 
@@ -24,8 +24,8 @@ pub struct SchurStability {
 impl Statement for SchurStability {
     const NAME: &'static str = "schur";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        names(self).facts(["P > 0", "A'PA - P < 0"])
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
+        names.of(self).facts(["P > 0", "A'PA - P < 0"])
     }
 
     fn words(&self) -> String {

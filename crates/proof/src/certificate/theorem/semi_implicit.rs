@@ -16,7 +16,7 @@
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented};
 use super::sampled::every;
-use super::{Fact, PlantMatrices, Statement, names};
+use super::{Fact, Names, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::wording::exact;
@@ -43,11 +43,11 @@ pub struct SemiImplicitCubicConvergence {
 impl Statement for SemiImplicitCubicConvergence {
     const NAME: &'static str = "sampled-cubic-observer-semi-implicit";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         if self.period <= 0.0 {
             return Err(ProofError::Sign { what: "h, which should be positive,", value: self.period });
         }
-        names(self).facts([
+        names.of(self).facts([
             "P > 0",
             "(A - LC)'P(A - LC) - P < 0",
             "S + S' >= 0",

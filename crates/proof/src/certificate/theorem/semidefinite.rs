@@ -9,7 +9,7 @@ use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER, MOST_ENTRIES};
 use super::super::members::Members;
 use super::super::write::{Out, Written};
-use super::{Fact, FileError, Statement, combination, counted};
+use super::{Fact, FileError, Names, Statement, combination, counted};
 use crate::error::ProofError;
 use crate::number::Number;
 use crate::semidefinite::{Block, DualBlock, Entry, Program};
@@ -45,7 +45,7 @@ pub struct SemidefiniteProgram {
 impl Statement for SemidefiniteProgram {
     const NAME: &'static str = "semidefinite-program";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let fact = |inequality: String, margin: Option<f64>| {
             let undecided =
                 Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "point" }, best: f64::NAN };

@@ -10,7 +10,7 @@
 use super::super::Rejection;
 use super::super::members::members;
 use super::super::write::{Out, Written};
-use super::{Fact, Statement, bounded, enclosed, intervals};
+use super::{Fact, Names, Statement, bounded, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -128,7 +128,7 @@ impl SolutionWithin {
 impl Statement for SolutionWithin {
     const NAME: &'static str = "solution-within";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, _: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         let verdict = match self.derived()? {
             Enclosure::Undecided { why } => Verdict::Undecided { why, best: f64::NAN },
             Enclosure::Enclosed(found) => match self.too_tight(&found.p) {

@@ -12,7 +12,7 @@
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, disturbance, has_disturbance};
 use super::cubic::of_real_gain;
-use super::{Fact, PlantMatrices, Statement, check_rate, decay, decrease_label, names};
+use super::{Fact, Names, PlantMatrices, Statement, check_rate, decay, decrease_label};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -38,9 +38,9 @@ pub struct StructuredCubicConvergence {
 impl Statement for StructuredCubicConvergence {
     const NAME: &'static str = "cubic-observer-with-structured-gain";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let mut facts = names(self).facts(["P > 0", &decrease_label(self.rate), "theta >= 0"])?;
+        let mut facts = names.of(self).facts(["P > 0", &decrease_label(self.rate), "theta >= 0"])?;
         let dissipation = cubic_dissipation_structured(&self.p, &self.s, &self.plant.c)?;
         facts.push(Fact::new("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", dissipation));
         Ok(facts)

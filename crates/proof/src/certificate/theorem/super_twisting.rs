@@ -1,6 +1,7 @@
 //! The super-twisting observer: its error is 0 after a finite time, for every bounded disturbance.
 //!
-//! **Hypotheses.** With `A = [-k1 1; -2 k2 0]`, `B = (0, 1)`, `C = (1, 0)`: `P > 0`, `[A'P + PA + 2 alpha P + 2 bound^2
+//! **Hypotheses.** With `A = [-k1 1; -2 k2 0]`, `B = (0, 1)`, `C = (1, 0)`, twice the matrices of the error in the
+//! coordinates z below, so that no entry is rounded: `P > 0`, `[A'P + PA + 2 alpha P + 2 bound^2
 //! C'C, 2PB; *, -2] < 0`, and `c^2 P - C'C >= 0`, with positive k1, k2, bound, alpha and c.
 //!
 //! **Theorem.** Let `e1' = e2 - k1 |e1|^(1/2) sign(e1)`, `e2' = F - k2 sign(e1)` with `|F(t)| <= bound`. Then e1 and e2
@@ -16,10 +17,9 @@
 
 use super::super::members::members;
 use super::super::sentence::Reading;
-use super::{Fact, Statement};
+use super::{Fact, Names, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::super_twisting;
 use crate::wording::{exact, if_at_most};
 
 /// The data of the theorem; the head of the file has statement and proof.
@@ -42,7 +42,7 @@ pub struct SuperTwistingConvergence {
 impl Statement for SuperTwistingConvergence {
     const NAME: &'static str = "super-twisting-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         for (what, value) in [
             ("k1, which should be positive,", self.k1),
             ("k2, which should be positive,", self.k2),
@@ -54,13 +54,13 @@ impl Statement for SuperTwistingConvergence {
                 return Err(ProofError::Sign { what, value });
             }
         }
-        let [positive, decrease, reach] =
-            super_twisting((self.k1, self.k2, self.bound), &self.p, (self.alpha, self.c))?;
-        Ok(vec![
-            Fact::new("P > 0", positive),
-            Fact::new("[A'P + PA + 2 alpha P + 2 bound^2 C'C, 2PB; *, -2] < 0", decrease),
-            Fact::new("c^2 P - C'C >= 0", reach),
-        ])
+        self.p.expect_shape("P", (2, 2))?;
+        let names = names.of(self).number("bound", self.bound).define("A", "[-k1, 1; -2 k2, 0]")?;
+        // Entry by entry, so that no product with a 0 or a 1 is rounded: the margin may be as small.
+        let names =
+            names.number("p12", self.p[(0, 1)]).number("p22", self.p[(1, 1)]).define("2PB", "[2 p12; 2 p22]")?;
+        let names = names.define("2 bound^2 C'C", "[2 bound^2, 0; 0, 0]")?.define("C'C", "[1, 0; 0, 0]")?;
+        names.facts(["P > 0", "[A'P + PA + 2 alpha P + 2 bound^2 C'C, 2PB; *, -2] < 0", "c^2 P - C'C >= 0"])
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {

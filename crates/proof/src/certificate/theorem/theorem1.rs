@@ -9,7 +9,7 @@
 //! **Proof.** As in `structured.rs`.
 
 use super::super::members::members;
-use super::{Fact, PlantMatrices, Statement, decay, names};
+use super::{Fact, Names, PlantMatrices, Statement, decay};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 
@@ -31,8 +31,8 @@ pub struct CubicTheorem1 {
 impl Statement for CubicTheorem1 {
     const NAME: &'static str = "cubic-observer-theorem-1";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
-        names(self).facts(["P > 0", "(A - LC)'P + P(A - LC) < 0 (12)", "theta >= 0", "P N C + C'N'P <= 0 (13')"])
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
+        names.of(self).facts(["P > 0", "(A - LC)'P + P(A - LC) < 0 (12)", "theta >= 0", "P N C + C'N'P <= 0 (13')"])
     }
 
     fn words(&self) -> String {

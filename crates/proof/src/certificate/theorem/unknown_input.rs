@@ -15,11 +15,11 @@
 
 use super::super::members::members;
 use super::super::sentence::{Reading, Represented, tends_to_zero};
-use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, names, rate_term};
+use super::{Fact, Names, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::statement::{Product, structured_for, times_left_inverse};
+use crate::statement::{structured_for, times_left_inverse};
 
 /// The cubic term of an unknown-input observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,9 +51,9 @@ pub struct UnknownInputConvergence {
 
 impl UnknownInputConvergence {
     /// Enclosure of `T = I - HC`; `None` if full column rank of C E cannot be proved.
-    fn decoupler(&self) -> Result<Option<Matrix<Interval>>, ProofError> {
-        let (c, e) = (&self.plant.c, &self.e);
-        let Some(h) = times_left_inverse(e, &Product(c, e))? else { return Ok(None) };
+    fn decoupler(&self, names: &Names<'_>) -> Result<Option<Matrix<Interval>>, ProofError> {
+        let c = &self.plant.c;
+        let Some(h) = times_left_inverse(&self.e, &names.expression("CE")?)? else { return Ok(None) };
         let measured = h.product(&Matrix::embed(c, "C")?)?;
         Ok(Some(Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)?))
     }
@@ -62,11 +62,11 @@ impl UnknownInputConvergence {
 impl Statement for UnknownInputConvergence {
     const NAME: &'static str = "unknown-input-observer";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         check_rate(self.rate)?;
-        let mut names = names(self);
+        let mut names = names.of(self);
         let mut facts = names.facts(["(CE)'CE > 0"])?;
-        let decoupler = if facts.iter().all(|fact| fact.verdict.is_proved()) { self.decoupler()? } else { None };
+        let decoupler = if facts.iter().all(|fact| fact.verdict.is_proved()) { self.decoupler(&names)? } else { None };
         names = names.enclosed("T", decoupler.as_ref(), false);
         let mut p = "P";
         if let Some(term) = &self.cubic {

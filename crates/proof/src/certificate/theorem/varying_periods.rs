@@ -25,7 +25,7 @@ use super::super::limits::MOST_MOTION;
 use super::super::members::Members;
 use super::super::sentence::{Reading, Represented};
 use super::super::write::{Out, Written};
-use super::{Fact, FileError, PlantMatrices, Statement, names};
+use super::{Fact, FileError, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::label::Names;
@@ -190,9 +190,9 @@ fn motion(states: usize, maps: usize, misses: usize) -> (usize, usize) {
 impl Statement for VaryingPeriodConvergence {
     const NAME: &'static str = "sampled-observer-at-varying-periods";
 
-    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+    fn facts(&self, names: Names<'_>) -> Result<Vec<Fact>, ProofError> {
         self.check()?;
-        let mut facts = Names::new().symmetric("P", &self.p).facts(["P > 0"])?;
+        let mut facts = names.clone().symmetric("P", &self.p).facts(["P > 0"])?;
         let mut effort = Effort::default();
         self.falls("I - KC", &self.corrected(&self.k, -1.0)?, &mut effort, &mut facts)?;
         match &self.step {
@@ -201,7 +201,7 @@ impl Statement for VaryingPeriodConvergence {
                 self.falls("I + NC/w", &self.saturated(n, *w)?, &mut effort, &mut facts)?;
             }
             CubicStep::SemiImplicit { n, s, .. } => {
-                let names = names(&self.plant).symmetric("P", &self.p).number("factor", self.factor);
+                let names = names.of(&self.plant).symmetric("P", &self.p).number("factor", self.factor);
                 let names = names.matrix("N", n).matrix("S", s);
                 facts.extend(names.facts(["S + S' >= 0", "[(1 - factor^2)P/2, PN + C'S; *, N'PN] >= 0"])?);
             }

@@ -25,7 +25,8 @@ pub(super) fn rows<'a>(study: &'a Study, simulation: &'a Simulation, sweep: &'a 
             let study = sweep.variants.get(k).unwrap_or(study);
             let Some(requested) = study.observer(&requested.name) else { continue };
             let simulation = study.simulation.as_ref().unwrap_or(simulation);
-            let Some(requested) = varied(requested, simulation, &sweep.parameter, value) else { continue };
+            let within = (simulation, study.plant.dt);
+            let Some(requested) = varied(requested, within, &sweep.parameter, value) else { continue };
             rows.push(Row { study, simulation, requested, value });
         }
     }
@@ -39,11 +40,16 @@ pub(super) fn chosen<'a>(study: &'a Study, sweep: &Sweep) -> Vec<&'a ObserverSpe
 }
 
 /// The specification of an observer at a value; none if it does not have the parameter.
-fn varied(requested: &ObserverSpec, simulation: &Simulation, parameter: &Swept, value: f64) -> Option<ObserverSpec> {
+fn varied(
+    requested: &ObserverSpec,
+    (simulation, dt): (&Simulation, Option<f64>),
+    parameter: &Swept,
+    value: f64,
+) -> Option<ObserverSpec> {
     let mut requested = requested.clone();
     match parameter {
         Swept::Gamma => requested.kind = requested.kind.with_gamma(value)?,
-        Swept::Poles => requested.kind = requested.kind.faster(value),
+        Swept::Poles => requested.kind = requested.kind.faster(value, dt),
         Swept::Noise | Swept::Number(_) => {}
         Swept::Initial => {
             for (xhat, x) in requested.initial.iter_mut().zip(&simulation.x0) {

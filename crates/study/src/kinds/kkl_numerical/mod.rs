@@ -237,7 +237,7 @@ impl Specification for KklSpec {
         "Fit not valid outside the design region"
     }
 
-    fn faster(&self, factor: f64) -> Option<ObserverKind> {
+    fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
         Some(Self { cutoff: self.cutoff.map(|cutoff| cutoff * factor), ..self.clone() }.into())
     }
 

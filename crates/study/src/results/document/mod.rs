@@ -177,7 +177,14 @@ pub(crate) fn comparison(results: &Results) -> Section {
         let words = std::iter::once(&duration).chain(words).chain(&simulation.scoring.words);
         section = section.list(words.cloned());
         if let Some(table) = simulation.norm_table(&results.plant) {
-            section = scores(section, &table, "Norm of the error; the best values are marked.");
+            let caption = match (table.rows.len(), simulation.same_start()) {
+                (0 | 1, _) => "Norm of the error.",
+                (_, true) => "Norm of the error; the best values are marked.",
+                (_, false) => {
+                    "Norm of the error. The observers start from different estimates: none is marked as best."
+                }
+            };
+            section = scores(section, &table, caption);
         }
         section = match simulation.state_table(&results.plant, SCORED) {
             Some(table) => scores(section, &table, "Error of each state, in its unit.").note(

@@ -34,7 +34,7 @@ pub(super) fn section(experiment: &Experiment, omitted: &[String]) -> Result<Sec
     if omitted.is_empty() {
         return Ok(section);
     }
-    Ok(section.prose(format!("Not simulated in this page: {}.", omitted.join(", "))))
+    Ok(section.prose(format!("Not simulated in this page, which has no code for them: {}.", omitted.join(", "))))
 }
 
 /// Why there is nothing to try.

@@ -8,7 +8,9 @@ use super::super::{DesignVerdict, ObserverReport, Results, ScoreCell, ScoreTable
 
 /// What was studied, what is observable, what is proved, and which observer is the best by which score.
 pub(super) fn section(results: &Results) -> Section {
-    let first = [Some(plant(results)), observability(results), certificates(&results.observers)];
+    // What is proved is proved of the model: that another plant was simulated comes first.
+    let truth = results.simulation.as_ref().and_then(|simulation| simulation.truth.clone());
+    let first = [truth, Some(plant(results)), observability(results), certificates(&results.observers)];
     let rest = [
         results.simulation.as_ref().and_then(|simulation| best(&simulation.norm_table(&results.plant)?)),
         warnings(results),

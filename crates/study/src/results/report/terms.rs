@@ -21,7 +21,7 @@ pub(super) fn section(section: Section, results: &Results) -> Section {
              of the error equation; the largest over the vertices.",
         ));
     }
-    if designs.iter().any(|design| design.facts.iter().any(|fact| fact.words.contains("margin"))) {
+    if designs.iter().any(|design| design.facts.iter().any(|fact| fact.names_margin)) {
         rows.push((
             "margin",
             "A lower bound of the distance from violation: M > 0 with margin m means that M - m I is positive \
