@@ -14,3 +14,4 @@ mod names;
 mod number;
 mod operations;
 mod rows;
+mod texts;
