@@ -176,7 +176,8 @@ fn changes(text: &str) -> Vec<String> {
         let outer = |separator: &str, from: usize| {
             before[from..].match_indices(separator).filter(|(at, _)| depth(&before[..from + at]) == 1).count()
         };
-        outer(", ", row) == outer("; ", 0)
+        // A column of blocks has no diagonal.
+        outer(", ", row) == outer("; ", 0) && text.contains(", ")
     };
     let terms = [" + ", " - ", ", ", "; ", " < ", " > ", " <= ", " >= ", " for "];
     for sign in [" + ", " - "] {

@@ -37,6 +37,7 @@ impl ReducedOrderConvergence {
     fn flow(&self, names: &Names<'_>) -> Result<Option<Matrix<Interval>>, ProofError> {
         let solution = times_left_inverse(&names.expression("TA")?, &names.expression("[C; T]")?)?;
         let (outputs, order) = (self.plant.c.rows(), self.t.rows());
+        solution.iter().try_for_each(|x| x.expect_shape("[G F]", (order, outputs + order)))?;
         Ok(solution.map(|x| Matrix::from_fn(order, order, |i, j| x[(i, outputs + j)])))
     }
 }
