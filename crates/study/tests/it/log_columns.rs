@@ -9,8 +9,8 @@ use luenberger_study::{RunOptions, Step, execute};
 use crate::studies::{scratch, study_in};
 
 fn times(column: &[&str]) -> Result<Vec<f64>, String> {
-    let text: String = column.iter().map(|t| format!("{t},0\n")).collect();
-    let log = Table::parse(&format!("t,y\n{text}")).unwrap().recording("t", &[], &["y"]);
+    let rows: Vec<String> = column.iter().map(|t| format!("{t},0")).collect();
+    let log = Table::parse(&format!("t,y\n{}\n", rows.join("\n"))).unwrap().recording("t", &[], &["y"]);
     log.map(|log| log.times().to_vec()).map_err(|error| error.to_string())
 }
 
