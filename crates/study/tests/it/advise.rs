@@ -1,6 +1,6 @@
 //! `luenberger advise`: which kinds run, with what tuning, and in which order.
 
-use luenberger_study::advise::{Advice, AdviseOptions, Criteria, advise};
+use luenberger_study::advise::{Advice, AdviseOptions, Criteria, NotApplicable, advise};
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
 
 use crate::studies::{read, scratch, study};
@@ -489,4 +489,61 @@ fn observers_are_added_to_every_form_of_study() {
             assert_eq!((added.kind.name(), added.initial.as_slice()), (ranked.kind.as_str(), [0.5].as_slice()));
         }
     }
+}
+
+/// The document of an advice has every number of the ranking in its table, the best of each column marked, and says
+/// what is compared.
+#[test]
+fn an_advice_is_a_document() {
+    use luenberger_proof::wording::significant;
+    let mut advice = advice(&INTEGRATOR.replace("ensemble = 3", "ensemble = 1"), &by("error=2,proved=1"));
+    let plain = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let digits = |x: Option<f64>, missing: &str| x.map_or_else(|| missing.to_owned(), |x| significant(x, 4));
+    let markdown = advice.markdown("10 min");
+    let least = advice.ranking.iter().filter(|one| one.finished == 1).filter_map(|one| one.medians.rms);
+    let least = least.fold(f64::INFINITY, f64::min);
+    for one in &advice.ranking {
+        let rows = || markdown.lines().filter(|line| line.starts_with(&format!("| {} |", one.name)));
+        let row = rows().find(|line| line.contains(" of 1 |")).unwrap_or_else(|| panic!("{}: {markdown}", one.name));
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let expected = [
+            one.name.clone(),
+            digits(one.score, "-"),
+            digits(one.medians.rms, "-"),
+            digits(one.medians.settling, "never"),
+            digits(one.medians.peak, "-"),
+            digits(one.medians.steady_rms, "-"),
+            digits(one.noise_gain, "-"),
+            one.operations.map_or_else(|| "-".to_owned(), |count| count.to_string()),
+            one.verdict.word().to_owned(),
+            format!("{} of 1", one.finished),
+        ];
+        assert_eq!(cells.iter().map(|cell| cell.trim_matches('*')).collect::<Vec<_>>(), expected);
+        assert_eq!(cells[2].contains("**"), one.medians.rms == Some(least) && one.finished == 1, "{row}");
+    }
+    let text = plain(&advice.text("10 min"));
+    assert!(text.contains("Ranking by error=2,proved=1: one run"), "{text}");
+    let all = "The best values are marked. The score is the weighted geometric mean of the values relative to the best \
+               ones. A missing proof counts as a factor of 10.";
+    assert!(text.contains(all), "{text}");
+    assert!(advice.explanation.iter().all(|sentence| text.contains(&plain(sentence))), "{text}");
+    // What other advice would say.
+    (advice.runs, advice.criteria) = (3, "error".parse().unwrap());
+    (advice.pareto_cost, advice.pareto_peak) = (vec!["a".to_owned(), "b".to_owned()], vec!["c".to_owned()]);
+    advice.not_reached = vec!["what is left".to_owned()];
+    let not = |name: &str, why: &str| NotApplicable { name: name.to_owned(), hypothesis: why.to_owned() };
+    advice.not_applicable = vec![not("d", "first"), not("e", "second"), not("f", "first")];
+    let text = plain(&advice.text("10 min"));
+    for part in [
+        "Ranking by error: medians of 3 runs",
+        "The best values are marked.",
+        "No other is better in both rms |e| and operations than a, b.",
+        "d, f: first",
+        "e: second",
+        "Not reached within the budget of 10 min",
+        "what is left",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains("peak |e| than c") && !text.contains("The score is") && !text.contains("A missing proof"));
 }

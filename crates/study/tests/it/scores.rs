@@ -255,3 +255,27 @@ initial = [1, 0]
     assert!(simulation.norm_table(&results.plant).is_none() && simulation.state_table(&results.plant, 6).is_none());
     assert_eq!(simulation.ended(), [format!("gain: {why}")]);
 }
+
+/// Noise that leaves more than the first error is warned of in the state in which it does so most, and not in one that
+/// begins without an error.
+#[test]
+fn noise_beyond_the_first_error_is_warned_of_in_its_state() {
+    let warnings = |x0: &str| {
+        let text = format!(
+            "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-2, -5]\n\
+             [simulation]\nx0 = {x0}\nduration = 1\nnoise = {{ amplitude = [0.1], period = 0.01 }}\n"
+        );
+        let about = "the measurement noise alone leaves an error of standard deviation";
+        let all = run(&study(&text), Step::Compare).warnings;
+        all.into_iter().filter(|warning| warning.contains(about)).collect::<Vec<_>>()
+    };
+    for (x0, end) in [
+        ("[1e-6, 1e-3]", " in x1, more than the initial error 1e-6;"),
+        ("[1e-3, 1e-6]", " in x2, more than the initial error 1e-6;"),
+        ("[0, 1e-3]", " in x2, more than the initial error 0.001;"),
+    ] {
+        let found = warnings(x0);
+        assert!(found.len() == 1 && found[0].contains(end), "{x0}: {found:?}");
+    }
+    assert!(warnings("[10, 10]").is_empty());
+}
