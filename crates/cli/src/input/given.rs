@@ -100,7 +100,7 @@ impl<P: Problem> FromArgMatches for Data<P> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let options = keys::<P>().filter_map(|key| Some((key.to_owned(), matches.get_one::<Value>(key)?.clone())));
         let mut object: Map<String, Value> = options.collect();
-        let conflict = |what: &str| Err(clap::Error::raw(ErrorKind::ArgumentConflict, format!("{what}")));
+        let conflict = |what: &str| Err(clap::Error::raw(ErrorKind::ArgumentConflict, format!("{what}\n")));
         let given = match matches.get_one::<Source>(FILE) {
             Some(source) => match in_place(source).transpose() {
                 Ok(Some(_)) if object.contains_key("a") => return conflict("the matrix A is given twice"),

@@ -55,7 +55,7 @@ pub(crate) fn run(input: &RunInput) -> Result<Answer, Failure> {
 fn saved(folder: &Path) -> Vec<(PathBuf, SystemTime)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let files = entries.filter_map(|entry| {
-        let about = entry.metadata().ok().filter(|about| about.is_file())?;
+        let about = entry.metadata().ok().filter(std::fs::Metadata::is_file)?;
         Some((entry.path(), about.modified().ok()?))
     });
     let mut files: Vec<_> = files.collect();
