@@ -247,7 +247,7 @@ pub(crate) enum Command {
     Completions(CompletionsInput),
     /// Write the manual pages, one for each command
     ///
-    /// Output {"folder", "files"}.
+    /// Output {"folder", "files"}. `man` finds those in ~/.local/share/man/man1: man luenberger-run.
     #[command(after_help = MAN)]
     Man(ManInput),
 }
@@ -946,8 +946,8 @@ const SDP: &str = r"Example:
 const COMPLETIONS: &str = r"Example:
   $ luenberger completions bash > luenberger.bash";
 
-const MAN: &str = r"Example, for man luenberger-run:
-  $ luenberger man -o ~/.local/share/man/man1";
+const MAN: &str = r"Example:
+  $ luenberger man -o man1";
 
 /// Prints clap's message: help and version with exit code 0, a usage error with 2.
 pub(crate) fn refused(error: &clap::Error) -> ExitCode {
