@@ -27,7 +27,7 @@
 //! | [`sampled_nonlinear`] | the copy of a plant stepped once per sample, with an output predicted between samples |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and with output injection |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
-//! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
+//! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both: folder `parameter_estimation` |
 //! | [`filters`], [`estimator`] | parts of these two: filters; gradient, DREM, excitation |
 //! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
 //! | [`inter_sample`] | an observer in continuous time stepped once per sample, with an output predicted between samples |
@@ -53,7 +53,6 @@
 #![no_std]
 #![deny(missing_docs)]
 
-pub mod cascade;
 pub mod covariance_filter;
 pub mod cubic;
 pub mod cubic_sampled;
@@ -65,23 +64,19 @@ pub mod discrete_kalman;
 pub mod discrete_linear;
 pub mod discrete_luenberger;
 pub mod error;
-pub mod estimator;
 #[cfg(feature = "alloc")]
 mod exponential;
 pub mod feedthrough;
-pub mod filters;
 pub mod fixed_point;
 pub mod functional;
 mod gaussian;
 #[cfg(feature = "alloc")]
 mod held;
 pub mod high_gain;
-pub mod immersion_invariance;
 pub mod inter_sample;
 pub mod interval;
 pub mod kalman;
 pub mod kkl;
-pub mod kkl_peb;
 pub mod linear;
 pub mod mean_value;
 pub mod moving_horizon;
@@ -90,10 +85,9 @@ mod numbers;
 pub mod numerical_kkl;
 pub mod observer;
 pub mod output_feedback;
-pub mod pebo;
+mod parameter_estimation;
 pub mod proportional_integral;
 pub mod pseudo_inverse;
-mod regression;
 mod runge_kutta;
 pub mod sampled_jumps;
 pub mod sampled_nonlinear;
@@ -148,6 +142,7 @@ pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenb
 pub use numbers::SizedPlant;
 pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
+pub use parameter_estimation::{cascade, estimator, filters, immersion_invariance, kkl_peb, pebo};
 pub use pebo::{PeboObserver, Regression};
 pub use proportional_integral::{ProportionalIntegralObserver, StaticProportionalIntegralObserver};
 pub use sampled_jumps::SampledJumps;

@@ -391,7 +391,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/observers/src/kkl_peb.rs",
+        file: "crates/observers/src/parameter_estimation/kkl_peb.rs",
         suites: &[OBSERVERS, KKL],
         mutants: &[
             sign("[KKL+PEB]: phi^L(xi - missing)", "&parts.xi + self.map"),
@@ -453,7 +453,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/observers/src/filters.rs",
+        file: "crates/observers/src/parameter_estimation/filters.rs",
         suites: &[OBSERVERS, KKL],
         mutants: &[
             mutant(
@@ -508,7 +508,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/observers/src/immersion_invariance.rs",
+        file: "crates/observers/src/parameter_estimation/immersion_invariance.rs",
         suites: &[OBSERVERS, KKL],
         mutants: &[
             sign("I&I: Dphi f + D_y beta Dh f", "&f) - self.map.beta_directional"),
@@ -531,7 +531,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/observers/src/estimator/gradient.rs",
+        file: "crates/observers/src/parameter_estimation/estimator/gradient.rs",
         suites: &[OBSERVERS],
         mutants: &[
             sign("gradient: Y + M theta_hat", "y - m * leading"),
@@ -545,7 +545,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/observers/src/estimator/drem.rs",
+        file: "crates/observers/src/parameter_estimation/estimator/drem.rs",
         suites: &[OBSERVERS, KKL],
         mutants: &[
             mutant(
@@ -589,7 +589,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/observers/src/estimator/excitation.rs",
+        file: "crates/observers/src/parameter_estimation/estimator/excitation.rs",
         suites: &[OBSERVERS, KKL],
         mutants: &[
             sign("excitation: + mu E", "seen - gram * self.mu"),
@@ -603,7 +603,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/observers/src/estimator/adjugate.rs",
+        file: "crates/observers/src/parameter_estimation/estimator/adjugate.rs",
         suites: &[OBSERVERS],
         mutants: &[
             mutant(

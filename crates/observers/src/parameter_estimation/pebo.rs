@@ -27,9 +27,9 @@
 //!
 //! Source: R. Ortega, A. Bobtsov, A. Pyrkin and S. Aranovskiy, Systems and Control Letters 85, 2015.
 
-use crate::kkl_peb::KklPebObserver;
+use super::kkl_peb::KklPebObserver;
 
-pub use crate::regression::{PebSize, Regression};
+pub use super::regression::{PebSize, Regression};
 
 /// A parameter-estimation-based observer: a [KKL+PEB]O whose Lambda is zero.
 ///

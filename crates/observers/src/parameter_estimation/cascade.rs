@@ -27,11 +27,11 @@ use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
 
+use super::estimator::RegressionSize;
+use super::regression::Regression;
 use crate::error::ObserverError;
-use crate::estimator::RegressionSize;
 use crate::kkl::{KklMap, KklSize};
 use crate::observer::{ObserverDimensions, length};
-use crate::regression::Regression;
 
 /// Every shape that the observer of a cascade with blocks of `N2`, `N3` and `N4` states forms can be stored. Never
 /// implement it yourself.

@@ -6,7 +6,7 @@
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, DimAdd, DimMul, DimProd, DimSum, OMatrix, OVector, RealField, U2};
 
-use crate::estimator::RegressionSize;
+use super::estimator::RegressionSize;
 use crate::kkl::{KklMap, KklSize};
 use crate::observer::length;
 

@@ -31,14 +31,14 @@
 
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
+use super::estimator::{ParameterEstimator, finite_or_zero};
+use super::filters::{Filter, positive};
+use super::regression::{PebSize, Regression};
 use crate::dense::{choose, larger};
 use crate::diagnosis::{Diagnose, Diagnosis};
 use crate::error::ObserverError;
-use crate::estimator::{ParameterEstimator, finite_or_zero};
-use crate::filters::{Filter, positive};
 use crate::kkl::{KklMap, KklSize};
 use crate::observer::{Observer, ObserverDimensions};
-use crate::regression::{PebSize, Regression};
 use luenberger_plants::PlantError;
 
 /// The observer with maps `K`, estimator `E` over the scalar `T`; see the [module](self).
