@@ -287,8 +287,14 @@ impl Table {
         }
         let names = self.names.iter().enumerate().map(|(k, name)| (without_unit(name).to_owned(), Variable::State(k)));
         let expression = Expression::parse(name, &Scope::variables(self.names.len(), 0, names));
-        let expression = expression
-            .map_err(|error| TableError::Expression { text: name.to_owned(), why: error.kind().to_string() })?;
+        let expression = match (expression, missing) {
+            (Ok(expression), _) => expression,
+            // More likely the name of a column with a sign in it, misspelt.
+            (Err(_), near @ TableError::MissingColumn { nearest: Some(_), .. }) => return Err(near),
+            (Err(error), _) => {
+                return Err(TableError::Expression { text: name.to_owned(), why: error.kind().to_string() });
+            }
+        };
         // `t` is a name of its own in expressions; here it is the column.
         let time = if expression.uses_time() { Some(self.index("t")?) } else { None };
         let is_used = |k: &usize| time == Some(*k) || expression.depends_on_state(*k);
