@@ -212,8 +212,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Kalman: a gate that lets NaN pass",
                 WrongOperand,
-                "let is_within = innovation * innovation <= gate * gate * variance;\n        !is_within",
-                "innovation * innovation > gate * gate * variance",
+                "innovation * innovation <= gate * gate * variance",
+                "!(innovation * innovation > gate * gate * variance)",
             ),
         ],
     },
