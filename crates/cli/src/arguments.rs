@@ -1,8 +1,11 @@
 //! Command-line arguments and their help texts.
 
+use crate::examples;
 use crate::exit::WRONG;
 use crate::input::Source;
-use crate::input::given::{Data, Problem};
+use crate::input::given::{
+    Data, Lyapunov, NoiseModel, Pair, PolePlacement, Problem, RiccatiProblem, Square, StateSpace, Sylvester,
+};
 use crate::limit::{Limit, time};
 use crate::output;
 use clap::error::ErrorKind;
@@ -44,7 +47,7 @@ pub(crate) enum Command {
     /// Write a commented study file to start from
     ///
     /// Output {"study", "files"}: the files written.
-    #[command(after_help = NEW)]
+    #[command(after_help = examples::NEW)]
     New(NewInput),
     /// Design, certify, simulate and compare the observers of a study, and write a folder with the report
     ///
@@ -52,28 +55,28 @@ pub(crate) enum Command {
     /// numbers, and the certificates. Results are reproducible: the same study gives identical bytes. Ctrl-C keeps the
     /// finished files. The exit code is 1 if an observer is not applicable to the plant, a condition is not verified,
     /// or a simulation fails; all other parts are still computed.
-    #[command(after_help = RUN)]
+    #[command(after_help = examples::RUN)]
     Run(RunInput),
     /// Observability: rank, margin of each mode, unobservable directions
     ///
     /// Nonlinear plants are linearized at points along the trajectory; the rank of the Lie derivatives and the
     /// empirical Gramian are computed too.
-    #[command(after_help = OBSERVE)]
+    #[command(after_help = examples::OBSERVE)]
     Observe(StudyInput),
     /// Design the observers of a study: gains, poles, verified properties
     ///
     /// For an observer that is not applicable to the plant, the violated hypothesis is reported, with
     /// alternatives that were designed on this plant, and hints; the exit code is then 1.
-    #[command(after_help = DESIGN)]
+    #[command(after_help = examples::DESIGN)]
     Design(StudyInput),
     /// Design the observers and write their certificates as files for `luenberger verify`
-    #[command(after_help = CERTIFY)]
+    #[command(after_help = examples::CERTIFY)]
     Certify(StudyInput),
     /// Simulate the plant and its observers; write trajectories and figures
-    #[command(after_help = SIMULATE)]
+    #[command(after_help = examples::SIMULATE)]
     Simulate(StudyInput),
     /// Compare the observers: settling time, peak, root mean square of the error
-    #[command(after_help = COMPARE)]
+    #[command(after_help = examples::COMPARE)]
     Compare(StudyInput),
     /// Which observer should I use? Try every kind that applies, tuned from the same information, and rank them
     ///
@@ -82,7 +85,7 @@ pub(crate) enum Command {
     /// noises. The kinds that do not apply are listed with the hypothesis that fails. The study needs a [simulation]
     /// with noise. With -o: figures of error against cost and peak, the scores of all runs, and the study with the
     /// recommended observers. The exit code is 1 if no observer is ranked.
-    #[command(after_help = ADVISE)]
+    #[command(after_help = examples::ADVISE)]
     Advise(AdviseInput),
     /// Parameter sweep over gamma, poles, noise or initial errors, with ensembles, in parallel
     ///
@@ -90,7 +93,7 @@ pub(crate) enum Command {
     /// killed is resumed: blocks that are there are not computed again. Several processes compute one sweep with
     /// --shard; `sweep status` tells how far it is, `sweep reduce` forms the results, and `sweep script` submits it to
     /// SLURM. The results are the same bytes in all cases, on one kind of processor.
-    #[command(after_help = SWEEP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+    #[command(after_help = examples::SWEEP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     Sweep(SweepInput),
     /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
     ///
@@ -99,28 +102,28 @@ pub(crate) enum Command {
     /// source, a test with golden vectors, a build file, a README and the certificate. An observer without a
     /// certificate needs --unproved. Output {"observer", "folder", "files", "period", "operations", "bytes", "proved",
     /// "statement", "digest"}.
-    #[command(after_help = EXPORT)]
+    #[command(after_help = examples::EXPORT)]
     Export(ExportInput),
     /// Lyapunov equation A X + X A' + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
     /// As `lyap(A, Q)` of python-control and MATLAB; --transposed solves the observer's form A'X + X A + Q = 0.
     /// A unique X exists iff no two eigenvalues of A add to zero.
-    #[command(after_help = LYAP)]
+    #[command(after_help = examples::LYAP)]
     Lyap(LyapunovInput),
     /// Discrete Lyapunov (Stein) equation A X A' - X + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
     /// As `dlyap(A, Q)` of python-control and MATLAB; --transposed solves the observer's form A'X A - X + Q = 0.
     /// A unique X exists iff no two eigenvalues of A multiply to one.
-    #[command(after_help = DLYAP)]
+    #[command(after_help = examples::DLYAP)]
     Dlyap(LyapunovInput),
     /// Sylvester equation A X + X B + Q = 0
     ///
     /// Input {"a": n x n, "b": m x m, "q": n x m}; output {"x", "residual", "condition"}. The sign is that of
     /// `lyap(A, B, Q)` of python-control and MATLAB; scipy's `solve_sylvester(A, B, Q)` has A X + X B = Q. A unique X
     /// exists iff no eigenvalue of A is the negative of one of B.
-    #[command(after_help = SYLV)]
+    #[command(after_help = examples::SYLV)]
     Sylv(MatrixInput<Sylvester>),
     /// Riccati equation A'X + X A - X B R^-1 B'X + Q = 0, and the regulator K = R^-1 B'X
     ///
@@ -135,8 +138,8 @@ pub(crate) enum Command {
     /// C'V^-1 C P + W = 0, L = P C'V^-1. P is the covariance of the error, poles are the eigenvalues of A - L C.
     /// Optional keys: "g", n x q, of x' = A x + B u + G w, with "w" q x q; and "s", n x p (with "g" q x p), the
     /// cross-intensity of w and v.
-    #[command(after_help = CARE)]
-    Care(MatrixInput<Riccati>),
+    #[command(after_help = examples::CARE)]
+    Care(MatrixInput<RiccatiProblem>),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
     ///
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, "r": m x m symmetric, regular, or singular with
@@ -152,8 +155,8 @@ pub(crate) enum Command {
     /// prediction error, poles are the eigenvalues of A - L C. filter_gain is M = P C'(V + C P C')^-1 of the
     /// measurement update, filter_covariance P - M C P. Optional keys: "g", n x q, of x+ = A x + B u + G w, with "w" q
     /// x q; and "s", n x p (with "g" q x p), the cross-covariance of w and v.
-    #[command(after_help = DARE)]
-    Dare(MatrixInput<Riccati>),
+    #[command(after_help = examples::DARE)]
+    Dare(MatrixInput<RiccatiProblem>),
     /// Pole placement: K such that A - B K, or L such that A - L C, has the specified eigenvalues
     ///
     /// Input {"a": n x n, "b": n x m, "poles": n numbers, complex ones as [re, im] with their conjugates}; output {"k",
@@ -170,7 +173,7 @@ pub(crate) enum Command {
     /// null for a defective closed loop. If a pole is missed by more than a tenth, or the closed loop is unstable and
     /// the desired one is not, there is a warning, and the exit code is 1. The multiplicity of a pole is at most
     /// rank(B) or rank(C); with one input or output it is not limited.
-    #[command(after_help = PLACE)]
+    #[command(after_help = examples::PLACE)]
     Place(PlacementInput),
     /// Observability of (A, C): rank, margin of each mode, unobservable directions
     ///
@@ -179,13 +182,13 @@ pub(crate) enum Command {
     /// each eigenvalue of A the smallest singular value of [A - lambda I; C] relative to the norm of the scaled pair: 0
     /// for an unobservable mode. unobservable has eigenvalue and direction of each unobservable mode: A v = lambda v, C
     /// v = 0. The exit code is 0 for an unobservable pair too.
-    #[command(after_help = OBSV)]
+    #[command(after_help = examples::OBSV)]
     Obsv(ObservabilityInput),
     /// Eigenvalues of a square matrix
     ///
     /// Input {"a": n x n}; output {"eigenvalues": [[re, im], ..]}. Complex pairs are adjacent, the one with positive
     /// imaginary part first.
-    #[command(after_help = EIG)]
+    #[command(after_help = examples::EIG)]
     Eig(MatrixInput<Square>),
     /// Continuous to discrete time: zoh, foh, tustin, impulse, matched
     ///
@@ -194,13 +197,13 @@ pub(crate) enum Command {
     /// those of MATLAB's c2d; the state of tustin is scaled as in scipy and python-control. matched needs one input and
     /// one output, and gives the companion form. --delay delays the inputs, --output-delay the outputs: past inputs and
     /// outputs become states.
-    #[command(after_help = C2D)]
+    #[command(after_help = examples::C2D)]
     C2d(SamplingInput),
     /// Discrete to continuous time: zoh, foh, tustin, impulse
     ///
     /// Input and output as those of c2d. A pole at zero or on the negative real axis has no continuous-time model of
     /// the same order, except by tustin.
-    #[command(after_help = D2C)]
+    #[command(after_help = examples::D2C)]
     D2c(ConversionInput),
     /// Noise: standard deviations of samples and intensities; process noise in continuous and discrete time
     ///
@@ -208,13 +211,13 @@ pub(crate) enum Command {
     /// Input {"r": p x p} or {"v": p x p}, and {"a", "w"} or {"a", "qd"}: process noise of intensity w in x' = A x + w,
     /// its covariance qd in one period. Whichever is given is converted into the other. Output {"period", "r", "v",
     /// "sigma", "w", "qd"}.
-    #[command(after_help = NOISE)]
+    #[command(after_help = examples::NOISE)]
     Noise(NoiseInput),
     /// Observer poles from a settling time: dominant pair, Bessel, Butterworth, ITAE
     ///
     /// Output {"poles": [[re, im], ..], "settling_time", "band", "damping", "discrete"}. The step response of a system
     /// with these poles, without zeros, stays within the band from the settling time on.
-    #[command(after_help = POLES)]
+    #[command(after_help = examples::POLES)]
     Poles(PolesInput),
     /// Create a study file from a state-space model of MATLAB and Octave (.mat), numpy (.npz) or python-control (JSON)
     ///
@@ -223,32 +226,32 @@ pub(crate) enum Command {
     /// fields of one structure: save('model.mat', 'A', 'B', 'C', '-v7'); np.savez('model.npz', A=sys.A, B=sys.B,
     /// C=sys.C); json.dump({'A': sys.A.tolist(), ..}, file). Output {"study", "states", "inputs", "outputs",
     /// "ignored"}.
-    #[command(after_help = IMPORT)]
+    #[command(after_help = examples::IMPORT)]
     Import(ImportInput),
     /// Verify certificate files: every claim is rederived in exact or interval arithmetic
     ///
     /// Same as the program luenberger-verify, which depends only on the checker. Output {"files": [{"file", "outcome",
     /// "title", "statement", "facts"}, ..]}. The exit code is 0 if every file is verified, 1 if one is rejected, 2 if
     /// one is not a certificate.
-    #[command(after_help = VERIFY)]
+    #[command(after_help = examples::VERIFY)]
     Verify(VerifyInput),
     /// Rigorous bounds on the optimum of a semidefinite program in SDPA's sparse format
     ///
     /// Minimise c'x subject to x_1 F_1 + ... + x_m F_m - F_0 >= 0. The solver computes an approximate solution; the
     /// printed bounds are verified independently of it. The exit code is 0 if both bounds, or infeasibility, are
     /// verified, 1 otherwise.
-    #[command(after_help = SDP)]
+    #[command(after_help = examples::SDP)]
     Sdp(SdpInput),
     /// Print a script with which a shell completes the arguments
     ///
     /// Output {"shell", "script"}. Bash reads it from ~/.local/share/bash-completion/completions/luenberger, zsh from a
     /// folder of $fpath under the name _luenberger, fish from ~/.config/fish/completions/luenberger.fish.
-    #[command(after_help = COMPLETIONS)]
+    #[command(after_help = examples::COMPLETIONS)]
     Completions(CompletionsInput),
     /// Write the manual pages, one for each command
     ///
     /// Output {"folder", "files"}. `man` finds those in ~/.local/share/man/man1: man luenberger-run.
-    #[command(after_help = MAN)]
+    #[command(after_help = examples::MAN)]
     Man(ManInput),
 }
 
@@ -312,7 +315,7 @@ pub(crate) struct RunInput {
     /// Open the report
     #[arg(long)]
     pub(crate) open: bool,
-    /// Run again whenever the study, or a file beside it that it names, is saved; until Ctrl-C
+    /// Run again whenever the study, or a file that it names, is saved; until Ctrl-C
     #[arg(long, conflicts_with = "json")]
     pub(crate) watch: bool,
 }
@@ -370,13 +373,13 @@ pub(crate) enum SweepAction {
     /// Output {"study", "blocks", "runs", "block_size", "done", "done_runs", "missing", "running", "faults", "rate",
     /// "remaining"}: runs per second over the latest hundred blocks, and seconds. The exit code is 1 if --verify finds
     /// a faulty block.
-    #[command(after_help = SWEEP_STATUS)]
+    #[command(after_help = examples::SWEEP_STATUS)]
     Status(StatusInput),
     /// Form the results of a sweep from its blocks: tables, figures, study.json
-    #[command(after_help = SWEEP_REDUCE)]
+    #[command(after_help = examples::SWEEP_REDUCE)]
     Reduce(ReduceInput),
     /// Print a shell script that submits a sweep to SLURM: an array of shards, and the reduction after them
-    #[command(after_help = SWEEP_SCRIPT)]
+    #[command(after_help = examples::SWEEP_SCRIPT)]
     Script(ScriptInput),
 }
 
@@ -541,30 +544,6 @@ pub(crate) enum FmiVersion {
     /// FMI 3.0
     #[value(name = "3")]
     Three,
-}
-
-/// The matrix problems and their keys.
-macro_rules! problems {
-    ($($problem:ident: $keys:expr $(, $constant:ident)?;)+) => {$(
-        #[derive(Clone, Copy)]
-        pub(crate) struct $problem;
-
-        impl Problem for $problem {
-            const MATRICES: &'static [&'static str] = &$keys;
-            $(const $constant: bool = true;)?
-        }
-    )+};
-}
-
-problems! {
-    Lyapunov: ["a", "q", "e"];
-    Sylvester: ["a", "b", "q"];
-    Riccati: ["a", "b", "c", "e", "g", "q", "r", "s", "v", "w"];
-    PolePlacement: ["a", "b", "c", "pattern"], POLES;
-    Pair: ["a", "c"];
-    Square: ["a"];
-    StateSpace: ["a", "b", "c", "d"];
-    NoiseModel: ["a", "qd", "r", "v", "w"], OPTIONAL;
 }
 
 #[derive(Args)]
@@ -739,215 +718,6 @@ pub(crate) struct ImportInput {
     #[arg(long)]
     pub(crate) force: bool,
 }
-
-// Examples of the pages in docs/commands, which the tests run. A line [..] stands for the rest of an output.
-
-const NEW: &str = r"Example:
-  $ luenberger new --plant double-integrator -o cart.toml
-  $ luenberger run cart.toml";
-
-const RUN: &str = r"Example:
-  $ luenberger new -o cart.toml
-  $ luenberger run cart.toml";
-
-const OBSERVE: &str = r"Example:
-  $ luenberger new -o cart.toml
-  $ luenberger observe cart.toml";
-
-const DESIGN: &str = r"Example:
-  $ luenberger new -o cart.toml
-  $ luenberger design cart.toml";
-
-const CERTIFY: &str = r"Example:
-  $ luenberger new -o cart.toml
-  $ luenberger certify cart.toml -o results";
-
-const SIMULATE: &str = r"Example:
-  $ luenberger new -o cart.toml
-  $ luenberger simulate cart.toml -o results";
-
-const COMPARE: &str = r"Example:
-  $ luenberger new -o cart.toml
-  $ luenberger compare cart.toml";
-
-const ADVISE: &str = r"Example, for a study with a plant and its noise:
-  $ luenberger advise pendulum.toml --budget 10min -o advice
-  $ luenberger run advice/study.toml -o results";
-
-const SWEEP: &str = r"Examples:
-  $ luenberger new -o cart.toml
-  $ luenberger sweep cart.toml -o results
-On several machines with one file system, for a study with a sweep:
-  $ luenberger sweep mass.toml -o shared --block-size 10 --shard 1/2
-  $ luenberger sweep mass.toml -o shared --shard 2/2
-  $ luenberger sweep status shared
-  $ luenberger sweep reduce shared";
-
-const SWEEP_STATUS: &str = r"Example, for a sweep of which half is computed:
-  $ luenberger sweep status shared
-  mass.toml: 3 of 6 blocks in shared/blocks (30 of 60 runs)
-  missing: 3 (1, 3, 5)
-  [..]";
-
-const SWEEP_REDUCE: &str = r"Example, for a sweep of which all blocks are computed:
-  $ luenberger sweep reduce shared
-  [..]
-  7 files in shared";
-
-const SWEEP_SCRIPT: &str = r"Example:
-  $ luenberger sweep script mass.toml --slurm -o shared --shards 2 --cpus 4 --time 1:00:00 > submit.sh";
-
-const EXPORT: &str = r"Example:
-  $ luenberger new -o cart.toml
-  $ luenberger export cart.toml --observer sampled --to c --format f32 -o firmware";
-
-const LYAP: &str = r#"Examples:
-  $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap -
-  A X + X A' + Q = 0
-  X =
-     1    -0.5
-    -0.5   0.5
-  [..]
-  $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --transposed
-  A'X + X A + Q = 0
-  X =
-    1.25  0.25
-    0.25  0.25
-  [..]"#;
-
-const DLYAP: &str = r#"Example:
-  $ echo '{"a": [[0.5, 1], [0, -0.5]], "q": [[1, 0], [0, 1]]}' | luenberger dlyap -
-  A X A' - X + Q = 0
-  X =
-     2.4       -0.533333
-    -0.533333   1.33333
-  [..]"#;
-
-const SYLV: &str = r#"Example:
-  $ echo '{"a": [[0, 1], [-2, -3]], "b": [[-4]], "q": [[1], [2]]}' | luenberger sylv -
-  A X + X B + Q = 0
-  X =
-    0.3
-    0.2
-  [..]"#;
-
-const CARE: &str = r#"Examples:
-  $ echo '{"a": [[0, 1], [0, 0]], "b": [[0], [1]], "q": [[1, 0], [0, 1]], "r": [[1]]}' | luenberger care -
-  A'X + X A - X B R^-1 B'X + Q = 0, K = R^-1 B'X
-  X =
-    1.73205        1
-          1  1.73205
-  K =
-    1  1.73205
-  [..]
-  $ echo '{"a": [[0, 1], [0, 0]], "c": [[1, 0]], "w": [[0, 0], [0, 1]], "v": [[1]]}' | luenberger care -
-  A P + P A' - P C'V^-1 C P + W = 0, L = P C'V^-1
-  [..]"#;
-
-const DARE: &str = r#"Examples:
-  $ echo '{"a": [[1]], "b": [[1]], "q": [[1]], "r": [[1]]}' | luenberger dare -
-  A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, K = (R + B'X B)^-1 B'X A
-  X =
-    1.61803
-  K =
-    0.618034
-  [..]
-  $ echo '{"a": [[1]], "c": [[1]], "w": [[1]], "v": [[1]]}' | luenberger dare -
-  A P A' - P - A P C'(V + C P C')^-1 C P A' + W = 0, L = A P C'(V + C P C')^-1
-  [..]"#;
-
-const PLACE: &str = r#"Examples:
-  $ luenberger place "0 1; 0 0" --c "1 0" --poles -2,-5
-  A - L C has the poles below: L (y - C xhat) corrects the estimate
-  [..]
-  $ echo '{"a": [[0, 1], [3, 2]], "b": [[0], [1]], "poles": [[-1, 2], [-1, -2]]}' | luenberger place -
-  A - B K has the poles below: u = -K x
-  K =
-    8  4
-  [..]
-  $ echo '{"a": [[0, 1], [0, 0]], "c": [[1, 0]], "poles": [-2, -5]}' | luenberger place -
-  A - L C has the poles below: L (y - C xhat) corrects the estimate
-  L =
-     7
-    10
-  [..]"#;
-
-const OBSV: &str = r#"Example:
-  $ echo '{"a": [[-1, 0], [0, -2]], "c": [[1, 0]]}' | luenberger obsv -
-  rank 1 of 2: not observable
-    mode -1: margin 0.33
-    mode -2: margin 0
-  unobservable: -2 along [0, 1]"#;
-
-const EIG: &str = r#"Example:
-  $ echo '{"a": [[0, 1], [-5, -2]]}' | luenberger eig -
-  eigenvalues =
-    -1 + 2i
-    -1 - 2i"#;
-
-const C2D: &str = r#"Example:
-  $ echo '{"a": [[0, 1], [-2, -3]], "b": [[0], [1]], "c": [[1, 0]]}' | luenberger c2d - --period 0.1
-  x+ = A x + B u, y = C x + D u, period 0.1
-  A =
-     0.990944  0.0861067
-    -0.172213  0.732624
-  [..]"#;
-
-const D2C: &str = r#"Example:
-  $ echo '{"a": [[0.5]], "b": [[1]]}' | luenberger d2c - --period 1
-  x' = A x + B u, y = C x + D u
-  A =
-    -0.693147
-  B =
-    1.38629
-  [..]"#;
-
-const NOISE: &str = r#"Examples:
-  $ luenberger noise --period 0.01 --sigma 0.005
-  period 0.01
-  V = R h, intensity of the measurement noise =
-    2.5e-7
-  [..]
-  $ echo '{"a": [[0, 1], [0, 0]], "w": [[0, 0], [0, 2]]}' | luenberger noise - --period 0.5
-  period 0.5
-  Qd, covariance of the process noise in one period =
-    0.0833333  0.25
-    0.25       1
-  [..]"#;
-
-const POLES: &str = r"Examples:
-  $ luenberger poles --order 3 --settling 1.5 --overshoot 0.05
-  settling time 1.5 (to 2 %)
-  damping ratio 0.690107
-  poles =
-    -2.82359 + 2.96107i
-    -2.82359 - 2.96107i
-    -14.118
-  $ luenberger poles --order 4 --settling 1.5 --pattern bessel --period 0.01";
-
-const IMPORT: &str = r#"Example:
-  $ echo '{"A": [[0, 1], [-2, -3]], "B": [[0], [1]], "C": [[1, 0]], "D": [[0]], "dt": 0}' > model.json
-  $ luenberger import model.json -o pendulum.toml
-  pendulum.toml: 2 states, 1 input, 1 output"#;
-
-const VERIFY: &str = r"Example:
-  $ luenberger new -o cart.toml
-  $ luenberger certify cart.toml -o results
-  $ luenberger verify results/certificates/linear.json
-  results/certificates/linear.json: Proved
-  [..]";
-
-const SDP: &str = r"Example:
-  $ printf '1\n1\n2\n1.0\n0 1 1 2 -1.0\n1 1 1 1 1.0\n1 1 2 2 1.0\n' > one.dat-s
-  $ luenberger sdp one.dat-s
-  proved-optimal-bounds after [..]
-  1 <= optimum <= 1";
-
-const COMPLETIONS: &str = r"Example:
-  $ luenberger completions bash > luenberger.bash";
-
-const MAN: &str = r"Example:
-  $ luenberger man -o man1";
 
 /// Prints clap's message: help and version with exit code 0, a usage error with 2.
 pub(crate) fn refused(error: &clap::Error) -> ExitCode {

@@ -6,6 +6,7 @@
 
 mod answer;
 mod arguments;
+mod examples;
 mod exit;
 mod failure;
 mod import;

@@ -2,8 +2,8 @@
 //!
 //! Each step of the integrator is searched at 17 points, more than the degree of its polynomial, and every local
 //! extremum that comes towards the level without reaching it on these points, also one beside an end of the step, is
-//! followed to its end, so that two crossings close to each other are not missed. Roots are bisected to the last bit of
-//! t.
+//! followed to its end: it has two crossings close to each other. What turns twice between two points can be missed.
+//! Roots are bisected to the last bit of t.
 
 use crate::dense::{Dense, NODES, Place, enclosure};
 use crate::error::SimError;

@@ -10,12 +10,41 @@ use std::marker::PhantomData;
 
 /// The data of a command that solves a matrix problem.
 pub(crate) trait Problem {
-    /// The keys of its matrices, each an option in place of the file.
+    /// The keys of its matrices in a file, each an option in place of it.
     const MATRICES: &'static [&'static str];
     /// Whether it has poles.
     const POLES: bool = false;
     /// Whether it can do without any of them.
     const OPTIONAL: bool = false;
+}
+
+/// The problems with the keys of their matrices.
+macro_rules! problems {
+    ($($problem:ident: [$($key:literal),+] $(, $constant:ident)?;)+) => {$(
+        #[derive(Clone, Copy)]
+        pub(crate) struct $problem;
+
+        impl $problem {
+            /// The keys of the matrices.
+            pub(crate) const KEYS: [&'static str; [$($key),+].len()] = [$($key),+];
+        }
+
+        impl Problem for $problem {
+            const MATRICES: &'static [&'static str] = &Self::KEYS;
+            $(const $constant: bool = true;)?
+        }
+    )+};
+}
+
+problems! {
+    Lyapunov: ["a", "q", "e"];
+    Sylvester: ["a", "b", "q"];
+    RiccatiProblem: ["a", "b", "q", "r", "s", "e", "c", "w", "v", "g"];
+    PolePlacement: ["a", "b", "c", "pattern"], POLES;
+    Pair: ["a", "c"];
+    Square: ["a"];
+    StateSpace: ["a", "b", "c", "d"];
+    NoiseModel: ["a", "w", "qd", "r", "v"], OPTIONAL;
 }
 
 /// Where matrices are.

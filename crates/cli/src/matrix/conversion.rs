@@ -4,6 +4,7 @@ use super::{from, json_output};
 use crate::answer::Answer;
 use crate::arguments::{ConversionInput, Method, SamplingInput};
 use crate::failure::Failure;
+use crate::input::given::StateSpace;
 use crate::input::json;
 use crate::numbers;
 use luenberger_linalg::{Discretization, Realization};
@@ -110,7 +111,7 @@ pub(crate) fn d2c(input: &ConversionInput) -> Result<Answer, Failure> {
 
 /// The model of the input; without `c` its output is its state, without `d` D is 0.
 fn read(input: &ConversionInput) -> Result<Realization, Failure> {
-    let [a, b, c, d] = json::some_matrices(input.data.given(), ["a", "b", "c", "d"], 2)?;
+    let [a, b, c, d] = json::some_matrices(input.data.given(), StateSpace::KEYS, 2)?;
     let (a, b) = (a.unwrap_or_default(), b.unwrap_or_default());
     let c = c.unwrap_or_else(|| DMatrix::identity(a.nrows(), a.nrows()));
     let d = d.unwrap_or_else(|| DMatrix::zeros(c.nrows(), b.ncols()));

@@ -5,6 +5,7 @@ use super::{from, json_output};
 use crate::answer::Answer;
 use crate::arguments::LyapunovInput;
 use crate::failure::Failure;
+use crate::input::given::Lyapunov;
 use crate::input::json;
 use crate::numbers;
 use nalgebra::DMatrix;
@@ -56,7 +57,7 @@ struct Data {
 }
 
 fn data(input: &LyapunovInput) -> Result<Data, Failure> {
-    let [a, q, e] = json::some_matrices(input.data.given(), ["a", "q", "e"], 2)?;
+    let [a, q, e] = json::some_matrices(input.data.given(), Lyapunov::KEYS, 2)?;
     let of_observer = |m: DMatrix<f64>| if input.transposed { m } else { m.transpose() };
     Ok(Data { a: of_observer(a.unwrap_or_default()), q: q.unwrap_or_default(), e: e.map(of_observer) })
 }

@@ -4,6 +4,7 @@ use super::json_output;
 use crate::answer::Answer;
 use crate::arguments::NoiseInput;
 use crate::failure::Failure;
+use crate::input::given::NoiseModel;
 use crate::input::json;
 use crate::numbers;
 use luenberger_linalg::{
@@ -40,7 +41,7 @@ pub(crate) fn noise(input: &NoiseInput) -> Result<Answer, Failure> {
     let origin = input.data.given.as_ref().map_or_else(|| "noise".to_owned(), ToString::to_string);
     let failed = |error| Failure::Matrix { origin: origin.clone(), error };
     let [a, w, qd, mut r, v] = match &input.data.given {
-        Some(file) => json::some_matrices(file, ["a", "w", "qd", "r", "v"], 0)?,
+        Some(file) => json::some_matrices(file, NoiseModel::KEYS, 0)?,
         None => [const { None }; 5],
     };
     if let Some(sigma) = &input.sigma {

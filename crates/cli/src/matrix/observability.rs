@@ -4,6 +4,7 @@ use super::{from, json_output};
 use crate::answer::Answer;
 use crate::arguments::ObservabilityInput;
 use crate::failure::Failure;
+use crate::input::given::Pair;
 use crate::input::json;
 use crate::numbers;
 use luenberger_lmi::proof_matrix;
@@ -36,7 +37,7 @@ struct Margin {
 /// Observability margin of each mode.
 pub(crate) fn obsv(input: &ObservabilityInput) -> Result<Answer, Failure> {
     let source = input.data.given();
-    let [a, c] = json::matrices(source, ["a", "c"])?;
+    let [a, c] = json::matrices(source, Pair::KEYS)?;
     let found = match input.tolerance {
         Some(tolerance) => luenberger_linalg::observability_within(&a, &c, tolerance),
         None => luenberger_linalg::observability(&a, &c),

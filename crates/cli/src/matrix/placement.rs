@@ -4,6 +4,7 @@ use super::{from, json_output};
 use crate::answer::Answer;
 use crate::arguments::PlacementInput;
 use crate::failure::Failure;
+use crate::input::given::PolePlacement;
 use crate::input::json::{self, Form};
 use crate::numbers;
 use luenberger_linalg::{Placement, StructuredPlacement};
@@ -39,7 +40,7 @@ pub(crate) fn place(input: &PlacementInput) -> Result<Answer, Failure> {
     let source = input.data.given();
     let forms =
         [Form { keys: &["a", "b", "pattern"], required: 2 }, Form { keys: &["a", "c", "pattern"], required: 2 }];
-    let ([a, b, c, pattern], poles) = json::either_and_poles(source, ["a", "b", "c", "pattern"], &forms)?;
+    let ([a, b, c, pattern], poles) = json::either_and_poles(source, PolePlacement::KEYS, &forms)?;
     let a = a.unwrap_or_default();
     let pattern = pattern.map(|pattern| free_entries(&pattern)).transpose()?;
     let (names, sign) = if c.is_some() {

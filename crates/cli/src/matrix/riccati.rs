@@ -4,7 +4,7 @@
 use super::{from, json_output};
 use crate::answer::Answer;
 use crate::failure::Failure;
-use crate::input::given::Given;
+use crate::input::given::{Given, RiccatiProblem};
 use crate::input::json::{self, Form};
 use crate::numbers;
 use luenberger_linalg::{
@@ -116,8 +116,7 @@ fn solve(source: &Given, problems: &Problems) -> Result<Answer, Failure> {
         Form { keys: &["a", "b", "q", "r", "s", "e"], required: 4 },
         Form { keys: &["a", "c", "w", "v", "g", "s"], required: 4 },
     ];
-    let [a, b, q, r, s, e, c, w, v, g] =
-        json::either(source, ["a", "b", "q", "r", "s", "e", "c", "w", "v", "g"], &forms)?;
+    let [a, b, q, r, s, e, c, w, v, g] = json::either(source, RiccatiProblem::KEYS, &forms)?;
     let a = a.unwrap_or_default();
     if let Some(c) = c {
         let (w, v) = (w.unwrap_or_default(), v.unwrap_or_default());

@@ -50,6 +50,16 @@ fn in_folder(folder: &Path) -> Result<PathBuf, Failure> {
     }
 }
 
+/// The file of a study and those that it names; the first alone where it cannot be read.
+pub(super) fn files(source: &Source) -> Vec<PathBuf> {
+    let Source::File(path) = source else { return Vec::new() };
+    let study = if path.is_dir() { in_folder(path).unwrap_or_else(|_| path.clone()) } else { path.clone() };
+    let named = Study::from_path(&study).map(|study| study.files).unwrap_or_default();
+    let beside = |name: String| study.with_file_name(name);
+    let named: Vec<PathBuf> = named.into_iter().map(|file| beside(file.name)).collect();
+    std::iter::once(study).chain(named).collect()
+}
+
 /// The results folder that is given, or by default `study-results` for `study.toml` and for standard input.
 pub(super) fn folder_of(output: Option<&Path>, study: &Source) -> PathBuf {
     let stem = match study {

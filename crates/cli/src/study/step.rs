@@ -1,6 +1,6 @@
 //! The steps of a study: `run`, `observe`, `design`, `certify`, `simulate`, `compare`, and `sweep` in one process.
 
-use super::file::{folder_of, notes, read, renamed};
+use super::file::{files, folder_of, notes, read, renamed};
 use super::{cost, interrupt, text_report};
 use crate::answer::Answer;
 use crate::arguments::{RunInput, StudyInput};
@@ -11,56 +11,50 @@ use crate::output;
 use crate::progress::Bar;
 use luenberger_study::execute::SweepOptions;
 use luenberger_study::{RunOptions, Step, StudyError, execute_in_part};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, SystemTime};
 
 /// How often the files of a study are looked at while it is watched.
 const LOOK: Duration = Duration::from_millis(300);
 
-/// Runs a study, once or whenever it is saved.
+/// Runs a study, once or whenever it or a file that it names is saved.
 pub(crate) fn run(input: &RunInput) -> Result<Answer, Failure> {
-    let (study, is_open) = (&input.study, input.open);
-    let mut answer = opened(step(Step::Run, study), study, is_open);
+    let study = &input.study;
     if !input.watch {
-        return answer;
+        return opened(step(Step::Run, study), study, input.open);
     }
-    let Source::File(path) = &study.study else {
+    if study.study == Source::Standard {
         return Err(Failure::Usage("--watch needs a study in a file, and not on standard input"));
-    };
-    let folder = if path.is_dir() { path.as_path() } else { path.parent().unwrap_or(Path::new("")) };
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    }
     let interrupted = interrupt::flag();
+    let mut is_open = input.open;
     loop {
+        // Before they are read: what is saved during the run is run again.
+        let files = files(&study.study);
+        let seen = saved(&files);
+        let answer = opened(step(Step::Run, study), study, is_open);
+        if interrupted.load(Ordering::Relaxed) {
+            return answer;
+        }
         match &answer {
             Ok(answer) => _ = answer.deliver(false),
             Err(failure) => _ = failure.report(false),
         }
-        if matches!(answer, Err(Failure::Stopped { .. } | Failure::Study(StudyError::Interrupted))) {
-            return answer;
-        }
-        let seen = saved(folder);
+        is_open &= answer.is_err();
         output::say("watching: the study runs again when it is saved; Ctrl-C ends");
-        while saved(folder) == seen {
+        while saved(&files) == seen {
             if interrupted.load(Ordering::Relaxed) {
                 return Err(StudyError::Interrupted.into());
             }
             std::thread::sleep(LOOK);
         }
-        answer = step(Step::Run, study);
     }
 }
 
-/// When the files of a folder were saved last: studies, and the logs and tables that they name.
-fn saved(folder: &Path) -> Vec<(PathBuf, SystemTime)> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let files = entries.filter_map(|entry| {
-        let about = entry.metadata().ok().filter(std::fs::Metadata::is_file)?;
-        Some((entry.path(), about.modified().ok()?))
-    });
-    let mut files: Vec<_> = files.collect();
-    files.sort();
-    files
+/// When files were saved last; none of one that is not there.
+fn saved(files: &[PathBuf]) -> Vec<Option<SystemTime>> {
+    files.iter().map(|file| file.metadata().and_then(|about| about.modified()).ok()).collect()
 }
 
 /// The answer, with its report shown by the program that shows pages.

@@ -3,6 +3,7 @@
 use crate::terminal::{Ran, folder, luenberger};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -308,4 +309,75 @@ fn entries_at_the_level_of_rounding_are_zero() {
     let text = luenberger(&["design", "-", "-o", folder("design-rounding").to_str().unwrap()], study).stdout;
     let gains: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("  L = ")).collect();
     assert_eq!(gains, ["[1e12; ≈0]", "[1e-12; -1e-17]"], "{text}");
+}
+
+/// A folder stands for its `study.toml`, or for the only file in TOML.
+#[test]
+fn a_folder_stands_for_its_study() {
+    let (folder, file) = study("folder", "double-integrator");
+    let at = folder.to_str().unwrap();
+    let designs = |study: &str| luenberger(&["design", study, "--json"], "");
+    let expected = designs(&file);
+    assert_eq!((designs(at).code, designs(at).stdout), (expected.code, expected.stdout));
+    std::fs::copy(&file, folder.join("other.toml")).unwrap();
+    std::fs::rename(&file, folder.join("third.toml")).unwrap();
+    let ran = designs(at);
+    assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(2), &Value::from("file")));
+    assert!(ran.stderr.ends_with("is a folder with 2 files in TOML and no study.toml: name the study\n"), "{ran:?}");
+}
+
+/// `-q` leaves nothing on standard error, `-v` has a line for each part; the results are the same.
+#[test]
+fn quiet_and_verbose_differ_on_standard_error_only() {
+    let (_, file) = study("volume", "double-integrator");
+    let [quiet, normal, verbose] = [Some("-q"), None, Some("-v")].map(|volume| {
+        let arguments: Vec<&str> = ["design", &file].into_iter().chain(volume).collect();
+        luenberger(&arguments, "")
+    });
+    assert_eq!((&quiet.stdout, &verbose.stdout), (&normal.stdout, &normal.stdout));
+    assert_eq!(quiet.stderr, "");
+    for said in ["estimate: ", "\ndesign linear: ", "\ndesign sampled: "] {
+        assert!(verbose.stderr.contains(said) && !normal.stderr.contains(said), "{said} in {}", verbose.stderr);
+    }
+    assert_eq!(luenberger(&["design", &file, "-q", "-v"], "").code, Some(2));
+}
+
+/// A study that is watched runs again when it is saved, and Ctrl-C ends it.
+#[cfg(unix)]
+#[test]
+fn a_watched_study_runs_again_when_it_is_saved() {
+    let (folder, file) = study("watch", "double-integrator");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_luenberger"))
+        .args(["run", &file, "--watch", "-o", folder.join("results").to_str().unwrap()])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let id = child.id().to_string();
+    let signal = |name: &str| Command::new("kill").args([name, &id]).status().unwrap().success();
+    let (lines, read) = std::sync::mpsc::channel();
+    let stdout = child.stdout.take().unwrap();
+    std::thread::spawn(move || {
+        BufReader::new(stdout).lines().map_while(Result::ok).for_each(|line| _ = lines.send(line));
+    });
+    // A line that does not come ends the test, and not only the wait.
+    let until = |beginning: &str| loop {
+        match read.recv_timeout(Duration::from_secs(60)) {
+            Ok(line) if line.starts_with(beginning) => break,
+            Ok(_) => {}
+            Err(error) => {
+                signal("-KILL");
+                panic!("no line {beginning}: {error}");
+            }
+        }
+    };
+    until("Double integrator: ");
+    until("report: ");
+    let text = std::fs::read_to_string(&file).unwrap().replace("\"Double integrator\"", "\"Saved again\"");
+    std::fs::write(&file, text).unwrap();
+    until("Saved again: ");
+    until("report: ");
+    assert!(signal("-INT"));
+    assert_eq!(child.wait().unwrap().code(), Some(130));
 }

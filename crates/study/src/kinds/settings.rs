@@ -69,7 +69,7 @@ macro_rules! keys {
 
         impl $name {
             const GROUPS: &'static [&'static [&'static [$crate::kinds::Key]]] = {
-                #[allow(unused_imports)]
+                #[allow(unused_imports, reason = "a kind may have keys without a range, or of no type but its own")]
                 use $crate::kinds::{Range::*, Type::*};
                 &[
                     $($crate::keys!(
@@ -85,7 +85,7 @@ macro_rules! keys {
                 &$crate::kinds::flat::<{ $crate::kinds::count($name::GROUPS) }>($name::GROUPS);
 
             /// The values; none after a mistake, which the reader has.
-            #[allow(dead_code)]
+            #[allow(dead_code, reason = "a kind may read its keys in another way")]
             $vis fn read(
                 given: &$crate::kinds::Given<'_>,
                 reader: &mut $crate::kinds::Reader,

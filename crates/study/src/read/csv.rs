@@ -9,11 +9,11 @@ use crate::study::Log;
 use crate::table::{Table, TableError};
 
 /// The result of reading a file, or its mistake at the key that names it.
-fn read<T>(node: &Node, reader: &mut Reader, made: impl Fn(&Table) -> Result<T, TableError>) -> Option<T> {
+fn read<T>(node: &Node, reader: &mut Reader, made: impl Fn(Table) -> Result<T, TableError>) -> Option<T> {
     let name = node.text()?;
     // The name as in the study: a message should not depend on the folder.
     let message = match reader.file(name) {
-        Ok(bytes) => match Table::from_bytes(&bytes).and_then(|table| made(&table)) {
+        Ok(bytes) => match Table::from_bytes(&bytes).and_then(&made) {
             Ok(made) => return Some(made),
             Err(error) => format!("{name}: {error}"),
         },
@@ -47,8 +47,7 @@ pub(super) fn log(
 ) -> Option<Log> {
     let Columns { time, inputs, outputs, states } = columns;
     read(node, reader, |table| {
-        let counting = every_row.then(|| table.clone().counting_repeats());
-        let table = counting.as_ref().unwrap_or(table);
+        let table = if every_row { table.counting_repeats() } else { table };
         let recording = table.recording(time, inputs, outputs)?;
         let truth = states.as_ref().map(|states| {
             let states: Vec<Option<&str>> = states.iter().map(Option::as_deref).collect();

@@ -24,10 +24,7 @@ pub(super) fn tree(text: &str) -> (Node, Vec<Diagnostic>) {
     let mut mistakes: Vec<Diagnostic> = mistakes.collect();
     if let Some(more) = mistakes.len().checked_sub(MOST).filter(|more| *more > 0) {
         mistakes.truncate(MOST);
-        let last = mistakes
-            .pop()
-            .map(|last| last.help(format!("and {}: is this a study in TOML?", counted(more, "more syntax error"))));
-        mistakes.extend(last);
+        mistakes[MOST - 1].help = Some(format!("and {}: is this a study in TOML?", counted(more, "more syntax error")));
     }
     let span = table.span();
     (Node { span, value: Value::Table(entries(table.get_ref())) }, mistakes)

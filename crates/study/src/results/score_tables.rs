@@ -71,16 +71,19 @@ fn settling(time: Option<f64>, initial: f64) -> Score {
 
 /// Marks the best score of each column, unless all are written alike. None of observers that are not `comparable`.
 fn with_best(rows: Vec<(Vec<ScoreCell>, Vec<Score>)>, comparable: bool) -> Vec<Vec<ScoreCell>> {
-    let columns = rows.first().filter(|_| comparable).map_or(0, |(_, scores)| scores.len());
+    let columns = rows.first().map_or(0, |(_, scores)| scores.len());
     let best: Vec<Option<String>> = (0..columns)
         .map(|j| {
+            if !comparable {
+                return None;
+            }
             let column: Vec<&Score> = rows.iter().map(|(_, scores)| &scores[j]).collect();
             let least = column.iter().filter_map(|(cell, x)| Some((cell, (*x)?))).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
             column.iter().any(|(cell, _)| cell.text != least.text).then(|| least.text.clone())
         })
         .collect();
     let marked = |(names, scores): (Vec<ScoreCell>, Vec<Score>)| {
-        let scores = scores.into_iter().zip(best.iter().chain(std::iter::repeat(&None)));
+        let scores = scores.into_iter().zip(&best);
         let scores = scores
             .map(|((cell, x), best)| ScoreCell { best: x.is_some() && best.as_ref() == Some(&cell.text), ..cell });
         names.into_iter().chain(scores).collect()

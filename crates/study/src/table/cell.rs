@@ -51,7 +51,7 @@ pub(super) fn advice(text: &str, decimal: Option<Decimal>) -> &'static str {
     let digits = |text: &str| text.chars().filter(char::is_ascii_digit).count();
     let has = |separator: char| text.matches(separator).count();
     if digits(text) >= 4 && (has(':') >= 1 || has('-') == 2 || has('/') == 2 || has('.') == 2) {
-        return "; dates and times of day are for the column of times, such as 2024-05-01T12:00:00.5 or 12:00:00.5";
+        return "; dates and times of day are for the column of times, all in one form, such as 2024-05-01T12:00:00.5 or 12:00:00.5";
     }
     let number = text.replace([',', '.'], "").parse::<f64>().is_ok();
     match decimal {

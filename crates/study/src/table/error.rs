@@ -139,7 +139,7 @@ pub enum TableError {
         time: f64,
     },
     /// Two values of an output at one time.
-    #[error("line {line}, column {column} ({name}): this time has another value in the row before")]
+    #[error("line {line}, column {column} ({name}): this time has another value above")]
     TwoValues {
         /// The line of the second.
         line: u64,

@@ -54,7 +54,7 @@ fn without_unit(name: &str) -> &str {
 struct Column {
     values: Vec<Option<f64>>,
     /// Its moments, as long as every cell is a date, a time of day, or blank.
-    moments: Vec<Moment>,
+    moments: Vec<Option<Moment>>,
     /// The first cell that is neither number nor blank.
     wrong: Option<(u64, String)>,
     /// Whether a cell is a number, or text that is no moment: then it has no moments.
@@ -65,10 +65,17 @@ impl Column {
     /// Reads a cell that is not a number: a moment, if every cell above is blank or one too.
     fn other(&mut self, line: u64, text: &str) {
         match moment::moment(text).filter(|_| !self.is_settled) {
-            Some(moment) => self.moments.push(moment),
+            Some(moment) => self.moments.push(Some(moment)),
             None => self.settle(),
         }
         self.wrong.get_or_insert_with(|| (line, text.to_owned()));
+    }
+
+    /// Reads a blank cell.
+    fn blank(&mut self) {
+        if !self.is_settled {
+            self.moments.push(None);
+        }
     }
 
     /// From here on it is no column of moments.
@@ -209,7 +216,10 @@ impl Table {
                     column.settle();
                     Some(value)
                 }
-                Cell::Missing => None,
+                Cell::Missing => {
+                    column.blank();
+                    None
+                }
                 Cell::Number(_) | Cell::Wrong(_) => {
                     column.other(line, text);
                     None
@@ -268,10 +278,7 @@ impl Table {
     /// # Errors
     /// [`TableError::MissingColumn`], [`TableError::Missing`].
     pub fn column(&self, name: &str) -> Result<Vec<f64>, TableError> {
-        let k = self.index(name)?;
-        let cells = self.values(name)?.iter().zip(&self.lines);
-        let missing = |line: u64| TableError::Missing { line, column: k + 1, name: self.names[k].clone() };
-        cells.map(|(cell, line)| cell.ok_or_else(|| missing(*line))).collect()
+        self.complete(name, self.values(name)?)
     }
 
     /// The column of that name or the values of an expression of columns, in which values may be missing; and the place
@@ -318,19 +325,27 @@ impl Table {
         Ok((first, (0..self.rows()).map(value).collect::<Result<Vec<_>, _>>()?.into()))
     }
 
+    /// The values of the column of that name, or of an expression, of which none may be missing.
+    fn complete<T: Copy>(&self, name: &str, values: &[Option<T>]) -> Result<Vec<T>, TableError> {
+        values.iter().enumerate().map(|(row, value)| value.ok_or_else(|| self.missing(row, name))).collect()
+    }
+
+    /// That a value is missing in a row, of a column or of an expression, whose place is its first column.
+    fn missing(&self, row: usize, name: &str) -> TableError {
+        let (column, name) = match self.index(name) {
+            Ok(k) => (k, self.names[k].clone()),
+            Err(_) => (self.reading(name).map_or(0, |(k, _)| k), name.to_owned()),
+        };
+        TableError::Missing { line: self.lines[row], column: column + 1, name }
+    }
+
     /// The time column, which must not decrease and have at least two rows.
     fn instants(&self, name: &str) -> Result<Vec<f64>, TableError> {
-        let t = match self.index(name).map(|k| &self.columns[k].moments) {
-            Ok(moments) if !moments.is_empty() && moments.len() == self.rows() => {
-                // Of different kinds: the error is that of a column of numbers.
-                moment::seconds(moments).map_or_else(|| self.column(name), Ok)?
-            }
-            _ => {
-                let (k, values) = self.reading(name)?;
-                let missing = |line: u64| TableError::Missing { line, column: k + 1, name: self.names[k].clone() };
-                let cells = values.iter().zip(&self.lines);
-                cells.map(|(cell, line)| cell.ok_or_else(|| missing(*line))).collect::<Result<_, _>>()?
-            }
+        let moments = self.index(name).ok().map(|k| &self.columns[k].moments);
+        let t = match moments.filter(|moments| moments.iter().any(Option::is_some)) {
+            // Of different kinds: the error is that of a column of numbers.
+            Some(moments) => moment::seconds(&self.complete(name, moments)?).map_or_else(|| self.column(name), Ok)?,
+            None => self.complete(name, &self.reading(name)?.1)?,
         };
         if t.len() < 2 {
             return Err(TableError::TooFewRows { rows: t.len(), needed: 2 });
@@ -457,8 +472,7 @@ impl Table {
         let (t, rows) = self.distinct_times(time)?;
         let u = self.matrix(inputs, &rows, Together::Last)?;
         if let Some(j) = (0..inputs.len()).find(|j| u[(0, *j)].is_none()) {
-            let (k, _) = self.reading(inputs[j].as_ref())?;
-            return Err(TableError::Missing { line: self.lines[0], column: k + 1, name: self.names[k].clone() });
+            return Err(self.missing(0, inputs[j].as_ref()));
         }
         let mut y = self.matrix(outputs, &rows, Together::Only)?;
         let mut repeated = vec![None; outputs.len()];

@@ -54,8 +54,8 @@ fn days(date: Date) -> i64 {
     365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + before + day - 1
 }
 
-/// Seconds since the first of the moments, and whether a time of day is taken for one of the next day: if it is more
-/// than half a day earlier than the one before, midnight has passed. None if they are not all of one kind.
+/// Seconds since the first of the moments; none if they are not all of one kind. A time of day that is more than half a
+/// day earlier than the one before is taken for one of the next day.
 pub(super) fn seconds(moments: &[Moment]) -> Option<Vec<f64>> {
     let first = moments.first()?;
     if moments.iter().any(|moment| moment.origin != first.origin) {

@@ -99,7 +99,7 @@ impl Suspicion {
                 format!("{} of the input `{column}` missing: the value before is held", counted(*missing, "value"))
             }
             Self::Repeated { column, each, measurements } => format!(
-                "`{column}` changes in every {} row only: its {measurements} measurements count once each, and not in every row that repeats them (`repeats = \"measured\"` counts them all)",
+                "`{column}` changes in about every {} row: taken for {measurements} measurements that the logger repeats, each of which counts once (`repeats = \"measured\"` counts every row)",
                 ordinal(*each)
             ),
             Self::Ticks { column, usual } => {

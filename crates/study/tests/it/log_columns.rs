@@ -47,7 +47,8 @@ fn times_that_are_no_dates_are_refused() {
     assert!(times(&["2024-05-01", "7"]).unwrap_err().contains("found `2024-05-01`"));
     assert!(times(&["7", "2024-05-01"]).unwrap_err().contains("found `2024-05-01`"));
     assert!(times(&["2024-05-01", "12:00:00"]).unwrap_err().contains("found `2024-05-01`"));
-    assert!(times(&["2024-05-01", ""]).is_err());
+    assert_eq!(times(&["2024-05-01", ""]).unwrap_err(), "line 3, column 1 (t): the value is missing");
+    assert_eq!(times(&["", "2024-05-01"]).unwrap_err(), "line 2, column 1 (t): the value is missing");
     // As an output a date is none.
     let said = Table::parse("t,y\n0,2024-05-01\n1,2024-05-02\n").unwrap().recording("t", &[], &["y"]).unwrap_err();
     assert!(said.to_string().contains(dates), "{said}");
@@ -79,7 +80,7 @@ fn rows_of_one_time_are_one() {
     let truth = table.samples_with_missing("t", &[Some("u"), None]).unwrap();
     assert_eq!((truth.value(0, 0), truth.value(1, 1)), (Some(2.0), None));
     let twice = Table::parse("t,y\n0,1\n1,1\n1,2\n").unwrap().recording("t", &[], &["y"]).unwrap_err();
-    assert_eq!(twice.to_string(), "line 4, column 2 (y): this time has another value in the row before");
+    assert_eq!(twice.to_string(), "line 4, column 2 (y): this time has another value above");
     assert!(Table::parse("t,y\n1,1\n1,1\n").unwrap().recording("t", &[], &["y"]).is_err());
 }
 
@@ -91,6 +92,9 @@ fn a_column_may_be_an_expression_of_columns() {
     assert_eq!(log.times(), [0.0, 0.5, 2.0]);
     assert_eq!(log.inputs().values().column(0).as_slice(), [16.0, 0.0, 1.0]);
     assert_eq!([0, 1, 2].map(|i| log.outputs().value(i, 0)), [Some(1.0), None, Some(2.0)]);
+    // Which cell of an expression is blank, the expression does not say.
+    let blank = Table::parse("t,a,b\n0,1,\n1,2,3\n").unwrap().recording("t", &["a*b"], &["a"]).unwrap_err();
+    assert_eq!(blank.to_string(), "line 2, column 2 (a*b): the value is missing");
     // A column of that name comes first.
     assert_eq!(table.recording("stamp", &[], &["odd-name"]).unwrap().outputs().value(2, 0), Some(3.0));
     let said = |output: &str| table.recording("stamp", &[], &[output]).unwrap_err().to_string();
@@ -128,7 +132,9 @@ fn a_repeated_measurement_counts_once() {
     let said = table.suspicions("t", &[], &["y"]).unwrap();
     assert_eq!(said, [Suspicion::Repeated { column: "y".to_owned(), each: 10, measurements: 401 }]);
     assert!(
-        said[0].to_string().starts_with("`y` changes in every 10th row only: its 401 measurements count once each")
+        said[0]
+            .to_string()
+            .starts_with("`y` changes in about every 10th row: taken for 401 measurements that the logger repeats")
     );
     assert_eq!(measurements(&table.clone().counting_repeats()), 4001);
     // A rhythm between two and three rows: a sensor of 20 Hz in a log of 50 Hz.

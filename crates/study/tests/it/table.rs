@@ -99,7 +99,7 @@ fn dialects_of_loggers_are_read() {
 
 #[test]
 fn what_is_not_a_number_has_advice() {
-    let time = "dates and times of day are for the column of times, such as 2024-05-01T12:00:00.5 or 12:00:00.5";
+    let time = "dates and times of day are for the column of times, all in one form, such as 2024-05-01T12:00:00.5 or 12:00:00.5";
     for cell in ["2024-05-01T12:00:00Z", "2024-05-01", "12:00:01.5", "01.05.2024 12:00", "5/1/2024"] {
         assert_eq!(
             error(&format!("t,u\n{cell},1\n")),
