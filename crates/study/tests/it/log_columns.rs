@@ -102,7 +102,7 @@ fn a_column_may_be_an_expression_of_columns() {
     let none = said("2*speed");
     assert!(none.starts_with("`2*speed` is no column, and no expression of columns: there is no `speed`"), "{none}");
     assert_eq!(said("2*3"), "`2*3` is no column, and no expression of columns: no column occurs in it");
-    assert_eq!(said("odd-nam"), "there is no column `odd-nam`; did you mean `odd-name`?");
+    assert_eq!(said("odd-mame"), "there is no column `odd-mame`; did you mean `odd-name`?");
     assert_eq!(said("ranges"), "there is no column `ranges`; did you mean `range`?");
     assert!(said("range*t").starts_with("there is no column `t`"), "{}", said("range*t"));
     let rate = Table::parse("t,y\n1,3\n2,8\n").unwrap().recording("t", &[], &["y/t"]).unwrap();
