@@ -15,7 +15,7 @@ use super::{
     is_about_zero,
 };
 pub(crate) use observability::section as observability;
-pub(crate) use observers::{section as observers, verdicts};
+pub(crate) use observers::{badge, section as observers, verdicts};
 
 impl Results {
     /// All sections, in the order of the steps; with `designs` the observers have gains and proofs, else their verdicts
@@ -28,7 +28,7 @@ impl Results {
             sections.push(if designs { observers(&self.observers) } else { verdicts(&self.observers) });
         }
         if self.simulation.is_some() || self.log.is_some() {
-            sections.push(comparison(self));
+            sections.push(comparison(self, true));
         }
         sections.extend(self.sweep.as_ref().map(|report| sweep(self, report)));
         sections
@@ -139,14 +139,26 @@ pub(crate) fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a 
 /// The maximal number of states of which the scores are shown.
 const SCORED: usize = 12;
 
-fn scores(section: Section, table: &ScoreTable, caption: &str) -> Section {
-    let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
-    let cell = |cell: &ScoreCell| match (cell.best, cell.number) {
+pub(crate) fn score(cell: &ScoreCell) -> Cell {
+    match (cell.best, cell.number) {
         (true, _) => Cell::best(cell.text.as_str()),
         (false, true) => Cell::number(cell.text.as_str()),
         (false, false) => Cell::from(cell.text.as_str()),
-    };
-    let grid = table.rows.iter().fold(Grid::new(&head), |grid, row| grid.row(row.iter().map(cell)));
+    }
+}
+
+/// The caption of the scores of the norm of the error of so many observers.
+pub(crate) fn norm_caption(observers: usize, same_start: bool) -> &'static str {
+    match (observers, same_start) {
+        (0 | 1, _) => "Norm of the error.",
+        (_, true) => "Norm of the error; the best values are marked.",
+        (_, false) => "Norm of the error. The observers start from different estimates: none is marked as best.",
+    }
+}
+
+fn scores(section: Section, table: &ScoreTable, caption: &str) -> Section {
+    let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
+    let grid = table.rows.iter().fold(Grid::new(&head), |grid, row| grid.row(row.iter().map(score)));
     let section = section.grid(grid.caption(caption));
     match table.omitted {
         0 => section,
@@ -167,7 +179,8 @@ pub(crate) fn sweep(results: &Results, sweep: &SweepReport) -> Section {
     if ended.is_empty() { section } else { section.prose("Without a run, or ended early:").list(ended) }
 }
 
-pub(crate) fn comparison(results: &Results) -> Section {
+/// The scores of the observers, with those of the `norm` of the error unless they stand elsewhere.
+pub(crate) fn comparison(results: &Results, norm: bool) -> Section {
     let mut section = Section::new("Comparison");
     if let Some(simulation) = &results.simulation {
         let unit = results.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
@@ -176,15 +189,8 @@ pub(crate) fn comparison(results: &Results) -> Section {
         let words = simulation.truth.iter().chain(&simulation.measurements).chain(sampling);
         let words = std::iter::once(&duration).chain(words).chain(&simulation.scoring.words);
         section = section.list(words.cloned());
-        if let Some(table) = simulation.norm_table(&results.plant) {
-            let caption = match (table.rows.len(), simulation.same_start()) {
-                (0 | 1, _) => "Norm of the error.",
-                (_, true) => "Norm of the error; the best values are marked.",
-                (_, false) => {
-                    "Norm of the error. The observers start from different estimates: none is marked as best."
-                }
-            };
-            section = scores(section, &table, caption);
+        if let Some(table) = simulation.norm_table(&results.plant).filter(|_| norm) {
+            section = scores(section, &table, norm_caption(table.rows.len(), simulation.same_start()));
         }
         section = match simulation.state_table(&results.plant, SCORED) {
             Some(table) => scores(section, &table, "Error of each state, in its unit.").note(

@@ -27,7 +27,7 @@ fn tone(verdict: DesignVerdict) -> Tone {
     }
 }
 
-fn badge(observer: &ObserverReport) -> Cell {
+pub(crate) fn badge(observer: &ObserverReport) -> Cell {
     match &observer.design {
         Some(design) => Cell::badge(design.verdict.word(), tone(design.verdict)),
         None => Cell::badge("not applicable", Tone::Failed),

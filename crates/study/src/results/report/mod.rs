@@ -16,34 +16,40 @@ use super::document::{self, comparison, matrices, number, observers, operating_p
 use crate::error::StudyError;
 use crate::study::Study;
 
+/// The ids of the figures for the summary, the first of them that there is: the norm of the error, on a log the errors
+/// or, without true states, what the observers did not expect.
+const FIRST: [&str; 3] = ["error-norm", "errors", "innovations"];
+
 /// The page. `files` are the names of the files in its folder.
 pub(crate) fn html(
     study: &Study,
     results: &Results,
-    figures: Vec<(String, Figure)>,
+    mut figures: Vec<(String, Figure)>,
     live: Option<&Result<(Experiment, Vec<String>), String>>,
     files: &[String],
 ) -> Result<String, StudyError> {
+    // The answer, what was designed and proved, what the run gave, and what there is to look up.
+    let main = FIRST.iter().find_map(|id| figures.iter().position(|(of, _)| of == id)).map(|k| figures.remove(k));
     let mut report = Report::new(&results.title).lead(&results.about).numbers_as(&[]);
-    report = report.section(summary::section(results));
+    report = report.section(summary::section(results, main));
     if !results.warnings.is_empty() {
         report = report.section(Section::new("Warnings").list(results.warnings.clone()));
     }
     report = report.section(plant(study, results));
-    if let Some(experiment) = experiment::section(study) {
-        report = report.section(experiment);
-    }
     if let Some(point) = &results.operating_point {
         report = report.section(operating_point(results, point));
-    }
-    if let Some(observability) = &results.observability {
-        report = report.section(document::observability(observability));
     }
     if !results.observers.is_empty() {
         report = report.section(terms::section(observers(&results.observers), results));
     }
+    if let Some(observability) = &results.observability {
+        report = report.section(document::observability(observability));
+    }
+    if let Some(experiment) = experiment::section(study) {
+        report = report.section(experiment);
+    }
     if results.simulation.is_some() || results.log.is_some() {
-        report = report.section(comparison(results));
+        report = report.section(comparison(results, false));
     }
     match live {
         Some(Ok((experiment, omitted))) => {

@@ -1,22 +1,44 @@
-//! The first section of the report: the study in a few sentences.
+//! The first section of the report: the answer in a few sentences, one table and one figure.
 
-use luenberger_figures::Section;
+use luenberger_figures::{Cell, Figure, Grid, Section};
 use luenberger_proof::certificate::ProvedSentence;
 use luenberger_proof::wording::counted;
 
-use super::super::{DesignVerdict, ObserverReport, Results, ScoreCell, ScoreTable, UnseenModes};
+use super::super::document::{badge, norm_caption, score};
+use super::super::{DesignVerdict, ObserverReport, Results, ScoreCell, ScoreTable, SimulationReport, UnseenModes};
 
-/// What was studied, what is observable, what is proved, and which observer is the best by which score.
-pub(super) fn section(results: &Results) -> Section {
+/// What was studied, what is observable, what is proved, which observer is the best by which score, and the figure that
+/// shows it.
+pub(super) fn section(results: &Results, figure: Option<(String, Figure)>) -> Section {
     // What is proved is proved of the model: that another plant was simulated comes first.
     let truth = results.simulation.as_ref().and_then(|simulation| simulation.truth.clone());
-    let first = [truth, Some(plant(results)), observability(results), certificates(&results.observers)];
-    let rest = [
-        results.simulation.as_ref().and_then(|simulation| best(&simulation.norm_table(&results.plant)?)),
-        warnings(results),
-    ];
+    let scores = results.simulation.as_ref().and_then(|simulation| simulation.norm_table(&results.plant));
+    let studied = [Some(plant(results)), observability(results)].into_iter().flatten().collect::<Vec<_>>().join(" ");
+    let sentences =
+        [truth, Some(studied), certificates(&results.observers), scores.as_ref().and_then(best), warnings(results)];
+    let section = Section::new("Summary").list(sentences.into_iter().flatten());
+    let section = if results.observers.is_empty() { section } else { section.grid(overview(results, scores.as_ref())) };
+    let section = figure.into_iter().fold(section, |section, (id, figure)| section.figure(id, figure));
     let proved = proved(&results.observers);
-    Section::new("Summary").list(first.into_iter().flatten().chain(proved).chain(rest.into_iter().flatten()))
+    if proved.is_empty() { section } else { section.heading("What is proved").list(proved) }
+}
+
+/// Each observer with its verdict and, of a simulation, the scores of the norm of the error.
+fn overview(results: &Results, scores: Option<&ScoreTable>) -> Grid {
+    let of_scores: Vec<&str> = scores.iter().flat_map(|table| &table.head[1..]).map(String::as_str).collect();
+    let head: Vec<&str> = ["observer", "certificate"].into_iter().chain(of_scores.iter().copied()).collect();
+    let row = |grid: Grid, observer: &ObserverReport| {
+        let own = scores.and_then(|table| table.rows.iter().find(|row| row[0].text == observer.name));
+        let none = || Cell::number("–");
+        let numbers = (1..=of_scores.len()).map(|k| own.map_or_else(none, |row| score(&row[k])));
+        grid.row([Cell::from(observer.name.as_str()), badge(observer)].into_iter().chain(numbers))
+    };
+    let grid = results.observers.iter().fold(Grid::new(&head), row);
+    let same = results.simulation.as_ref().is_none_or(SimulationReport::same_start);
+    match scores.map_or(0, |table| table.rows.len()) {
+        0 => grid,
+        rows => grid.caption(norm_caption(rows, same)),
+    }
 }
 
 fn plant(results: &Results) -> String {
