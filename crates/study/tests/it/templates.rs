@@ -117,6 +117,11 @@ fn end_to_end(name: &str) -> luenberger_study::Results {
         body(&page).matches("<th>least observable direction</th>").count() <= 2,
         "{name}: one table of modes, or two with the hidden ones"
     );
+    // A filter of a template passes the test of consistency that it teaches.
+    for filter in &results.filters {
+        let nis = filter.nis.as_ref().unwrap();
+        assert!(nis.accepted, "{name}: NIS {} outside {:?}", nis.mean, nis.region);
+    }
     let machine = env!("CARGO_MANIFEST_DIR");
     let leaks = one.iter().find(|(_, bytes)| bytes.windows(machine.len()).any(|window| window == machine.as_bytes()));
     assert!(leaks.is_none(), "{name}: a path of this machine stands in {}", leaks.unwrap().0);
