@@ -291,6 +291,11 @@ pub enum ObserverKind {
         /// The observer.
         observer: Box<CubicObserver<f64, Dyn, Dyn, Dyn>>,
     },
+    /// The same in discrete time, linear.
+    ProportionalIntegralDiscrete {
+        /// The observer.
+        observer: Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>,
+    },
     /// The unknown-input observer, linear.
     UnknownInput {
         /// The observer of the plant (TA, TB, C).
@@ -383,7 +388,9 @@ impl ObserverKind {
     pub(crate) fn period(&self) -> Option<f64> {
         match self {
             Self::SampledCubic { observer, .. } => Some(SampledObserver::<f64>::period(observer.as_ref())),
-            Self::DiscreteLinear(observer) => Some(SampledObserver::<f64>::period(observer.as_ref())),
+            Self::DiscreteLinear(observer) | Self::ProportionalIntegralDiscrete { observer } => {
+                Some(SampledObserver::<f64>::period(observer.as_ref()))
+            }
             Self::StationaryKalman(filter) => Some(SampledObserver::<f64>::period(filter.as_ref())),
             Self::SlidingMode { period, .. } | Self::DiscreteNonlinear { period, .. } | Self::Kalman { period, .. } => {
                 Some(*period)

@@ -54,6 +54,10 @@ pub(crate) fn join<'a>(
             let with = ProportionalIntegralObserver::new(cubic(inner, sliders)?, states).map_err(text)?;
             scenario.observer(name, with, &start)
         }
+        ObserverKind::ProportionalIntegralDiscrete { observer: inner } => {
+            let with = ProportionalIntegralObserver::of_samples(discrete(inner, gain)?, states).map_err(text)?;
+            scenario.sampled_observer(name, with, &start)
+        }
         ObserverKind::UnknownInput { observer: inner, h, d } => {
             let d = d.as_ref().map(matrix);
             let without = UnknownInputObserver::new(linear(inner, sliders)?, matrix(h), d).map_err(text)?;

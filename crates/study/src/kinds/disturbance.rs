@@ -324,6 +324,10 @@ impl Running for WithDisturbance<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>> {
     fn disturbances(&self) -> usize {
         disturbances(self)
     }
+
+    fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
+        Some((live::ObserverKind::ProportionalIntegralDiscrete { observer: Box::new(self.inner().clone()) }, None))
+    }
 }
 
 impl Running for WithDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>> {

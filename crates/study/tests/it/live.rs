@@ -281,6 +281,16 @@ name = "LPV"
 kind = "lpv"
 region = { states = [[-2, 2], [-2, 2]] }
 decay_rate = 1
+[[observer]]
+name = "PI"
+kind = "proportional-integral"
+poles = [0.3, 0.4, 0.5]
+e = [[0], [0.1]]
+[[observer]]
+name = "ESO"
+kind = "extended-state"
+bandwidth = 5
+e = [[0], [0.1]]
 "#;
 
 /// In discrete time the page gives the scores and the verdicts of the study; the period is that of the plant.
