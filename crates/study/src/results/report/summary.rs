@@ -5,17 +5,15 @@ use luenberger_proof::certificate::ProvedSentence;
 use luenberger_proof::wording::counted;
 
 use super::super::document::{badge, norm_caption, score};
-use super::super::{DesignVerdict, ObserverReport, Results, ScoreCell, ScoreTable, SimulationReport, UnseenModes};
+use super::super::{DesignVerdict, ObserverReport, Results, ScoreTable, SimulationReport, UnseenModes};
 
-/// What was studied, what is observable, what is proved, which observer is the best by which score, and the figure that
-/// shows it.
+/// What was studied, what is observable, what is proved, the scores, and the figure that shows them.
 pub(super) fn section(results: &Results, figure: Option<(String, Figure)>) -> Section {
     // What is proved is proved of the model: that another plant was simulated comes first.
     let truth = results.simulation.as_ref().and_then(|simulation| simulation.truth.clone());
     let scores = results.simulation.as_ref().and_then(|simulation| simulation.norm_table(&results.plant));
     let studied = [Some(plant(results)), observability(results)].into_iter().flatten().collect::<Vec<_>>().join(" ");
-    let sentences =
-        [truth, Some(studied), certificates(&results.observers), scores.as_ref().and_then(best), warnings(results)];
+    let sentences = [truth, Some(studied), certificates(&results.observers), warnings(results)];
     let section = Section::new("Summary").list(sentences.into_iter().flatten());
     let section = if results.observers.is_empty() { section } else { section.grid(overview(results, scores.as_ref())) };
     let section = figure.into_iter().fold(section, |section, (id, figure)| section.figure(id, figure));
@@ -103,20 +101,6 @@ fn proved(observers: &[ObserverReport]) -> Vec<String> {
     });
     let said: Vec<String> = said.collect();
     if said.len() <= FEW { said } else { Vec::new() }
-}
-
-/// The best observer by each score of the norm of the error, if there is a choice.
-fn best(table: &ScoreTable) -> Option<String> {
-    if table.rows.len() < 2 {
-        return None;
-    }
-    let scores_of = |row: &Vec<ScoreCell>| -> Option<String> {
-        let best = row.iter().zip(&table.head).filter(|(cell, _)| cell.best);
-        let scores: Vec<String> = best.map(|(cell, score)| format!("{score} {}", cell.text)).collect();
-        (!scores.is_empty()).then(|| Some(format!("{}: {}", row.first()?.text, scores.join(", "))))?
-    };
-    let winners: Vec<String> = table.rows.iter().filter_map(scores_of).collect();
-    (!winners.is_empty()).then(|| format!("Best scores of the norm of the error: {}.", winners.join("; ")))
 }
 
 fn warnings(results: &Results) -> Option<String> {
