@@ -74,7 +74,7 @@ pub use template::{TEMPLATES, Template};
 /// For the tests of this crate, no part of its interface.
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::advise::ranking::{Ranked, rank};
+    pub use crate::advise::ranking::{Ranked, preferred, rank, tied};
     pub use crate::execute::sweep::percentiles::Percentiles;
     pub use crate::tuning::{chain_settling, compositions};
 }

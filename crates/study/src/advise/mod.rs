@@ -37,7 +37,7 @@ use rayon::prelude::*;
 
 use self::block::{Block, text_with};
 use self::candidate::{Candidate, Outcome};
-use self::ranking::{Ranked, rank};
+use self::ranking::{Ranked, preferred, rank, tied};
 use crate::error::StudyError;
 use crate::execute::{self, Limits, Trial, within};
 use crate::kinds::{self, Declaration, Rule, Tuning, registry};
@@ -190,10 +190,10 @@ fn compare(
         let points: Vec<_> = complete.iter().map(|one| (one.value(criterion), one.value(Criterion::Error))).collect();
         *names = pareto_front(&points).into_iter().map(|i| complete[i].spec.name.clone()).collect();
     }
-    let scored = order.iter().map(|&i| (&candidates[i], scores[i])).collect();
+    let scored: Vec<(&Candidate, f64)> = order.iter().map(|&i| (&candidates[i], scores[i])).collect();
+    let chosen = recommended(&scored);
     let words = words::Ranking { study, criteria: &options.criteria, ordered: scored, runs: advice.runs };
     advice.explanation = words.sentences();
-    let chosen = recommended(&ordered);
     advice.recommended = chosen.iter().map(|one| one.spec.name.clone()).collect();
     let blocks: Vec<Block> = chosen.iter().filter_map(|one| one.block.clone()).collect();
     advice.study = text_with(study, &blocks)?;
@@ -425,12 +425,11 @@ fn ranked(one: &Candidate, score: f64) -> RankedObserver {
     }
 }
 
-/// The best observer, and the best one with a proof.
-fn recommended<'a>(ordered: &[&'a Candidate]) -> Vec<&'a Candidate> {
-    let complete = || ordered.iter().copied().filter(|one| one.is_complete());
-    let mut chosen: Vec<&Candidate> = complete().next().into_iter().collect();
-    if let Some(proved) = complete().find(|one| one.is_proved())
-        && chosen.iter().all(|one| one.spec.name != proved.spec.name)
+/// The best observer, or the one preferred of those that tie with it, and the best one with a proof.
+fn recommended<'a>(scored: &[(&'a Candidate, f64)]) -> Vec<&'a Candidate> {
+    let mut chosen: Vec<&Candidate> = preferred(&tied(scored)).into_iter().collect();
+    if let Some((proved, _)) = scored.iter().find(|(one, _)| one.is_complete() && one.is_proved())
+        && chosen.iter().all(|one| !one.is_proved())
     {
         chosen.push(proved);
     }

@@ -110,6 +110,22 @@ pub trait Ranked {
     fn is_complete(&self) -> bool;
 }
 
+/// Relative differences below this are not worth a choice.
+pub(super) const SMALL: f64 = 0.05;
+
+/// Those of a ranking whose runs all finished and whose score is within 5 % of the first one: they tie.
+pub fn tied<'a, T: Ranked>(ordered: &[(&'a T, f64)]) -> Vec<&'a T> {
+    let Some((_, least)) = ordered.first() else { return Vec::new() };
+    let close = |(one, score): &&(&T, f64)| one.is_complete() && ratio(*score, *least) < 1.0 + SMALL;
+    ordered.iter().take_while(close).map(|(one, _)| *one).collect()
+}
+
+/// The one of a tie that is recommended: with a proof, then of the least cost, then the first.
+pub fn preferred<'a, T: Ranked>(tied: &[&'a T]) -> Option<&'a T> {
+    let by = |criterion: Criterion| move |a: &&T, b: &&T| a.value(criterion).total_cmp(&b.value(criterion));
+    tied.iter().copied().min_by(|a, b| by(Criterion::Proved)(a, b).then(by(Criterion::Cost)(a, b)))
+}
+
 /// The score of each, and the indices in the order of the ranking: those whose runs all finished first, by score, then
 /// by error.
 pub fn rank<T: Ranked>(all: &[T], criteria: &Criteria) -> (Vec<f64>, Vec<usize>) {

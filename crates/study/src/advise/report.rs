@@ -40,7 +40,8 @@ pub struct Advice {
     pub not_applicable: Vec<NotApplicable>,
     /// What the budget did not reach, and why.
     pub not_reached: Vec<String>,
-    /// Observers that are recommended: the best one, and the best one with a proof.
+    /// Observers that are recommended: the best one, or of those within 5 % of it one with a proof, then the
+    /// cheapest; and the best one with a proof.
     pub recommended: Vec<String>,
     /// The files that were written.
     pub files: Vec<String>,

@@ -5,15 +5,12 @@ use std::fmt::Write;
 use luenberger_proof::wording::{capital, counted, significant};
 
 use super::candidate::Candidate;
-use super::ranking::{Criteria, Criterion, Ranked, ratio};
+use super::ranking::{Criteria, Criterion, Ranked, SMALL, preferred, ratio, tied};
 use crate::results::DesignVerdict;
 use crate::study::Study;
 
 /// Observers after this rank are in the table only.
 const EXPLAINED: usize = 6;
-
-/// Relative differences below this are not worth a choice.
-const SMALL: f64 = 0.05;
 
 fn short(x: f64) -> String {
     significant(x, 3)
@@ -205,19 +202,27 @@ impl Ranking<'_> {
         )
     }
 
-    /// The two first ones are as good.
+    /// The first ones are as good, and what decides between them.
     fn tie(&self) -> Option<String> {
-        let mut different = self.ordered.iter().filter(|(one, _)| self.same(one).is_none());
-        let ((first, one), (second, other)) = (different.next()?, different.next()?);
-        let close = first.is_complete() && second.is_complete() && ratio(*other, *one) < 1.0 + SMALL;
-        close.then(|| {
-            format!(
-                "{} and {} differ by less than {} %: proof and cost may decide between them.",
-                first.spec.name,
-                second.spec.name,
-                short(100.0 * SMALL)
-            )
-        })
+        let different: Vec<_> = self.ordered.iter().filter(|(one, _)| self.same(one).is_none()).copied().collect();
+        let tied = tied(&different);
+        let (last, others) = tied.split_last()?;
+        let chosen = preferred(&tied).filter(|_| !others.is_empty())?;
+        let alike = |criterion: Criterion| tied.iter().all(|one| one.value(criterion) == chosen.value(criterion));
+        let why = match (alike(Criterion::Proved), alike(Criterion::Cost)) {
+            (true, true) => "the first of them",
+            (true, false) => "which takes the fewest operations per step of them",
+            (false, _) if tied.iter().filter(|one| one.is_proved()).count() == 1 => "which has a proof",
+            (false, _) => "which takes the fewest operations per step of those with a proof",
+        };
+        let others: Vec<&str> = others.iter().map(|one| one.spec.name.as_str()).collect();
+        Some(format!(
+            "{} and {} differ by less than {} %: {} is recommended, {why}.",
+            others.join(", "),
+            last.spec.name,
+            short(100.0 * SMALL),
+            chosen.spec.name
+        ))
     }
 
     fn proof(&self, first: &Candidate) -> String {

@@ -1,7 +1,7 @@
 //! The criteria of `advise`, the order that they give, and the numbers of its tuning rules.
 
 use luenberger_study::advise::{Criteria, Criterion};
-use luenberger_study::internals::{Ranked, chain_settling, compositions, rank};
+use luenberger_study::internals::{Ranked, chain_settling, compositions, preferred, rank, tied};
 
 struct One(f64, f64, bool);
 
@@ -34,6 +34,46 @@ fn a_tie_is_broken_by_the_error() {
     let all = [One(3.0, 50.0, true), One(1.0, 50.0, true), One(2.0, 50.0, true), One(9.0, 40.0, true)];
     let (scores, order) = rank(&all, &cost);
     assert_eq!((scores, order), (vec![1.25, 1.25, 1.25, 1.0], vec![3, 1, 2, 0]));
+}
+
+/// An observer of an error, whether it has a proof, its cost, and whether its runs finished.
+struct Of(f64, bool, f64, bool);
+
+impl Ranked for Of {
+    fn value(&self, criterion: Criterion) -> f64 {
+        match criterion {
+            Criterion::Proved => f64::from(u8::from(!self.1)),
+            Criterion::Cost => self.2,
+            _ => self.0,
+        }
+    }
+    fn is_complete(&self) -> bool {
+        self.3
+    }
+}
+
+/// Of scores within 5 % the one with a proof is recommended, then the cheapest; a score further away never is.
+#[test]
+fn within_five_percent_proof_and_then_cost_decide() {
+    let chosen = |all: &[Of]| {
+        let (scores, order) = rank(all, &Criteria::default());
+        let ordered: Vec<(&Of, f64)> = order.iter().map(|&i| (&all[i], scores[i])).collect();
+        let tied = tied(&ordered);
+        (tied.len(), preferred(&tied).map(|one| (one.0, one.2)))
+    };
+    let cheap = [Of(1.0, false, 900.0, true), Of(1.02, false, 300.0, true), Of(1.06, true, 10.0, true)];
+    assert_eq!(chosen(&cheap), (2, Some((1.02, 300.0))));
+    let proved = [Of(1.0, false, 100.0, true), Of(1.01, false, 50.0, true), Of(1.04, true, 900.0, true)];
+    assert_eq!(chosen(&proved), (3, Some((1.04, 900.0))));
+    let both = [Of(1.0, true, 100.0, true), Of(1.01, true, 50.0, true), Of(1.04, false, 1.0, true)];
+    assert_eq!(chosen(&both), (3, Some((1.01, 50.0))));
+    let alike = [Of(1.01, true, 50.0, true), Of(1.0, true, 50.0, true)];
+    assert_eq!(chosen(&alike), (2, Some((1.0, 50.0))));
+    // A run that ended early is not recommended; without a cost it comes after those that have one.
+    let ended = [Of(1.0, true, 1.0, false), Of(2.0, false, f64::INFINITY, true), Of(2.0, false, 7.0, true)];
+    assert_eq!(chosen(&ended), (2, Some((2.0, 7.0))));
+    assert_eq!(chosen(&[]), (0, None));
+    assert_eq!(chosen(&[Of(1.0, true, 1.0, false)]), (0, None));
 }
 
 #[test]
