@@ -2,6 +2,7 @@
 
 use crate::answer::Answer;
 use crate::failure::Failure;
+use crate::output;
 use luenberger_proof::wording::counted;
 use luenberger_study::{Results, Step, StudyError};
 use std::fmt::Write;
@@ -27,7 +28,8 @@ pub(super) fn answer(
 }
 
 fn text(designs: bool, results: &Results, failures: &[String], folder: Option<&Path>) -> String {
-    let mut text = results.text(designs);
+    let coloured = output::is_coloured(&std::io::stdout());
+    let mut text = if coloured { results.coloured_text(designs) } else { results.text(designs) };
     for warning in &results.warnings {
         text.extend(["\nwarning: ", warning]);
     }

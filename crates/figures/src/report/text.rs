@@ -2,8 +2,22 @@
 //!
 //! Notes, HTML and figures belong to a page, and are left out of plain text.
 
-use super::{Block, Cell, Grid, Kind, Report, Section};
+use super::{Block, Cell, Grid, Kind, Report, Section, Tone};
 use std::fmt::Write;
+
+/// How the word of a badge is written.
+type Paint = fn(&str, Tone) -> String;
+
+/// A word in the colour of its tone, by the sequences of ECMA-48 that terminals read: green, red, yellow, magenta.
+fn coloured(word: &str, tone: Tone) -> String {
+    let colour = match tone {
+        Tone::Good => 32,
+        Tone::Bad => 31,
+        Tone::Open => 33,
+        Tone::Failed => 35,
+    };
+    format!("\x1b[{colour}m{word}\x1b[0m")
+}
 
 /// Maximal number of entries of a matrix that is written in one line.
 const IN_ONE_LINE: usize = 36;
@@ -30,11 +44,20 @@ impl Section {
     /// assert_eq!(section.text(), "\nComparison\n  Two of `them`.\n  observer  rms\n  linear    0.31*\n");
     /// ```
     pub fn text(&self) -> String {
+        self.painted(|word, _| word.to_owned())
+    }
+
+    /// The same with badges in colours, for a terminal.
+    pub fn coloured_text(&self) -> String {
+        self.painted(coloured)
+    }
+
+    fn painted(&self, paint: Paint) -> String {
         let mut text = String::new();
         if !matches!(self.blocks.first(), Some(Block::Heading(..))) {
             text.extend(["\n", &self.title, "\n"]);
         }
-        blocks(&mut text, &self.blocks);
+        blocks(&mut text, &self.blocks, paint);
         text
     }
 
@@ -56,7 +79,7 @@ impl Section {
     }
 }
 
-fn blocks(text: &mut String, blocks: &[Block]) {
+fn blocks(text: &mut String, blocks: &[Block], paint: Paint) {
     let mut after_grid = false;
     for block in blocks {
         // A line between a table and the title of the next one.
@@ -66,7 +89,7 @@ fn blocks(text: &mut String, blocks: &[Block]) {
         after_grid = matches!(block, Block::Grid(_)) || (after_grid && matches!(block, Block::Note(_)));
         match block {
             Block::Heading(heading, mark) => {
-                let mark = mark.as_ref().map(|mark| format!(": {}", mark.text)).unwrap_or_default();
+                let mark = mark.as_ref().map(|mark| format!(": {}", value(mark, paint).shown)).unwrap_or_default();
                 text.extend(["\n", heading, &mark, "\n"]);
             }
             Block::Prose(prose) => {
@@ -77,22 +100,23 @@ fn blocks(text: &mut String, blocks: &[Block]) {
             Block::Verbatim(lines) => indented(text, lines.lines()),
             Block::List(items) => indented(text, items.iter().map(String::as_str)),
             Block::Facts(facts) => {
-                let rows = facts.iter().map(|(name, cell)| vec![name.clone(), value(cell)]);
+                let rows = facts.iter().map(|(name, cell)| vec![Word::plain(name), value(cell, paint)]);
                 table(text, &rows.collect::<Vec<_>>());
             }
             Block::Grid(grid) => {
                 if !grid.caption.is_empty() {
                     text.extend(["  ", &grid.caption, "\n"]);
                 }
-                let rows = grid.rows.iter().map(|row| row.iter().map(value).collect());
-                table(text, &std::iter::once(grid.head.clone()).chain(rows).collect::<Vec<_>>());
+                let head = grid.head.iter().map(|name| Word::plain(name)).collect();
+                let rows = grid.rows.iter().map(|row| row.iter().map(|cell| value(cell, paint)).collect());
+                table(text, &std::iter::once(head).chain(rows).collect::<Vec<_>>());
             }
             Block::Matrices(matrices) => {
                 for (name, rows) in matrices {
                     matrix(text, name, rows);
                 }
             }
-            Block::Folded { inside, .. } => self::blocks(text, inside),
+            Block::Folded { inside, .. } => self::blocks(text, inside, paint),
             Block::Links(links) => {
                 for (path, what) in links {
                     text.extend(["  ", format!("{path} {what}").trim_end(), "\n"]);
@@ -104,8 +128,24 @@ fn blocks(text: &mut String, blocks: &[Block]) {
     }
 }
 
-fn value(cell: &Cell) -> String {
-    if cell.kind == Kind::Best { format!("{}*", cell.text) } else { cell.text.clone() }
+/// The content of a cell as it is written, and its width.
+struct Word {
+    shown: String,
+    width: usize,
+}
+
+impl Word {
+    fn plain(text: &str) -> Self {
+        Self { shown: text.to_owned(), width: text.chars().count() }
+    }
+}
+
+fn value(cell: &Cell, paint: Paint) -> Word {
+    match cell.kind {
+        Kind::Best => Word::plain(&format!("{}*", cell.text)),
+        Kind::Badge(tone) => Word { shown: paint(&cell.text, tone), ..Word::plain(&cell.text) },
+        Kind::Text | Kind::Number => Word::plain(&cell.text),
+    }
 }
 
 fn indented<'a>(text: &mut String, lines: impl Iterator<Item = &'a str>) {
@@ -118,17 +158,19 @@ fn indented<'a>(text: &mut String, lines: impl Iterator<Item = &'a str>) {
 const FIRST: usize = 60;
 
 /// Rows of cells, left-aligned in columns; one below the other where the first column would leave no room for others.
-fn table(text: &mut String, rows: &[Vec<String>]) {
+fn table(text: &mut String, rows: &[Vec<Word>]) {
     let columns = rows.iter().map(Vec::len).max().unwrap_or_default();
-    let width = |column| rows.iter().filter_map(|row| row.get(column)).map(|cell: &String| cell.chars().count()).max();
+    let width = |column| rows.iter().filter_map(|row| row.get(column)).map(|cell: &Word| cell.width).max();
     let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or_default()).collect();
     let is_wide = widths.first().is_some_and(|width| *width > FIRST);
     for row in rows {
         if let (true, [first, others @ ..]) = (is_wide, row.as_slice()) {
-            text.extend(["  ", first, ": ", &others.join("; "), "\n"]);
+            let others: Vec<&str> = others.iter().map(|cell| cell.shown.as_str()).collect();
+            text.extend(["  ", &first.shown, ": ", &others.join("; "), "\n"]);
             continue;
         }
-        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        let padded = |(cell, width): (&Word, &usize)| cell.shown.clone() + &" ".repeat(width - cell.width);
+        let cells: Vec<String> = row.iter().zip(&widths).map(padded).collect();
         text.extend(["  ", cells.join("  ").trim_end(), "\n"]);
     }
 }
@@ -140,7 +182,9 @@ fn matrix(text: &mut String, name: &str, rows: &[Vec<String>]) {
         let _ = writeln!(text, "  {name} = [{}]", rows.join("; "));
     } else {
         let _ = writeln!(text, "  {name} =");
-        table(text, &rows.iter().map(|row| [&[String::new()], row.as_slice()].concat()).collect::<Vec<_>>());
+        let row =
+            |row: &Vec<String>| std::iter::once("").chain(row.iter().map(String::as_str)).map(Word::plain).collect();
+        table(text, &rows.iter().map(row).collect::<Vec<_>>());
     }
 }
 

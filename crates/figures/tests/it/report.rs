@@ -154,3 +154,19 @@ fn the_plotting_library_is_the_one_that_is_named() {
     assert_eq!(unpacked(&html, "module"), Some(bytes));
     assert_eq!(unpacked(&html, "absent"), None);
 }
+
+/// On a terminal a verdict has its colour, and columns are as wide as without.
+#[test]
+fn badges_are_coloured_where_that_is_asked_for() {
+    let grid = Grid::new(&["observer", "verdict", "rms"])
+        .row([Cell::from("a"), Cell::badge("proved", Tone::Good), Cell::number("1")])
+        .row([Cell::from("b"), Cell::badge("none", Tone::Open), Cell::best("2")]);
+    let section = Section::new("All").marked_heading("a", Cell::badge("refuted", Tone::Bad)).grid(grid);
+    let plain = "\na: refuted\n  observer  verdict  rms\n  a         proved   1\n  b         none     2*\n";
+    assert_eq!(section.text(), plain);
+    let coloured = plain
+        .replace("refuted", "\x1b[31mrefuted\x1b[0m")
+        .replace("proved", "\x1b[32mproved\x1b[0m")
+        .replace("none", "\x1b[33mnone\x1b[0m");
+    assert_eq!(section.coloured_text(), coloured);
+}

@@ -13,8 +13,10 @@ const HARDLY: f64 = 1e-6;
 pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
     let mut warnings = Vec::new();
     for point in results.observability.iter().flat_map(|report| &report.points) {
-        let hidden = |margin: f64| point.hidden.iter().any(|mode| mode.margin >= margin);
-        for mode in point.modes.iter().filter(|mode| mode.margin < HARDLY && !hidden(mode.margin)) {
+        // The modes with the smallest margins are those that are unobservable, of which another sentence speaks.
+        let mut modes: Vec<_> = point.modes.iter().collect();
+        modes.sort_by(|x, y| x.margin.total_cmp(&y.margin));
+        for mode in modes.into_iter().skip(point.hidden.len()).filter(|mode| mode.margin < HARDLY) {
             warnings.push(format!(
                 "weakly observable mode {} along {}: margin {}; a small change of the plant makes it unobservable",
                 eigenvalue(mode.eigenvalue),

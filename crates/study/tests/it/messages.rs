@@ -83,6 +83,11 @@ fn studies() -> Vec<(&'static str, Step, String)> {
             with("[plant]\na = [[-1, 0], [0, -1.0000001]]\nc = [[1, 1]]\n", "[[observer]]\nkind = \"luenberger\"\nlmi = true\n"),
         ),
         (
+            "a mode that is unobservable, and said to be only once",
+            Step::Run,
+            with("[plant]\na = [[1, 0], [0, -1]]\nc = [[0, 1]]\n", "[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n"),
+        ),
+        (
             "a filter without a hold",
             Step::Compare,
             with(

@@ -36,8 +36,17 @@ impl Results {
 
     /// The results as text, with `designs` as in [`markdown`](Self::markdown).
     pub fn text(&self, designs: bool) -> String {
+        self.text_of(designs, Section::text)
+    }
+
+    /// The same with verdicts in colours, for a terminal.
+    pub fn coloured_text(&self, designs: bool) -> String {
+        self.text_of(designs, Section::coloured_text)
+    }
+
+    fn text_of(&self, designs: bool, of: fn(&Section) -> String) -> String {
         let head = self.plant.headline(&self.title);
-        self.sections(designs).iter().fold(head, |text, section| text + &section.text())
+        self.sections(designs).iter().fold(head, |text, section| text + &of(section))
     }
 
     /// The results as Markdown; with `designs` the observers have gains and proofs, else their verdicts alone.
