@@ -1,11 +1,12 @@
 //! Warnings that qualify the results.
 
-use luenberger_proof::wording::significant;
+use luenberger_design::KalmanNoise;
+use luenberger_proof::wording::{shortest, significant};
 
 use crate::results::eigenvalue;
 use crate::results::{DesignReport, Quantity, Results};
 use crate::signal::Input;
-use crate::study::{Simulation, Study};
+use crate::study::{GainSpec, Simulation, Study};
 
 /// Modes with a margin below this are weakly observable.
 const HARDLY: f64 = 1e-6;
@@ -32,6 +33,7 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
         warnings.extend(amplification(study, &observer.name, design));
     }
     warnings.extend(study.simulation.iter().flat_map(|simulation| unused(study, simulation)));
+    warnings.extend(study.simulation.iter().flat_map(|simulation| other_noise(study, simulation)));
     let driven = !matches!(study.input, Input::Zero);
     if let (Some(simulation), true) = (&study.simulation, driven) {
         for requested in &study.observers {
@@ -41,6 +43,41 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
                 let name = &requested.name;
                 warnings.push(format!(
                     "{name} assumes a zero-order hold of the input: set simulation.hold = {period} (it is {hold})"
+                ));
+            }
+        }
+    }
+    warnings
+}
+
+/// By which factor V of a stationary Kalman filter may differ from the noise of the simulation without a word.
+const DIFFERENT: f64 = 3.0;
+
+/// Stationary Kalman filters whose V is not that of the noise in the simulation: in continuous time an intensity, the
+/// variance of a value that is held for a period, times that period.
+fn other_noise(study: &Study, simulation: &Simulation) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for requested in &study.observers {
+        let Some(GainSpec::Kalman(KalmanNoise { v, .. })) = requested.kind.whole_gain().map(|spec| &spec.gain) else {
+            continue;
+        };
+        for (output, name) in study.plant.outputs.iter().enumerate() {
+            let Some(noise) = simulation.noise_of(output) else { continue };
+            let (variance, given) = (noise.variance(), v[(output, output)]);
+            let (expected, what, how) = match study.plant.dt {
+                Some(_) => (variance, "variance", String::new()),
+                None => {
+                    let how =
+                        format!(", variance times period: {} x {}", significant(variance, 3), shortest(noise.period));
+                    (variance * noise.period, "intensity", how)
+                }
+            };
+            if expected > 0.0 && !(1.0 / DIFFERENT..=DIFFERENT).contains(&(given / expected)) {
+                warnings.push(format!(
+                    "{}: v of {name} is {}, and the noise of the simulation has the {what} {}{how}",
+                    requested.name,
+                    significant(given, 3),
+                    significant(expected, 3)
                 ));
             }
         }

@@ -88,6 +88,14 @@ fn studies() -> Vec<(&'static str, Step, String)> {
             with("[plant]\na = [[1, 0], [0, -1]]\nc = [[0, 1]]\n", "[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n"),
         ),
         (
+            "a covariance in the place of an intensity",
+            Step::Compare,
+            with(
+                INTEGRATORS,
+                &format!("[[observer]]\nkind = \"kalman\"\nw = 1\nv = 1e-4\n{simulated}noise = {{ distribution = \"gaussian\", amplitude = [0.01], period = 0.05 }}\n"),
+            ),
+        ),
+        (
             "a filter without a hold",
             Step::Compare,
             with(
