@@ -122,6 +122,8 @@ fn end_to_end(name: &str) -> luenberger_study::Results {
         let nis = filter.nis.as_ref().unwrap();
         assert!(nis.accepted, "{name}: NIS {} outside {:?}", nis.mean, nis.region);
     }
+    let noise = results.warnings.iter().find(|warning| warning.contains(": v of "));
+    assert_eq!(noise, None, "{name}: the noise of a filter is that of the simulation");
     let machine = env!("CARGO_MANIFEST_DIR");
     let leaks = one.iter().find(|(_, bytes)| bytes.windows(machine.len()).any(|window| window == machine.as_bytes()));
     assert!(leaks.is_none(), "{name}: a path of this machine stands in {}", leaks.unwrap().0);
