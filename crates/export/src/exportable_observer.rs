@@ -2,9 +2,9 @@
 
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
-    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, ObserverDimensions,
-    ObserverError, Prediction, SampledCubicObserver, SampledNonlinearObserver, SampledObserver, UnscentedKalmanFilter,
-    VaryingPeriodObserver, VaryingPeriodStep,
+    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, MatrixName, NoiseModel,
+    ObserverDimensions, ObserverError, Prediction, SampledCubicObserver, SampledNonlinearObserver, SampledObserver,
+    UnscentedKalmanFilter, VaryingPeriodObserver, VaryingPeriodStep,
 };
 use nalgebra::{DMatrix, Dyn, RealField};
 
@@ -12,6 +12,7 @@ use crate::cast::{Cast, Sampled};
 use crate::error::ExportError;
 use crate::extension::{ExtensionMaps, SampledExtension};
 use crate::kkl::Kkl;
+use crate::matrix::ExportedMatrix;
 use crate::moving_horizon::{self, MovingHorizon, bounds};
 use crate::scalar::Scalar;
 use crate::step::RecordedStep;
@@ -214,55 +215,62 @@ impl ExportableObserver {
         root.map(|root| root.lower_triangle()).unwrap_or_default()
     }
 
-    /// The matrices that the step uses, by the names they have in the emitted code.
-    pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
+    /// The matrices that the step uses.
+    pub fn matrices(&self) -> Vec<(ExportedMatrix, DMatrix<f64>)> {
         let mut all = match self {
             Self::Linear(observer) => {
                 let plant = observer.plant();
-                vec![("A", &plant.a), ("B", &plant.b), ("C", &plant.c), ("L", observer.l())]
+                vec![
+                    (MatrixName::A, &plant.a),
+                    (MatrixName::B, &plant.b),
+                    (MatrixName::C, &plant.c),
+                    (MatrixName::L, observer.l()),
+                ]
             }
             Self::Cubic(observer) => vec![
-                ("A", observer.ad()),
-                ("B", observer.bd()),
-                ("C", observer.c()),
-                ("L", observer.ld()),
-                ("N", observer.n()),
-                ("THETA", observer.theta()),
+                (MatrixName::Ad, observer.ad()),
+                (MatrixName::Bd, observer.bd()),
+                (MatrixName::C, observer.c()),
+                (MatrixName::Ld, observer.ld()),
+                (MatrixName::N, observer.n()),
+                (MatrixName::Theta, observer.theta()),
             ]
             .into_iter()
-            .chain(observer.coupling().map(|coupling| ("G", coupling)))
+            .chain(observer.coupling().map(|coupling| (MatrixName::Coupling, coupling)))
             .collect(),
             Self::Varying(step) => {
                 let (observer, nominal) = (step.observer(), step.observer().nominal());
-                let gains = [("GAIN", observer.k()), ("N", nominal.n()), ("THETA", nominal.theta())];
-                [("A", observer.a()), ("B", observer.b()), ("C", nominal.c())]
+                let gains =
+                    [(MatrixName::K, observer.k()), (MatrixName::N, nominal.n()), (MatrixName::Theta, nominal.theta())];
+                [(MatrixName::A, observer.a()), (MatrixName::B, observer.b()), (MatrixName::C, nominal.c())]
                     .into_iter()
                     .chain(gains)
-                    .chain(nominal.coupling().map(|coupling| ("G", coupling)))
+                    .chain(nominal.coupling().map(|coupling| (MatrixName::Coupling, coupling)))
                     .collect()
             }
             Self::Kalman(filter) => {
                 let NoiseModel { w, v, p0 } = filter.noise_model();
-                vec![("W", w), ("V", v), ("P0", p0)]
+                vec![(MatrixName::W, w), (MatrixName::V, v), (MatrixName::P0, p0)]
             }
             Self::Unscented(filter) => {
                 let NoiseModel { w, v, p0 } = filter.factors();
-                vec![("ROOT_W", w), ("ROOT_V", v), ("ROOT_P0", p0)]
+                vec![(MatrixName::RootW, w), (MatrixName::RootV, v), (MatrixName::RootP0, p0)]
             }
             Self::MovingHorizon(estimator) => {
                 let NoiseModel { w, v, p0 } = estimator.noise_model();
                 let bounds = bounds(estimator);
                 let list = DMatrix::from_fn(1, bounds.len(), |_, k| bounds[k].value);
-                let all = [("W", w.clone()), ("V", v.clone()), ("P0", p0.clone())];
-                return all.into_iter().chain((!bounds.is_empty()).then_some(("BOUNDS", list))).collect();
+                let all = [(MatrixName::W, w), (MatrixName::V, v), (MatrixName::P0, p0)];
+                let all = all.into_iter().map(|(which, matrix)| (which.into(), matrix.clone()));
+                return all.chain((!bounds.is_empty()).then_some((ExportedMatrix::Bounds, list))).collect();
             }
-            Self::SampledNonlinear(observer) => vec![("L", observer.l())],
-            Self::Discrete(observer) => vec![("L", observer.l())],
+            Self::SampledNonlinear(observer) => vec![(MatrixName::L, observer.l())],
+            Self::Discrete(observer) => vec![(MatrixName::L, observer.l())],
             Self::Kkl(observer) => return observer.matrices(),
             Self::Extension(_) | Self::Step(_) => Vec::new(),
         };
-        all.extend(self.feedthrough().map(|d| ("D", d)));
-        all.into_iter().map(|(name, matrix)| (name, matrix.clone())).collect()
+        all.extend(self.feedthrough().map(|d| (MatrixName::D, d)));
+        all.into_iter().map(|(which, matrix)| (which.into(), matrix.clone())).collect()
     }
 
     /// A, B and C of a linear plant.
@@ -324,8 +332,8 @@ impl ExportableObserver {
     /// # Errors
     /// [`ObserverError`] is not expected of an observer that was made.
     pub fn varying(observer: &VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>) -> Result<Self, ObserverError> {
-        let with_time = |name, m: &DMatrix<f64>| {
-            if ["B", "Bd", "D"].contains(&name) { m.clone().insert_column(m.ncols(), 0.0) } else { m.clone() }
+        let with_time = |name: MatrixName, m: &DMatrix<f64>| {
+            if name.is_of_inputs() { m.clone().insert_column(m.ncols(), 0.0) } else { m.clone() }
         };
         let observer: VaryingPeriodObserver<f64, Dyn, Dyn, Dyn> = observer.map(with_time)?;
         Ok(Self::Varying(VaryingPeriodStep::new(observer)?))
@@ -363,10 +371,10 @@ impl ExportableObserver {
         if prediction == Some(Prediction::ErrorControlled) {
             return Err(ExportError::ErrorControlled);
         }
-        for (name, matrix) in self.matrices() {
+        for (which, matrix) in self.matrices() {
             if let Some(k) = matrix.iter().position(|x| !scalar.round(*x).is_finite()) {
                 let (row, column) = (k % matrix.nrows(), k / matrix.nrows());
-                let what = format!("{name}({}, {}) = {}", row + 1, column + 1, matrix[(row, column)]);
+                let what = format!("{}({}, {}) = {}", which.name(), row + 1, column + 1, matrix[(row, column)]);
                 return Err(ExportError::Format { what, format: scalar.name() });
             }
         }
@@ -447,18 +455,5 @@ impl ExportableObserver {
                 Cast::new(Sampled(observer.cast(nalgebra::convert(observer.period()))?), Some(output))
             }
         })
-    }
-}
-
-/// The name of a matrix in the emitted code, of that which its observer gives it.
-pub(crate) fn emitted(name: &'static str) -> &'static str {
-    match name {
-        "Ad" => "A",
-        "Bd" => "B",
-        "Ld" => "L",
-        "K" => "GAIN",
-        "theta" => "THETA",
-        "-C N" => "G",
-        _ => name,
     }
 }

@@ -1,14 +1,14 @@
 //! Linear observers in fixed point: integers on the target, with the sums and the rounding of
 //! [`FixedPointObserver`].
 
-use luenberger_observers::{FixedPointFormat, FixedPointFormats, FixedPointObserver, ObserverError};
+use luenberger_observers::{FixedPointFormat, FixedPointFormats, FixedPointObserver, MatrixName, ObserverError};
 use nalgebra::{DMatrix, DVector, Dyn};
 use sha2::{Digest, Sha256};
 
 use crate::error::ExportError;
 use crate::exportable_observer::ExportableObserver;
 use crate::golden::Noise;
-use crate::{Export, hexadecimal};
+use crate::{Export, ExportedMatrix, hexadecimal};
 
 /// A linear observer whose numbers are integers, ready to be written as C.
 ///
@@ -87,11 +87,16 @@ impl FixedPointExport<'_> {
     }
 
     /// The matrices that the step uses, by the names they have in the emitted code.
-    pub(crate) fn matrices(&self) -> Vec<(&'static str, &DMatrix<i32>)> {
+    pub(crate) fn matrices(&self) -> Vec<(ExportedMatrix, &DMatrix<i32>)> {
         let gains = self.observer.gains();
-        let mut all = vec![("A", &gains.a), ("B", &gains.b), ("C", &gains.c), ("L", &gains.l)];
-        all.extend(gains.d.as_ref().map(|d| ("D", d)));
-        all
+        let mut all = vec![
+            (MatrixName::A, &gains.a),
+            (MatrixName::B, &gains.b),
+            (MatrixName::C, &gains.c),
+            (MatrixName::L, &gains.l),
+        ];
+        all.extend(gains.d.as_ref().map(|d| (MatrixName::D, d)));
+        all.into_iter().map(|(which, matrix)| (which.into(), matrix)).collect()
     }
 
     /// Products of one step, each of two integers of 32 bits to one of 64.
@@ -109,8 +114,8 @@ impl FixedPointExport<'_> {
         let FixedPointFormats { gains, signals } = self.observer.formats();
         let mut hash = Sha256::new();
         hash.update(format!("{} {}", name(gains), name(signals)));
-        for (name, m) in self.matrices() {
-            hash.update(format!("{name} {} {}", m.nrows(), m.ncols()));
+        for (which, m) in self.matrices() {
+            hash.update(format!("{} {} {}", which.name(), m.nrows(), m.ncols()));
             m.iter().for_each(|x| hash.update(x.to_le_bytes()));
         }
         self.initial.iter().for_each(|x| hash.update(x.to_le_bytes()));

@@ -8,9 +8,10 @@ use luenberger_observers::numerical_kkl::{
     BoxMap, Branch, Coordinates, HeldStateInverse, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree,
     SampledFilter, SampledHeldKkl, SampledKkl, Search, StateInverse, TensorTrain,
 };
-use luenberger_observers::{ObserverDimensions, ObserverError, SampledObserver};
+use luenberger_observers::{MatrixName, ObserverDimensions, ObserverError, SampledObserver};
 use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector};
 
+use crate::matrix::ExportedMatrix;
 use crate::scalar::Scalar;
 
 /// The left inverse, on the heap.
@@ -86,8 +87,8 @@ sizes! {
 
 /// The numbers of a left inverse.
 struct Parts {
-    /// Coordinates, box and family, with their names in emitted code.
-    matrices: Vec<(&'static str, DMatrix<f64>)>,
+    /// Coordinates, box and family, of the exported code.
+    matrices: Vec<(ExportedMatrix, DMatrix<f64>)>,
     /// From (w, u) to the state, and from the state to w where there is such a tree.
     trees: Vec<(&'static str, Tree)>,
     table: Option<TableOf>,
@@ -125,21 +126,21 @@ fn numbers<T: RealField + Copy, const R: usize, const C: usize>(m: &SMatrix<T, R
 fn frame<T: RealField + Copy, const N: usize, const Z: usize>(
     coordinates: &Coordinates<T, Z>,
     (lower, upper): (&SVector<T, N>, &SVector<T, N>),
-) -> Vec<(&'static str, DMatrix<f64>)> {
+) -> Vec<(ExportedMatrix, DMatrix<f64>)> {
     vec![
-        ("MEAN", numbers(coordinates.mean())),
-        ("WHITEN", numbers(coordinates.whiten())),
-        ("COLOUR", numbers(coordinates.colour())),
-        ("LOWER", numbers(lower)),
-        ("UPPER", numbers(upper)),
+        (ExportedMatrix::Mean, numbers(coordinates.mean())),
+        (ExportedMatrix::Whiten, numbers(coordinates.whiten())),
+        (ExportedMatrix::Colour, numbers(coordinates.colour())),
+        (ExportedMatrix::Lower, numbers(lower)),
+        (ExportedMatrix::Upper, numbers(upper)),
     ]
 }
 
 /// Ends of the family of inputs.
 fn family<T: RealField + Copy, const M: usize>(
     (least, most): &(SVector<T, M>, SVector<T, M>),
-) -> [(&'static str, DMatrix<f64>); 2] {
-    [("LEAST_INPUT", numbers(least)), ("MOST_INPUT", numbers(most))]
+) -> [(ExportedMatrix, DMatrix<f64>); 2] {
+    [(ExportedMatrix::LeastInput, numbers(least)), (ExportedMatrix::MostInput, numbers(most))]
 }
 
 impl<const N: usize, const Z: usize> RecastPlain<N, Z> for Inverse<f64, N, Z> {
@@ -393,7 +394,7 @@ where
 
     fn parts(&self) -> Parts {
         let mut parts = self.observer.inverse().parts();
-        parts.matrices.push(("FIRST_INPUT", numbers(&self.first)));
+        parts.matrices.push((ExportedMatrix::FirstInput, numbers(&self.first)));
         parts
     }
 
@@ -485,9 +486,12 @@ impl Kkl<f64> {
 
     /// Matrices of the filter and of the coordinates, the box of the estimates and the family of the inputs, with their
     /// names in emitted code.
-    pub(crate) fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
+    pub(crate) fn matrices(&self) -> Vec<(ExportedMatrix, DMatrix<f64>)> {
         let (d, b, ..) = self.any().filter();
-        [("FILTER", d), ("B", b)].into_iter().chain(self.any().parts().matrices).collect()
+        [(ExportedMatrix::Filter, d), (MatrixName::B.into(), b)]
+            .into_iter()
+            .chain(self.any().parts().matrices)
+            .collect()
     }
 
     /// The trees: from (w, u) to the state, and from (x, u) to w where there is no table for that.

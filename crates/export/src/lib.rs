@@ -29,6 +29,7 @@
 //! | [`kkl`] | numerical KKL observers with their sizes erased |
 //! | [`moving_horizon`] | moving-horizon estimators with their sizes erased |
 //! | [`golden`] | test vectors |
+//! | `matrix` | which matrix of an observer an exported one is |
 //! | [`names`] | names as identifiers |
 //! | `operations` | operations and stored numbers of a step |
 //! | `program` | steps that are recorded where they are written |
@@ -50,6 +51,7 @@ mod fixed_point;
 pub mod fmu;
 pub mod golden;
 pub mod kkl;
+mod matrix;
 pub mod moving_horizon;
 pub mod names;
 pub mod number;
@@ -64,6 +66,7 @@ pub use exportable_observer::ExportableObserver;
 pub use fixed_point::FixedPointExport;
 /// The formats of [`Export::fixed_point`].
 pub use luenberger_observers::{FixedPointFormat, FixedPointFormats};
+pub use matrix::ExportedMatrix;
 pub use nalgebra;
 pub use names::Names;
 pub use scalar::Scalar;
@@ -297,8 +300,8 @@ impl Export {
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
         hash.update(self.scalar.name().as_bytes());
-        for (name, matrix) in self.matrices() {
-            hash.update(format!("{name} {} {}", matrix.nrows(), matrix.ncols()).as_bytes());
+        for (which, matrix) in self.matrices() {
+            hash.update(format!("{} {} {}", which.name(), matrix.nrows(), matrix.ncols()).as_bytes());
             matrix.iter().for_each(|x| hash.update(x.to_bits().to_le_bytes()));
         }
         for x in self.scalars().iter().map(|(_, x)| x).chain(&self.initial) {
@@ -346,12 +349,16 @@ impl Export {
         hexadecimal(&hash.finalize())
     }
 
-    /// The matrices as they are stored on the target, by the names they have in the emitted code.
-    pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
+    /// The matrices as they are stored on the target.
+    pub fn matrices(&self) -> Vec<(ExportedMatrix, DMatrix<f64>)> {
         let round = |matrix: &DMatrix<f64>| matrix.map(|x| self.scalar.round(x));
-        let all = self.observer.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k.clone())));
-        let all = all.chain(self.update.iter().map(|k| ("UPDATE", k.clone())));
-        all.map(|(name, matrix)| (name, round(&matrix))).collect()
+        let all = self
+            .observer
+            .matrices()
+            .into_iter()
+            .chain(self.feedback.iter().map(|k| (ExportedMatrix::Feedback, k.clone())));
+        let all = all.chain(self.update.iter().map(|k| (ExportedMatrix::Update, k.clone())));
+        all.map(|(which, matrix)| (which, round(&matrix))).collect()
     }
 
     /// The scalars as they are stored on the target.

@@ -3,15 +3,25 @@
 
 use luenberger_expression::{ExpressionPlant, Recorded, Recording, RecordingError, Routine, record};
 use luenberger_observers::{
-    ObserverDimensions, ObserverError, SampledNonlinearObserver, SampledObserver, StationaryKalmanFilter,
+    MatrixName, ObserverDimensions, ObserverError, SampledNonlinearObserver, SampledObserver, StationaryKalmanFilter,
     VaryingPeriodStep,
 };
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::Export;
 use crate::error::ExportError;
-use crate::exportable_observer::{ExportableObserver, emitted};
+use crate::exportable_observer::ExportableObserver;
 use crate::extension::results;
+use crate::matrix::ExportedMatrix;
+
+/// Measured minus expected output, of the time, the state, the input and the measurement.
+type Innovation =
+    Box<dyn Fn(Recorded, &DVector<Recorded>, &DVector<Recorded>, &DVector<Recorded>) -> DVector<Recorded>>;
+
+/// A matrix of the observer, by the name that it has in the emitted code.
+fn named(recording: &mut Recording, which: MatrixName, m: &DMatrix<f64>) -> DMatrix<Recorded> {
+    recording.matrix(ExportedMatrix::from(which).name(), m)
+}
 
 /// The program of the next state, a function of the state and of (u, y); in filter form of the estimate at the sample
 /// and of the next state. None of an observer whose step is not recorded.
@@ -23,20 +33,20 @@ pub(crate) fn step(export: &Export) -> Result<Option<Routine>, ExportError> {
     let refused = |error: ObserverError| ExportError::Rounded { format, error };
     let program = match &export.observer {
         ExportableObserver::Linear(observer) => record(|recording| {
-            let same = observer.map::<_, Dyn, Dyn, Dyn>(|name, m| recording.matrix(name, m)).map_err(refused)?;
+            let same = observer.map::<_, Dyn, Dyn, Dyn>(|which, m| named(recording, which, m)).map_err(refused)?;
             let Some(k) = &export.update else { return Ok(next(recording, &same)) };
-            let same = StationaryKalmanFilter::new(same, recording.matrix("UPDATE", k)).map_err(refused)?;
+            let same = StationaryKalmanFilter::new(same, recording.matrix(ExportedMatrix::Update.name(), k))
+                .map_err(refused)?;
             Ok(estimate_and_next(recording, &same))
         })?,
         ExportableObserver::Cubic(observer) => record(|recording| {
-            let same =
-                observer.map::<_, Dyn, Dyn, Dyn>(|name, m| recording.matrix(emitted(name), m)).map_err(refused)?;
+            let same = observer.map::<_, Dyn, Dyn, Dyn>(|which, m| named(recording, which, m)).map_err(refused)?;
             Ok(next(recording, &same))
         })?,
         ExportableObserver::Discrete(observer) => observer.plant().record(|recording| {
             let plant = observer.plant().clone();
             let same =
-                observer.map::<_, Dyn, Dyn, Dyn, _>(plant, |name, m| recording.matrix(name, m)).map_err(refused)?;
+                observer.map::<_, Dyn, Dyn, Dyn, _>(plant, |which, m| named(recording, which, m)).map_err(refused)?;
             Ok(next(recording, &same))
         })?,
         ExportableObserver::Step(observer) => Ok(observer.routines().0),
@@ -57,7 +67,7 @@ pub(crate) fn slope(
     let size = observer.dimensions();
     let program = observer.plant().record(|recording| {
         let same = observer
-            .map::<_, Dyn, Dyn, Dyn, _>(observer.plant().clone(), |name, m| recording.matrix(name, m))
+            .map::<_, Dyn, Dyn, Dyn, _>(observer.plant().clone(), |which, m| named(recording, which, m))
             .map_err(|error| ExportError::Rounded { format, error })?;
         Ok(recording.program((size.state + size.outputs, size.inputs), |t, z, u| {
             let (x, w) = z.split_at(size.state);
@@ -82,9 +92,9 @@ pub(crate) fn varying(
     let ObserverDimensions { state, inputs, outputs, .. } = step.dimensions();
     let programs = record(|recording| {
         // The nominal step has matrices of its own, which no program uses.
-        let numbers = |name, m: &DMatrix<f64>| match name {
-            "Ad" | "Bd" | "Ld" => m.map(nalgebra::convert),
-            _ => recording.matrix(emitted(name), m),
+        let numbers = |which, m: &DMatrix<f64>| match which {
+            MatrixName::Ad | MatrixName::Bd | MatrixName::Ld => m.map(nalgebra::convert),
+            _ => named(recording, which, m),
         };
         let refused = |error| ExportError::Rounded { format, error };
         let same = step.observer().map::<_, Dyn, Dyn, Dyn>(numbers).map_err(refused)?;
@@ -123,28 +133,26 @@ pub(crate) fn innovation(export: &Export) -> Result<Routine, ExportError> {
     let column = DVector::<Recorded>::from_column_slice;
     let refused = |error: ObserverError| ExportError::Rounded { format, error };
     let program = record(|recording| {
-        Ok(match (&export.observer, export.observer.routines()) {
+        let of: Innovation = match (&export.observer, export.observer.routines()) {
             (ExportableObserver::Linear(observer), _) => {
-                let same = observer.map::<_, Dyn, Dyn, Dyn>(|name, m| recording.matrix(name, m)).map_err(refused)?;
-                recording.program(known, |_, x, known| {
-                    let (u, y) = known.split_at(inputs);
-                    same.innovation(&column(x), &column(u), &column(y)).as_slice().to_vec()
-                })
+                let same = observer.map(|which, m| named(recording, which, m)).map_err(refused)?;
+                Box::new(move |_, x, u, y| same.innovation(x, u, y))
             }
             (ExportableObserver::Cubic(observer), _) => {
-                let same =
-                    observer.map::<_, Dyn, Dyn, Dyn>(|name, m| recording.matrix(emitted(name), m)).map_err(refused)?;
-                recording.program(known, |_, x, known| {
-                    let (u, y) = known.split_at(inputs);
-                    same.innovation(&column(x), &column(u), &column(y)).as_slice().to_vec()
-                })
+                let same = observer.map(|which, m| named(recording, which, m)).map_err(refused)?;
+                Box::new(move |_, x, u, y| same.innovation(x, u, y))
             }
-            (_, routines) => recording.program(known, |t, x, known| {
-                let (u, y) = known.split_at(inputs);
-                let expected = routines.iter().flat_map(|routines| results(&routines.h, t, x, u).as_slice().to_vec());
-                y.iter().zip(expected.collect::<Vec<_>>()).map(|(y, expected)| *y - expected).collect()
+            (_, routines) => Box::new(move |t, x, u, y| {
+                let expected = routines
+                    .iter()
+                    .flat_map(|routines| results(&routines.h, t, x.as_slice(), u.as_slice()).as_slice().to_vec());
+                DVector::from_vec(y.iter().zip(expected).map(|(y, expected)| *y - expected).collect())
             }),
-        })
+        };
+        Ok(recording.program(known, |t, x, known| {
+            let (u, y) = known.split_at(inputs);
+            of(t, &column(x), &column(u), &column(y)).as_slice().to_vec()
+        }))
     })?;
     program.map_err(|error| ExportError::NoStep { why: error.to_string(), format })
 }

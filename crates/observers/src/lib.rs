@@ -138,6 +138,7 @@ pub use mean_value::{
 };
 pub use moving_horizon::{Horizon, MovingHorizonEstimator, StaticMovingHorizonEstimator};
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
+pub use numbers::MatrixName;
 #[cfg(feature = "alloc")]
 pub use numbers::SizedPlant;
 pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};

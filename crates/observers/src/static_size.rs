@@ -96,11 +96,12 @@ use crate::cubic::{CubicObserver, StaticCubicObserver};
 use crate::error::ObserverError;
 use crate::linear::{LinearObserver, StaticLinearObserver};
 use crate::mean_value::{Mean, MeanValueObserver, StaticMeanValueObserver};
+use crate::numbers::MatrixName;
 use crate::proportional_integral::{ProportionalIntegralObserver, StaticProportionalIntegralObserver};
 use crate::unknown_input::{StaticUnknownInputObserver, UnknownInputObserver};
 
 /// The matrix over `T`, each entry rounded to the nearest number.
-pub(crate) fn rounded<T: RealField + Copy>(_name: &'static str, m: &DMatrix<f64>) -> DMatrix<T> {
+pub(crate) fn rounded<T: RealField + Copy>(_name: MatrixName, m: &DMatrix<f64>) -> DMatrix<T> {
     m.map(nalgebra::convert)
 }
 
@@ -165,13 +166,13 @@ macro_rules! with_inner {
             /// [`ObserverError::Matrix`] for matrices of other sizes; those of [`new`](Self::new).
             pub fn map<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
                 &self,
-                mut f: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
+                mut f: impl FnMut(MatrixName, &DMatrix<f64>) -> DMatrix<T>,
             ) -> Result<UnknownInputObserver<$inner<T, N, M, P>, T, N, M, P>, ObserverError>
             where
                 DefaultAllocator: Size<N, M, P>,
             {
-                let d = self.d().map(|d| sized("D", &f("D", d))).transpose()?;
-                UnknownInputObserver::new(self.inner().map(&mut f)?, sized("H", &f("H", self.h()))?, d)
+                let d = self.d().map(|d| sized("D", &f(MatrixName::D, d))).transpose()?;
+                UnknownInputObserver::new(self.inner().map(&mut f)?, sized("H", &f(MatrixName::H, self.h()))?, d)
             }
 
             /// The same observer over the scalar `T`.
@@ -248,7 +249,7 @@ where
     {
         let designed = self.plant().dimensions();
         same_sizes::<N, M, P>(plant.dimensions(), (designed.states, designed.outputs))?;
-        let (eta, error) = (nalgebra::convert(self.eta()), rounded("e", &dynamic(self.internal_error())));
+        let (eta, error) = (nalgebra::convert(self.eta()), dynamic(self.internal_error()).map(nalgebra::convert));
         let internal_error = sized::<T, Const<N>, Const<1>>("e", &error)?;
         match self.l() {
             Some(l) => StaticMeanValueObserver::<Q, E, T, N, M, P>::with_output_injection(
@@ -256,7 +257,7 @@ where
                 eta,
                 mean,
                 internal_error,
-                sized::<T, Const<N>, Const<P>>("L", &rounded("L", &dynamic(l)))?,
+                sized::<T, Const<N>, Const<P>>("L", &rounded(MatrixName::L, &dynamic(l)))?,
             ),
             None => StaticMeanValueObserver::<Q, E, T, N, M, P>::new(plant, eta, mean, internal_error),
         }

@@ -143,9 +143,9 @@ static const int64_t SMALLEST = {};
         signals.largest(),
         literal(signals.smallest()),
     );
-    for (name, values) in export.matrices() {
+    for (which, values) in export.matrices() {
         if values.ncols() > 0 {
-            matrix(&mut text, name, values);
+            matrix(&mut text, which.name(), values);
         }
     }
     let initial: Vec<String> = export.initial.iter().map(|x| literal(*x)).collect();

@@ -32,9 +32,9 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
 
 ",
     );
-    for (name, values) in export.matrices() {
+    for (which, values) in export.matrices() {
         if values.ncols() > 0 {
-            matrix(&mut text, export, name, &values);
+            matrix(&mut text, export, which.name(), &values);
         }
     }
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, export.scalar)).collect();

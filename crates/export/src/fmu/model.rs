@@ -3,12 +3,13 @@
 use std::fmt::Write;
 
 use luenberger_expression::Columns;
+use luenberger_observers::MatrixName;
 
 use crate::c;
 use crate::c::kernels::{self, Macros};
 use crate::error::ExportError;
 use crate::scalar::Scalar;
-use crate::{Export, File, number, program};
+use crate::{Export, ExportedMatrix, File, number, program};
 
 pub(super) fn files(export: &Export, token: &str, period: f64) -> Result<Vec<File>, ExportError> {
     let file = |name: &str, text| File { name: name.to_owned(), text };
@@ -64,9 +65,10 @@ fn source(export: &Export) -> Result<String, ExportError> {
     let includes =
         "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n";
     let mut text = format!("#include \"model.h\"\n\n{includes}\n");
-    for (name, values) in export.matrices() {
-        if ["C", "D"].contains(&name) && values.ncols() > 0 {
-            c::matrix(&mut text, export, name, &values);
+    for (which, values) in export.matrices() {
+        let is_of_output = [MatrixName::C, MatrixName::D].map(ExportedMatrix::from).contains(&which);
+        if is_of_output && values.ncols() > 0 {
+            c::matrix(&mut text, export, which.name(), &values);
         }
     }
     let program = program::innovation(export)?;

@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
+use luenberger_observers::MatrixName;
 use luenberger_observers::numerical_kkl::{Branch, Search};
 
-use super::{named, number};
-use crate::Export;
+use super::{number, of};
 use crate::kkl::{Kkl, TableOf};
 use crate::scalar::Scalar;
+use crate::{Export, ExportedMatrix};
 
 /// What the source uses of the observers.
 pub(super) fn imports(kkl: &Kkl<f64>) -> String {
@@ -62,7 +63,7 @@ pub(super) fn kind(export: &Export, kkl: &Kkl<f64>) -> String {
 
 /// The body of `observer()`.
 pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
-    let of = |name: &str| named(export, name).unwrap_or_default();
+    let matrix = |which: ExportedMatrix| of(export, which).unwrap_or_default();
     let literal = |x: f64| number::rust(export.scalar.round(x), export.scalar);
     _ = write!(
         text,
@@ -79,15 +80,15 @@ pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let lower = {};
     let upper = {};
 ",
-        of("FILTER"),
-        of("B"),
+        matrix(ExportedMatrix::Filter),
+        matrix(MatrixName::B.into()),
         literal(kkl.period()),
         kkl.substeps(),
-        of("MEAN"),
-        of("WHITEN"),
-        of("COLOUR"),
-        of("LOWER"),
-        of("UPPER"),
+        matrix(ExportedMatrix::Mean),
+        matrix(ExportedMatrix::Whiten),
+        matrix(ExportedMatrix::Colour),
+        matrix(ExportedMatrix::Lower),
+        matrix(ExportedMatrix::Upper),
     );
     for (name, tree) in kkl.trees() {
         let upper = name.to_uppercase();
@@ -108,8 +109,8 @@ pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
                 "    let family = ({}, {});
     let inverse = HeldInputTrees::new(coordinates, (lower, upper), family, (inverse, forward))?;
 ",
-                of("LEAST_INPUT"),
-                of("MOST_INPUT")
+                matrix(ExportedMatrix::LeastInput),
+                matrix(ExportedMatrix::MostInput)
             );
         }
         (Some(table), true) => {
@@ -156,7 +157,7 @@ pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
 
 /// The input at the start, as a function.
 pub(super) fn first_input(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
-    let Some(first) = named(export, "FIRST_INPUT") else { return };
+    let Some(first) = of(export, ExportedMatrix::FirstInput) else { return };
     _ = write!(
         text,
         "

@@ -17,6 +17,7 @@ mod varying;
 
 use std::fmt::Write;
 
+use luenberger_observers::MatrixName;
 use nalgebra::DMatrix;
 
 use crate::c::wrapped;
@@ -24,7 +25,7 @@ use crate::error::ExportError;
 use crate::exportable_observer::ExportableObserver;
 use crate::golden;
 use crate::number;
-use crate::{Export, File};
+use crate::{Export, ExportedMatrix, File};
 
 pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
     let steps = golden::steps(export, export.test_steps)?;
@@ -168,7 +169,7 @@ pub type Observer = OutputFeedback<{scalar}, {inner}, Const<{m}>, Const<{n}>>;"
     } else {
         format!("/// The observer, with its sizes and its scalar.\npub type Observer = {inner};")
     };
-    let without = named(export, "K").map_or_else(String::new, |k| {
+    let without = of(export, ExportedMatrix::Feedback).map_or_else(String::new, |k| {
         format!(
             "    OutputFeedback::new(without_feedback()?, {k})
 }}
@@ -241,16 +242,17 @@ fn input_at_start(export: &Export, of: &str) -> String {
     }
 }
 
-/// A matrix of the export by its name, as an expression of Rust.
-fn named(export: &Export, wanted: &str) -> Option<String> {
-    export.matrices().iter().find(|(name, _)| *name == wanted).map(|(_, values)| matrix(export, values))
+/// A matrix of the export, if it has one, as an expression of Rust.
+fn of(export: &Export, wanted: impl Into<ExportedMatrix>) -> Option<String> {
+    let wanted = wanted.into();
+    export.matrices().iter().find(|(which, _)| *which == wanted).map(|(_, values)| matrix(export, values))
 }
 
 fn linear(text: &mut String, export: &Export, kind: &str) {
-    let of = |name: &str| named(export, name).unwrap_or_default();
-    let feedthrough = named(export, "D").map_or_else(String::new, |d| format!(".with_feedthrough({d})?"));
+    let matrix = |name: MatrixName| of(export, name).unwrap_or_default();
+    let feedthrough = of(export, MatrixName::D).map_or_else(String::new, |d| format!(".with_feedthrough({d})?"));
     let period = export.scalar.round(export.observer.period());
-    let update = named(export, "UPDATE");
+    let update = of(export, ExportedMatrix::Update);
     let (start, end) = match &update {
         Some(k) => ("let predictor = StaticDiscreteLinearObserver", format!("?;\n    {kind}::new(predictor, {k})")),
         None => (kind, String::new()),
@@ -263,20 +265,28 @@ fn linear(text: &mut String, export: &Export, kind: &str) {
     let plant = LinearPlant::new(a, b, c)?{feedthrough};
     {start}::new(plant, {}, {}){end}
 ",
-        of("A"),
-        of("B"),
-        of("C"),
-        of("L"),
+        matrix(MatrixName::A),
+        matrix(MatrixName::B),
+        matrix(MatrixName::C),
+        matrix(MatrixName::L),
         number::rust(period, export.scalar)
     );
 }
 
 fn cubic(text: &mut String, export: &Export, kind: &str) {
-    let coupling = named(export, "G");
+    let coupling = of(export, MatrixName::Coupling);
     let constructor = if coupling.is_some() { "semi_implicit" } else { "new" };
     _ = writeln!(text, "    {kind}::{constructor}(SampledCubicGains {{");
-    for (name, field) in [("A", "ad"), ("B", "bd"), ("C", "c"), ("L", "ld"), ("N", "n"), ("THETA", "theta")] {
-        _ = writeln!(text, "        {field}: {},", named(export, name).unwrap_or_default());
+    let fields = [
+        (MatrixName::Ad, "ad"),
+        (MatrixName::Bd, "bd"),
+        (MatrixName::C, "c"),
+        (MatrixName::Ld, "ld"),
+        (MatrixName::N, "n"),
+        (MatrixName::Theta, "theta"),
+    ];
+    for (which, field) in fields {
+        _ = writeln!(text, "        {field}: {},", of(export, which).unwrap_or_default());
     }
     for (name, x) in export.scalars() {
         let field = if name == "W" { "w" } else { "period" };
@@ -286,6 +296,6 @@ fn cubic(text: &mut String, export: &Export, kind: &str) {
         _ = writeln!(text, "        w: {},", number::rust(0.0, export.scalar));
     }
     let coupling = coupling.map_or_else(String::new, |coupling| format!(", {coupling}"));
-    let feedthrough = named(export, "D").map_or_else(String::new, |d| format!("?\n    .with_feedthrough({d})"));
+    let feedthrough = of(export, MatrixName::D).map_or_else(String::new, |d| format!("?\n    .with_feedthrough({d})"));
     _ = writeln!(text, "    }}{coupling}){feedthrough}");
 }

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use luenberger_expression::{Dialect, Language, Routine, Routines};
-use luenberger_observers::{Horizon, SigmaPoints};
+use luenberger_observers::{Horizon, MatrixName, SigmaPoints};
 
-use super::named;
+use super::of;
 use crate::exportable_observer::tables;
 use crate::extension::ExtensionMaps;
 use crate::moving_horizon::{MovingHorizon, bounds};
@@ -20,14 +20,14 @@ pub(super) fn dialect(scalar: Scalar) -> Dialect<'static> {
 
 /// The body of `observer()` for the observer with a constant gain.
 pub(super) fn sampled_nonlinear(text: &mut String, export: &Export) {
-    let gain = named(export, "L").unwrap_or_default();
+    let gain = of(export, MatrixName::L).unwrap_or_default();
     let substeps = export.observer.substeps().unwrap_or(1);
     _ = writeln!(text, "    SampledNonlinearObserver::new(Model, {gain}, {}, {substeps})", period(export));
 }
 
 /// The body of `observer()` for the observer in discrete time.
 pub(super) fn discrete(text: &mut String, export: &Export) {
-    let gain = named(export, "L").unwrap_or_default();
+    let gain = of(export, MatrixName::L).unwrap_or_default();
     _ = writeln!(text, "    DiscreteNonlinearObserver::new(Model, {gain}, {})", period(export));
 }
 
@@ -43,7 +43,7 @@ pub(super) fn kalman(text: &mut String, export: &Export, iterations: usize) {
         text,
         "{}    let noises = NoiseModel {{ w, v, p0 }};
     {new}{iterated}{gate}",
-        noises(export, ["W", "V", "P0"])
+        noises(export, [MatrixName::W, MatrixName::V, MatrixName::P0])
     );
 }
 
@@ -61,7 +61,7 @@ pub(super) fn unscented(text: &mut String, export: &Export, sigma: SigmaPoints) 
 {}    let factors = NoiseModel {{ w, v, p0 }};
     let sigma = SigmaPoints {{ alpha: {alpha:?}, beta: {beta:?}, kappa: {kappa:?} }};
     UnscentedKalmanFilter::from_factors(Model, factors, sigma, {}, {prediction}){gate}",
-        noises(export, ["ROOT_W", "ROOT_V", "ROOT_P0"]),
+        noises(export, [MatrixName::RootW, MatrixName::RootV, MatrixName::RootP0]),
         period(export)
     );
 }
@@ -94,13 +94,13 @@ pub(super) fn moving_horizon(text: &mut String, export: &Export, estimator: &Mov
         "{}    let noises = NoiseModel {{ w, v, p0 }};
     let horizon = Horizon {{ window: {window}, iterations: {iterations} }};
     MovingHorizonEstimator::{new}{bounded}",
-        noises(export, ["W", "V", "P0"])
+        noises(export, [MatrixName::W, MatrixName::V, MatrixName::P0])
     );
 }
 
 /// The matrices of a noise model, as `w`, `v` and `p0`.
-fn noises(export: &Export, matrices: [&str; 3]) -> String {
-    let [w, v, p0] = matrices.map(|name| named(export, name).unwrap_or_default());
+fn noises(export: &Export, matrices: [MatrixName; 3]) -> String {
+    let [w, v, p0] = matrices.map(|which| of(export, which).unwrap_or_default());
     format!("    let w = {w};\n    let v = {v};\n    let p0 = {p0};\n")
 }
 

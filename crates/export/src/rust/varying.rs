@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use luenberger_observers::VaryingPeriodStep;
+use luenberger_observers::{MatrixName, VaryingPeriodStep};
 use nalgebra::{DMatrix, Dyn};
 
-use super::{matrix, named};
+use super::{matrix, of};
 use crate::{Export, number};
 
 /// The body of `observer()`. The step takes (u, dt): the inputs applied since the last step, and the time since then.
@@ -28,7 +28,7 @@ pub(super) fn observer(text: &mut String, export: &Export, step: &VaryingPeriodS
     }
     _ = writeln!(text, "        w: {},\n        period: {},", literal(nominal.w()), literal(export.observer.period()));
     let coupling = nominal.coupling().map_or_else(String::new, |coupling| format!(", {}", stored(coupling)));
-    let feedthrough = named(export, "D").map_or_else(String::new, |d| format!("?.with_feedthrough({d})"));
+    let feedthrough = of(export, MatrixName::D).map_or_else(String::new, |d| format!("?.with_feedthrough({d})"));
     let longest = literal(observer.longest());
     let (a, b, k) = (stored(observer.a()), stored(observer.b()), stored(observer.k()));
     _ = write!(

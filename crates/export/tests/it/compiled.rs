@@ -7,7 +7,7 @@ use std::process::Command;
 use std::sync::Mutex;
 
 use luenberger_export::golden::Stepper;
-use luenberger_export::{Export, ExportError, ExportableObserver, Names, Scalar, golden};
+use luenberger_export::{Export, ExportError, ExportableObserver, ExportedMatrix, Names, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::{
     DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, OutputFeedback,
@@ -338,7 +338,7 @@ fn the_filter_form_returns_the_estimate_with_the_measurement_of_its_sample() {
     let (ExportableObserver::Linear(predictor), matrices) = (export.observer(), export.matrices()) else {
         unreachable!()
     };
-    let (_, k) = matrices.iter().find(|(name, _)| *name == "UPDATE").unwrap();
+    let (_, k) = matrices.iter().find(|(which, _)| *which == ExportedMatrix::Update).unwrap();
     let predictor = predictor.to_static::<f64, 3, 2, 2>().unwrap();
     let static_filter = StationaryKalmanFilter::new(predictor, SMatrix::from_fn(|i, j| k[(i, j)])).unwrap();
     let mut prediction = SVector::<f64, 3>::from_fn(|i, _| 0.1 * i as f64 - 0.3);
@@ -399,7 +399,7 @@ fn the_block_is_that_of_the_observers() {
     for is_cubic in [false, true] {
         let program = program(13, (3, 2, 2), is_cubic, true);
         let export = with_feedback(export(program.clone(), Scalar::Binary64));
-        let k = export.matrices().into_iter().find(|(name, _)| *name == "K").unwrap().1;
+        let k = export.matrices().into_iter().find(|(which, _)| *which == ExportedMatrix::Feedback).unwrap().1;
         let k = SMatrix::<f64, 2, 3>::from_fn(|i, j| k[(i, j)]);
         let mut xhat = SVector::<f64, 3>::from_fn(|i, _| 0.1 * i as f64 - 0.3);
         for step in golden::steps(&export, 100).unwrap() {

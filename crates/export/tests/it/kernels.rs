@@ -57,3 +57,24 @@ fn every_kernel_compiles_on_its_own() {
         }
     }
 }
+
+/// docs/adding-an-observer.md names each kernel in its table of bodies that stand twice, and nothing else there.
+#[test]
+fn every_kernel_is_listed_beside_its_body() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("../../docs/adding-an-observer.md")).unwrap();
+    let (_, table) = page.split_once("| kernels | the body, in `crates/observers/src` |").unwrap();
+    let rows = table.trim_start().lines().skip(1).take_while(|row| row.starts_with('|'));
+    let mut listed: Vec<String> = rows
+        .filter_map(|row| row.split('|').nth(1))
+        .flat_map(|cell| cell.split(',').map(|name| format!("{}.c", name.trim().trim_matches('`'))).collect::<Vec<_>>())
+        .collect();
+    listed.sort_unstable();
+    let mut kernels: Vec<String> = std::fs::read_dir(root.join("src/c/kernels"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| Path::new(name).extension().is_some_and(|extension| extension == "c"))
+        .collect();
+    kernels.sort_unstable();
+    assert_eq!(listed, kernels);
+}

@@ -11,8 +11,8 @@
 //!
 //! | kind | value | in a file |
 //! |---|---|---|
-//! | `matrix("A")` | a matrix, called A in errors | its rows |
-//! | `maybe("D")` | a matrix, or none | its rows, or nothing |
+//! | `matrix(A)` | the matrix [`MatrixName::A`], called so in errors | its rows |
+//! | `maybe(D)` | a matrix, or none | its rows, or nothing |
 //! | `number` | a number of the scalar | a number |
 //! | `maybe_number` | one, or none | a number, or nothing |
 //! | `plain(usize)` | a value that does not depend on the scalar | the value |
@@ -25,11 +25,118 @@ use luenberger_plants::text::write_matrix;
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
 
+/// A matrix of an observer: what its list of numbers has there.
+///
+/// ```
+/// use luenberger_observers::{LinearObserver, MatrixName};
+/// use nalgebra::{DMatrix, Dyn, dmatrix};
+/// let plant = luenberger_plants::double_integrator().to_dynamic();
+/// let observer = LinearObserver::of(plant, dmatrix![7.0; 10.0])?;
+/// // The same with half the gain.
+/// let half = |name, m: &DMatrix<f64>| if name == MatrixName::L { m * 0.5 } else { m.clone() };
+/// let slower: LinearObserver<f64, Dyn, Dyn, Dyn> = observer.map(half)?;
+/// assert_eq!(slower.l, dmatrix![3.5; 5.0]);
+/// assert_eq!(MatrixName::Theta.text(), "theta");
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum MatrixName {
+    /// A of the plant.
+    A,
+    /// A over a period.
+    Ad,
+    /// B of the plant.
+    B,
+    /// B over a period.
+    Bd,
+    /// C of the plant.
+    C,
+    /// The feedthrough D.
+    D,
+    /// The gain L.
+    L,
+    /// The gain L over a period.
+    Ld,
+    /// N of a cubic part, or the blocks of an interval observer.
+    N,
+    /// The weights of a cubic part.
+    Theta,
+    /// A gain from innovations to the estimate at the sample.
+    K,
+    /// -C N of a semi-implicit cubic part.
+    Coupling,
+    /// F of `z' = F z + ..`.
+    F,
+    /// G, of the outputs or inputs in the same.
+    G,
+    /// H, of the outputs in the estimate.
+    H,
+    /// The intensity of the process noise.
+    W,
+    /// The covariance of a measurement.
+    V,
+    /// The covariance of the first error.
+    P0,
+    /// A factor of W.
+    RootW,
+    /// A factor of V.
+    RootV,
+    /// A factor of the covariance of the first error.
+    RootP0,
+    /// What the estimate adds to the bounds of an interval observer.
+    Q,
+    /// What the input adds to the bounds of an interval observer.
+    U,
+    /// What is added to the bounds of an interval observer in any case.
+    Constant,
+    /// The first bounds of an interval observer.
+    Rho,
+}
+
+impl MatrixName {
+    /// As errors and texts call it.
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::A => "A",
+            Self::Ad => "Ad",
+            Self::B => "B",
+            Self::Bd => "Bd",
+            Self::C => "C",
+            Self::D => "D",
+            Self::L => "L",
+            Self::Ld => "Ld",
+            Self::N => "N",
+            Self::Theta => "theta",
+            Self::K => "K",
+            Self::Coupling => "-C N",
+            Self::F => "F",
+            Self::G => "G",
+            Self::H => "H",
+            Self::W => "W",
+            Self::V => "V",
+            Self::P0 => "P(0)",
+            Self::RootW => "W^(1/2)",
+            Self::RootV => "V^(1/2)",
+            Self::RootP0 => "P(0)^(1/2)",
+            Self::Q => "Q",
+            Self::U => "U",
+            Self::Constant => "g",
+            Self::Rho => "rho",
+        }
+    }
+
+    /// Whether its columns belong to the inputs.
+    pub const fn is_of_inputs(self) -> bool {
+        matches!(self, Self::B | Self::Bd | Self::D)
+    }
+}
+
 /// What is done with a number of each kind.
 macro_rules! number {
     // Its type in a file.
-    (type matrix $name:literal) => { Rows<T> };
-    (type maybe $name:literal) => { Option<Rows<T>> };
+    (type matrix $name:ident) => { Rows<T> };
+    (type maybe $name:ident) => { Option<Rows<T>> };
     (type number) => { T };
     (type maybe_number) => { Option<T> };
     (type plain $type:ty) => { $type };
@@ -42,23 +149,27 @@ macro_rules! number {
     (write option $value:expr) => { $value };
     (write $kind:ident $value:expr) => { Some($value) };
     // Itself, of a file.
-    (read matrix $value:expr, $name:literal) => { matrix($name, &$value)? };
-    (read maybe $value:expr, $name:literal) => { $value.map(|rows| matrix($name, &rows)).transpose()? };
+    (read matrix $value:expr, $name:ident) => { matrix(crate::MatrixName::$name.text(), &$value)? };
+    (read maybe $value:expr, $name:ident) => { $value.map(|rows| matrix(crate::MatrixName::$name.text(), &rows)).transpose()? };
     (read whole $value:expr, $form:ident) => { $value.observer()? };
     (read $kind:ident $value:expr $(, $type:ty)?) => { $value };
     // Itself, over another scalar.
-    (map matrix $value:expr, $f:ident, $name:literal) => { sized($name, &$f($name, &dynamic($value)))? };
-    (map maybe $value:expr, $f:ident, $name:literal) => {
-        $value.map(|value| sized($name, &$f($name, &dynamic(value)))).transpose()?
+    (map matrix $value:expr, $f:ident, $name:ident) => {
+        sized(crate::MatrixName::$name.text(), &$f(crate::MatrixName::$name, &dynamic($value)))?
+    };
+    (map maybe $value:expr, $f:ident, $name:ident) => {
+        $value
+            .map(|value| sized(crate::MatrixName::$name.text(), &$f(crate::MatrixName::$name, &dynamic(value))))
+            .transpose()?
     };
     (map number $value:expr, $f:ident) => { nalgebra::convert($value) };
     (map maybe_number $value:expr, $f:ident) => { $value.map(nalgebra::convert::<f64, T>) };
     (map whole $value:expr, $f:ident, $form:ident) => { $value.map(&mut $f)? };
     (map $kind:ident $value:expr, $f:ident, $type:ty) => { $value };
     // Itself, in a line of text.
-    (show matrix $value:expr, $lines:ident, $key:ident, $name:literal) => { $lines.matrix($name, $value)? };
-    (show maybe $value:expr, $lines:ident, $key:ident, $name:literal) => {
-        $value.map_or(Ok(()), |value| $lines.matrix($name, value))?
+    (show matrix $value:expr, $lines:ident, $key:ident, $name:ident) => { $lines.matrix(crate::MatrixName::$name.text(), $value)? };
+    (show maybe $value:expr, $lines:ident, $key:ident, $name:ident) => {
+        $value.map_or(Ok(()), |value| $lines.matrix(crate::MatrixName::$name.text(), value))?
     };
     (show number $value:expr, $lines:ident, $key:ident) => { $lines.number(stringify!($key), &$value)? };
     (show whole $value:expr, $lines:ident, $key:ident, $form:ident) => { $lines.whole($value)? };
@@ -154,7 +265,7 @@ macro_rules! numbers {
             /// [`ObserverError::Matrix`] for matrices of other sizes; those of the constructor.
             pub fn map<T: RealField + Copy, $($size: Dim),+>(
                 &self,
-                mut f: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
+                mut f: impl FnMut(crate::MatrixName, &DMatrix<f64>) -> DMatrix<T>,
             ) -> Result<$observer<T, $($size),+>, ObserverError>
             where
                 DefaultAllocator: $($bound +)+,
@@ -255,7 +366,7 @@ macro_rules! numbers_of_plant {
             pub fn map<T: RealField + Copy, N: Dim, M: Dim, P: Dim, Q>(
                 &self,
                 $plant: Q,
-                mut f: impl FnMut(&'static str, &DMatrix<f64>) -> DMatrix<T>,
+                mut f: impl FnMut(crate::MatrixName, &DMatrix<f64>) -> DMatrix<T>,
             ) -> Result<$observer<Q, T, N, M, P>, ObserverError>
             where
                 Q: $bound<T, N, M, P>,

@@ -45,25 +45,25 @@ fn prediction(substeps: Option<usize>, error_controlled: Option<bool>) -> Predic
 
 numbers_of_plant! {
     NonlinearLuenbergerObserver as Constant where S: SizedPlant;
-    |o, plant| { l: matrix("L") = o.l() }
+    |o, plant| { l: matrix(L) = o.l() }
     designed o.l().shape();
     NonlinearLuenbergerObserver::new(plant, l);
 
     DiscreteNonlinearObserver as Discrete where S: SizedPlant;
-    |o, plant| { l: matrix("L") = o.l(), period: number = o.period() }
+    |o, plant| { l: matrix(L) = o.l(), period: number = o.period() }
     designed o.l().shape();
     DiscreteNonlinearObserver::new(plant, l, period);
 
     SampledNonlinearObserver as Sampled where S: Differentiable;
-    |o, plant| { l: matrix("L") = o.l(), period: number = o.period(), substeps: plain(usize) = o.substeps() }
+    |o, plant| { l: matrix(L) = o.l(), period: number = o.period(), substeps: plain(usize) = o.substeps() }
     designed o.l().shape();
     SampledNonlinearObserver::new(plant, l, period, substeps);
 
     ExtendedKalmanFilter as Extended where S: Differentiable;
     |o, plant| {
-        w: matrix("W") = &o.noise_model().w,
-        v: matrix("V") = &o.noise_model().v,
-        p0: matrix("P(0)") = &o.noise_model().p0,
+        w: matrix(W) = &o.noise_model().w,
+        v: matrix(V) = &o.noise_model().v,
+        p0: matrix(P0) = &o.noise_model().p0,
         period: number = o.h(),
         substeps: option(usize) = o.prediction().substeps(),
         error_controlled: option(bool) = (o.prediction() == Prediction::ErrorControlled).then_some(true),
@@ -85,9 +85,9 @@ numbers_of_plant! {
     /// lost.
     UnscentedKalmanFilter as Unscented where S: Differentiable;
     |o, plant| {
-        root_w: matrix("W^(1/2)") = &o.factors().w,
-        root_v: matrix("V^(1/2)") = &o.factors().v,
-        root_p0: matrix("P(0)^(1/2)") = &o.factors().p0,
+        root_w: matrix(RootW) = &o.factors().w,
+        root_v: matrix(RootV) = &o.factors().v,
+        root_p0: matrix(RootP0) = &o.factors().p0,
         alpha: plain(f64) = o.sigma_points().alpha,
         beta: plain(f64) = o.sigma_points().beta,
         kappa: plain(f64) = o.sigma_points().kappa,

@@ -1,10 +1,10 @@
 //! Observers with the sizes and the scalar of the target, from designed ones.
 
 use luenberger_observers::{
-    CubicObserver, DiscreteLinearObserver, FunctionalObserver, KalmanFilter, KalmanModel, LinearObserver, Observer,
-    ObserverError, ProportionalIntegralObserver, SampledCubicGains, SampledCubicObserver, SampledIntervalGains,
-    SampledIntervalObserver, SampledObserver, StationaryKalmanFilter, UnknownInputObserver, VaryingPeriodObserver,
-    cubic,
+    CubicObserver, DiscreteLinearObserver, FunctionalObserver, KalmanFilter, KalmanModel, LinearObserver, MatrixName,
+    Observer, ObserverError, ProportionalIntegralObserver, SampledCubicGains, SampledCubicObserver,
+    SampledIntervalGains, SampledIntervalObserver, SampledObserver, StationaryKalmanFilter, UnknownInputObserver,
+    VaryingPeriodObserver, cubic,
 };
 use luenberger_plants::{Column, StateSpace};
 use nalgebra::{DMatrix, DVector, Dyn, RealField, SVector, Vector1, Vector2, convert, dmatrix};
@@ -316,7 +316,7 @@ fn matrices_are_mapped_by_their_names() {
     let mut names = Vec::new();
     let same: Linear = linear
         .map(|name, m| {
-            names.push(name);
+            names.push(name.text());
             m.clone()
         })
         .unwrap();
@@ -325,21 +325,21 @@ fn matrices_are_mapped_by_their_names() {
     names.clear();
     let same: VaryingPeriodObserver<f64, Dyn, Dyn, Dyn> = varying
         .map(|name, m| {
-            names.push(name);
+            names.push(name.text());
             m.clone()
         })
         .unwrap();
     assert_eq!(same, varying);
     assert_eq!(names, ["Ad", "Bd", "C", "Ld", "N", "theta", "D", "A", "B", "K"]);
     // An input more, which needs a column in D, too.
-    let wider = |names: &'static [&'static str]| {
+    let wider = |names: &'static [MatrixName]| {
         move |name, m: &DMatrix<f64>| {
             if names.contains(&name) { m.clone().insert_column(m.ncols(), 0.0) } else { m.clone() }
         }
     };
-    let more: Linear = linear.map(wider(&["B", "D"])).unwrap();
+    let more: Linear = linear.map(wider(&[MatrixName::B, MatrixName::D])).unwrap();
     assert_eq!(more.dimensions().inputs, INPUTS + 1);
-    assert_eq!(misfit(linear.map::<f64, Dyn, Dyn, Dyn>(wider(&["B"]))), "D must be 3 x 3, found 3 x 2");
+    assert_eq!(misfit(linear.map::<f64, Dyn, Dyn, Dyn>(wider(&[MatrixName::B]))), "D must be 3 x 3, found 3 x 2");
 }
 
 /// A line for each matrix with entries and for each number; another observer has lines of its own.
