@@ -6,7 +6,7 @@ use luenberger_observers::{
     ObserverError, Prediction, SampledCubicObserver, SampledNonlinearObserver, SampledObserver, UnscentedKalmanFilter,
     VaryingPeriodObserver, VaryingPeriodStep,
 };
-use nalgebra::{DMatrix, Dyn, RealField};
+use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use crate::cast::{Cast, Sampled};
 use crate::error::ExportError;
@@ -243,18 +243,21 @@ impl ExportableObserver {
             }
             Self::Kalman(filter) => {
                 let NoiseModel { w, v, p0 } = filter.noise_model();
-                vec![("W", w), ("V", v), ("P0", p0)]
+                let all = [("W", w), ("V", v), ("P0", p0)].map(|(name, matrix)| (name, matrix.clone()));
+                return all.into_iter().chain(self.turn_matrices()).collect();
             }
             Self::Unscented(filter) => {
                 let NoiseModel { w, v, p0 } = filter.factors();
-                vec![("ROOT_W", w), ("ROOT_V", v), ("ROOT_P0", p0)]
+                let all = [("ROOT_W", w), ("ROOT_V", v), ("ROOT_P0", p0)].map(|(name, matrix)| (name, matrix.clone()));
+                return all.into_iter().chain(self.turn_matrices()).collect();
             }
             Self::MovingHorizon(estimator) => {
                 let NoiseModel { w, v, p0 } = estimator.noise_model();
                 let bounds = bounds(estimator);
                 let list = DMatrix::from_fn(1, bounds.len(), |_, k| bounds[k].value);
                 let all = [("W", w.clone()), ("V", v.clone()), ("P0", p0.clone())];
-                return all.into_iter().chain((!bounds.is_empty()).then_some(("BOUNDS", list))).collect();
+                let bounds = (!bounds.is_empty()).then_some(("BOUNDS", list));
+                return all.into_iter().chain(bounds).chain(self.turn_matrices()).collect();
             }
             Self::SampledNonlinear(observer) => vec![("L", observer.l())],
             Self::Discrete(observer) => vec![("L", observer.l())],
@@ -263,6 +266,30 @@ impl ExportableObserver {
         };
         all.extend(self.feedthrough().map(|d| ("D", d)));
         all.into_iter().map(|(name, matrix)| (name, matrix.clone())).collect()
+    }
+
+    /// The full turns of the outputs, and of the states where they matter; none without angles.
+    pub(crate) fn turns(&self) -> Option<(DVector<f64>, Option<DVector<f64>>)> {
+        let both = |outputs: Option<&DVector<f64>>, states: Option<&DVector<f64>>| {
+            let ObserverDimensions { estimate: n, outputs: p, .. } = self.dimensions();
+            let column =
+                |turns: Option<&DVector<f64>>, length| turns.cloned().unwrap_or_else(|| DVector::zeros(length));
+            (outputs.is_some() || states.is_some()).then(|| (column(outputs, p), Some(column(states, n))))
+        };
+        match self {
+            Self::Kalman(filter) => filter.turns().map(|turns| (turns.clone(), None)),
+            Self::Unscented(filter) => both(filter.turns(), filter.state_turns()),
+            Self::MovingHorizon(estimator) => both(estimator.turns(), estimator.state_turns()),
+            _ => None,
+        }
+    }
+
+    /// The same as matrices of one row.
+    fn turn_matrices(&self) -> impl Iterator<Item = (&'static str, DMatrix<f64>)> {
+        let row = |turns: DVector<f64>| DMatrix::from_row_slice(1, turns.len(), turns.as_slice());
+        let (outputs, states) = self.turns().map_or((None, None), |(outputs, states)| (Some(outputs), states));
+        let outputs = outputs.map(|turns| ("TURNS", row(turns)));
+        outputs.into_iter().chain(states.map(|turns| ("STATE_TURNS", row(turns))))
     }
 
     /// A, B and C of a linear plant.
