@@ -6,7 +6,7 @@ use luenberger_observers::{
     ObserverDimensions, ObserverError, Prediction, SampledCubicObserver, SampledNonlinearObserver, SampledObserver,
     UnscentedKalmanFilter, VaryingPeriodObserver, VaryingPeriodStep,
 };
-use nalgebra::{DMatrix, Dyn, RealField};
+use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use crate::cast::{Cast, Sampled};
 use crate::error::ExportError;
@@ -250,11 +250,15 @@ impl ExportableObserver {
             }
             Self::Kalman(filter) => {
                 let NoiseModel { w, v, p0 } = filter.noise_model();
-                vec![(MatrixName::W, w), (MatrixName::V, v), (MatrixName::P0, p0)]
+                let all = [(MatrixName::W, w), (MatrixName::V, v), (MatrixName::P0, p0)];
+                let all = all.into_iter().map(|(which, matrix)| (which.into(), matrix.clone()));
+                return all.chain(self.turn_matrices()).collect();
             }
             Self::Unscented(filter) => {
                 let NoiseModel { w, v, p0 } = filter.factors();
-                vec![(MatrixName::RootW, w), (MatrixName::RootV, v), (MatrixName::RootP0, p0)]
+                let all = [(MatrixName::RootW, w), (MatrixName::RootV, v), (MatrixName::RootP0, p0)];
+                let all = all.into_iter().map(|(which, matrix)| (which.into(), matrix.clone()));
+                return all.chain(self.turn_matrices()).collect();
             }
             Self::MovingHorizon(estimator) => {
                 let NoiseModel { w, v, p0 } = estimator.noise_model();
@@ -262,7 +266,8 @@ impl ExportableObserver {
                 let list = DMatrix::from_fn(1, bounds.len(), |_, k| bounds[k].value);
                 let all = [(MatrixName::W, w), (MatrixName::V, v), (MatrixName::P0, p0)];
                 let all = all.into_iter().map(|(which, matrix)| (which.into(), matrix.clone()));
-                return all.chain((!bounds.is_empty()).then_some((ExportedMatrix::Bounds, list))).collect();
+                let bounds = (!bounds.is_empty()).then_some((ExportedMatrix::Bounds, list));
+                return all.chain(bounds).chain(self.turn_matrices()).collect();
             }
             Self::SampledNonlinear(observer) => vec![(MatrixName::L, observer.l())],
             Self::Discrete(observer) => vec![(MatrixName::L, observer.l())],
@@ -271,6 +276,30 @@ impl ExportableObserver {
         };
         all.extend(self.feedthrough().map(|d| (MatrixName::D, d)));
         all.into_iter().map(|(which, matrix)| (which.into(), matrix.clone())).collect()
+    }
+
+    /// The full turns of the outputs, and of the states where they matter; none without angles.
+    pub(crate) fn turns(&self) -> Option<(DVector<f64>, Option<DVector<f64>>)> {
+        let both = |outputs: Option<&DVector<f64>>, states: Option<&DVector<f64>>| {
+            let ObserverDimensions { estimate: n, outputs: p, .. } = self.dimensions();
+            let column =
+                |turns: Option<&DVector<f64>>, length| turns.cloned().unwrap_or_else(|| DVector::zeros(length));
+            (outputs.is_some() || states.is_some()).then(|| (column(outputs, p), Some(column(states, n))))
+        };
+        match self {
+            Self::Kalman(filter) => filter.turns().map(|turns| (turns.clone(), None)),
+            Self::Unscented(filter) => both(filter.turns(), filter.state_turns()),
+            Self::MovingHorizon(estimator) => both(estimator.turns(), estimator.state_turns()),
+            _ => None,
+        }
+    }
+
+    /// The same as matrices of one row.
+    fn turn_matrices(&self) -> impl Iterator<Item = (ExportedMatrix, DMatrix<f64>)> {
+        let row = |turns: DVector<f64>| DMatrix::from_row_slice(1, turns.len(), turns.as_slice());
+        let (outputs, states) = self.turns().map_or((None, None), |(outputs, states)| (Some(outputs), states));
+        let outputs = outputs.map(|turns| (MatrixName::Turns.into(), row(turns)));
+        outputs.into_iter().chain(states.map(|turns| (MatrixName::StateTurns.into(), row(turns))))
     }
 
     /// A, B and C of a linear plant.

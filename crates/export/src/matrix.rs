@@ -49,6 +49,8 @@ impl ExportedMatrix {
             Self::Of(MatrixName::RootW) => "ROOT_W",
             Self::Of(MatrixName::RootV) => "ROOT_V",
             Self::Of(MatrixName::RootP0) => "ROOT_P0",
+            Self::Of(MatrixName::Turns) => "TURNS",
+            Self::Of(MatrixName::StateTurns) => "STATE_TURNS",
             Self::Of(matrix) => matrix.text(),
             Self::Feedback => "K",
             Self::Update => "UPDATE",

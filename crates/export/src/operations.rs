@@ -4,7 +4,7 @@ use luenberger_expression::Routine;
 use luenberger_observers::moving_horizon::INTERIOR_POINT_STEPS;
 use luenberger_observers::varying_period::DEGREE;
 use luenberger_observers::{Horizon, ObserverDimensions, SampledCubicObserver, SampledObserver};
-use nalgebra::Dyn;
+use nalgebra::{DVector, Dyn};
 
 use crate::exportable_observer::{ExportableObserver, Maps};
 use crate::moving_horizon::{MovingHorizon, bounds};
@@ -32,6 +32,7 @@ impl ExportableObserver {
             // Direction, quadratic form, two roots, three divisions.
             None => 3 * p + product(p, p) + product(1, p) + 15,
         };
+        let (angles, state_angles) = self.angles();
         match self {
             Self::Linear(_) => innovation + linear,
             Self::Cubic(observer) => innovation + linear + flow(observer) + product(n, p) + n,
@@ -48,11 +49,17 @@ impl ExportableObserver {
                 // The gate has the covariance of the innovation before that of what passes it.
                 let gate = if filter.gate().is_some() { covariances + 2 * p } else { 0 };
                 let joined = gate + covariances + factor + n * product(n, p) + n * n;
-                let update =
-                    measurement + p + joined + 2 * product(n, p) + 2 * square + (n + p) * product(n, p) + n * n;
+                let update = angles * WRAP
+                    + measurement
+                    + p
+                    + joined
+                    + 2 * product(n, p)
+                    + 2 * square
+                    + (n + p) * product(n, p)
+                    + n * n;
                 // A further linearisation: the estimate, the innovation there, and the gain.
                 let estimate = product(n, p) + n;
-                let innovation = measurement + n + product(p, n) + 2 * p;
+                let innovation = angles * WRAP + measurement + n + product(p, n) + 2 * p;
                 let update = update + (filter.iterations() - 1) * (estimate + innovation + covariances + factor);
                 let symmetry = n * (n - 1);
                 let spread = 2 * square + n * n + symmetry;
@@ -78,7 +85,11 @@ impl ExportableObserver {
                     let products = 2 * n * product(n, n) + 3 * n * n + 2 * n * column(n);
                     count * (classical(centre) + products) + (count - 1) * (n * product(n, n) + n * column(n))
                 });
-                let update = (2 * n + 1) * measurement
+                // The differences of two images to the centre's, and their sums.
+                let near = |angles: usize| angles * 2 * n * (WRAP + 2);
+                let update = near(angles)
+                    + angles * WRAP
+                    + (2 * n + 1) * measurement
                     + drawn
                     + points(p)
                     + n * column(p)
@@ -86,7 +97,7 @@ impl ExportableObserver {
                     + p
                     + p * p
                     + 2 * n * p;
-                let predicted = (2 * n + 1) * (moved + column(n)) + drawn + points(n) + noise;
+                let predicted = (2 * n + 1) * (moved + column(n)) + drawn + points(n) + noise + near(state_angles);
                 if filter.gate().is_some() { 2 * update + predicted } else { update + predicted }
             }
             Self::MovingHorizon(estimator) => FullWindow::new(self, estimator).most(),
@@ -121,6 +132,12 @@ impl ExportableObserver {
                 measurement + p + observer.substeps() * (4 * slope + combined(z + n)) + estimate
             }
         }
+    }
+
+    /// How many outputs and states are angles whose differences a step wraps.
+    fn angles(&self) -> (usize, usize) {
+        let count = |turns: &DVector<f64>| turns.iter().filter(|turn| **turn > 0.0).count();
+        self.turns().map_or((0, 0), |(outputs, states)| (count(&outputs), states.as_ref().map_or(0, count)))
     }
 
     /// Constants and numbers of tables in the right-hand sides of a nonlinear plant.
@@ -181,6 +198,9 @@ impl ExportableObserver {
     }
 }
 
+/// The operations of a difference that is wrapped: quotient, difference, `floor`, product and sum.
+const WRAP: usize = 5;
+
 /// The operations of a moving-horizon estimator with a full window.
 struct FullWindow {
     n: usize,
@@ -188,6 +208,8 @@ struct FullWindow {
     stages: usize,
     iterations: usize,
     bounds: usize,
+    /// Outputs and states that are angles.
+    angles: (usize, usize),
     measurement: usize,
     /// Of the plant over a period with its Jacobian and noise.
     linearised: usize,
@@ -207,7 +229,16 @@ impl FullWindow {
             None => motion,
         };
         let Horizon { window, iterations } = estimator.horizon();
-        Self { n, p, stages: window, iterations, bounds: bounds(estimator).len(), measurement, linearised }
+        Self {
+            n,
+            p,
+            stages: window,
+            iterations,
+            bounds: bounds(estimator).len(),
+            angles: observer.angles(),
+            measurement,
+            linearised,
+        }
     }
 
     /// The update by one measurement: gain, w, mean, T, and P in Joseph's form.
@@ -220,7 +251,8 @@ impl FullWindow {
     fn measured(&self) -> usize {
         let (n, p) = (self.n, self.p);
         let decoupled = p * (p - 1) * (n + 1) + p * (n + 1);
-        self.measurement + p + decoupled + p * (3 * n + self.correction())
+        let wrapped = (self.angles.0 + p * self.angles.1) * WRAP;
+        self.measurement + p + decoupled + p * (3 * n + self.correction()) + wrapped
     }
 
     /// `A P A' + Q`.
@@ -230,7 +262,7 @@ impl FullWindow {
 
     /// The mean of the next sample.
     fn drift(&self) -> usize {
-        2 * self.n * self.n + self.n
+        2 * self.n * self.n + self.n + self.angles.1 * WRAP
     }
 
     fn pass(&self) -> usize {

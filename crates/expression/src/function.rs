@@ -13,7 +13,9 @@
 
 use core::any::TypeId;
 
-use nalgebra::{RealField, convert};
+use luenberger_plants::angle::wrapped;
+use nalgebra::{ComplexField, RealField, convert};
+use num_dual::{Dual32, Dual64};
 
 /// The largest exponent that becomes a product.
 pub(crate) const LARGEST_PRODUCT: f64 = 1000.0;
@@ -31,6 +33,7 @@ pub(crate) enum Unary {
     Abs,
     Sign,
     Step,
+    Floor,
     Sqrt,
     Exp,
     Ln,
@@ -60,6 +63,10 @@ pub(crate) enum Binary {
     Atan2,
     Min,
     Max,
+    /// `x - y floor(x/y)`.
+    Modulo,
+    /// The angle x less a multiple of the full turn y, in (-y/2, y/2].
+    Wrap,
     /// `ln(x + exp(y))`, which a compiled expression has in place of its three operations.
     LnPlusExp,
     /// `ln(exp(x) + y)`.
@@ -76,6 +83,8 @@ pub(crate) enum Function {
     Fold(Binary),
     /// `sat(x)` or `sat(x, low, high)`.
     Saturate,
+    /// `wrap(x)`, an angle in radians, or `wrap(x, turn)`.
+    Wrap,
     /// `if(condition, x, y)`.
     If,
 }
@@ -117,7 +126,7 @@ impl Comparison {
 }
 
 /// All functions by name.
-const FUNCTIONS: [(&str, Function); 25] = [
+const FUNCTIONS: [(&str, Function); 28] = [
     ("abs", Function::Unary(Unary::Abs)),
     ("acos", Function::Unary(Unary::Acos)),
     ("acosh", Function::Unary(Unary::Acosh)),
@@ -129,11 +138,13 @@ const FUNCTIONS: [(&str, Function); 25] = [
     ("cos", Function::Unary(Unary::Cos)),
     ("cosh", Function::Unary(Unary::Cosh)),
     ("exp", Function::Unary(Unary::Exp)),
+    ("floor", Function::Unary(Unary::Floor)),
     ("if", Function::If),
     ("ln", Function::Unary(Unary::Ln)),
     ("log10", Function::Unary(Unary::Log10)),
     ("max", Function::Fold(Binary::Max)),
     ("min", Function::Fold(Binary::Min)),
+    ("mod", Function::Binary(Binary::Modulo)),
     ("pow", Function::Binary(Binary::Power)),
     ("sat", Function::Saturate),
     ("sign", Function::Unary(Unary::Sign)),
@@ -143,10 +154,11 @@ const FUNCTIONS: [(&str, Function); 25] = [
     ("step", Function::Unary(Unary::Step)),
     ("tan", Function::Unary(Unary::Tan)),
     ("tanh", Function::Unary(Unary::Tanh)),
+    ("wrap", Function::Wrap),
 ];
 
 /// Names that other languages give to functions there are.
-const ELSEWHERE: [(&str, &str); 15] = [
+const ELSEWHERE: [(&str, &str); 20] = [
     ("heaviside", "step"),
     ("ifelse", "if"),
     ("iff", "if"),
@@ -162,6 +174,11 @@ const ELSEWHERE: [(&str, &str); 15] = [
     ("power", "pow"),
     ("clip", "sat"),
     ("clamp", "sat"),
+    ("fmod", "mod"),
+    ("remainder", "mod"),
+    ("wraptopi", "wrap"),
+    ("wrapToPi", "wrap"),
+    ("angdiff", "wrap"),
 ];
 
 /// The function of that name.
@@ -187,6 +204,7 @@ impl Function {
             Self::Binary(_) => ("two arguments", count == 2),
             Self::Fold(_) => ("two arguments or more", count >= 2),
             Self::Saturate => ("one argument, or three: sat(x, low, high)", count == 1 || count == 3),
+            Self::Wrap => ("one argument, or two: wrap(x, turn)", count == 1 || count == 2),
             Self::If => ("three arguments: if(condition, x, y)", count == 3),
         }
     }
@@ -222,6 +240,7 @@ impl Unary {
                     x
                 }
             }
+            Self::Floor => floor(x),
             Self::Sqrt => x.sqrt(),
             Self::Exp => x.exp(),
             Self::Ln => x.ln(),
@@ -254,6 +273,8 @@ impl Binary {
             Self::Atan2 => "atan2",
             Self::Min => "min",
             Self::Max => "max",
+            Self::Modulo => "mod",
+            Self::Wrap => "wrap",
             Self::LnPlusExp | Self::LnExpPlus => "ln",
         }
     }
@@ -273,10 +294,21 @@ impl Binary {
             }
             Self::Min => x.min(y),
             Self::Max => x.max(y),
+            Self::Modulo => x - y * floor(x / y),
+            Self::Wrap => wrapped(x, y, floor),
             Self::LnPlusExp => ln_plus_exp(x, y),
             Self::LnExpPlus => ln_plus_exp(y, x),
         }
     }
+}
+
+/// The largest integer that is not above x. Dual numbers have no `floor` of their own; its derivative is 0.
+fn floor<T: RealField + Copy>(x: T) -> T {
+    if TypeId::of::<T>() == TypeId::of::<Dual64>() || TypeId::of::<T>() == TypeId::of::<Dual32>() {
+        let value: f64 = x.to_subset_unchecked();
+        return convert(ComplexField::floor(value));
+    }
+    x.floor()
 }
 
 /// The nearest number to x between low and high.

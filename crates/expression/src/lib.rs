@@ -8,7 +8,8 @@
 //! | operations | `+ - * /`, `^` or `**`: `-x1^2` is `-(x1^2)`, `2^-1` is 0.5, `2^3^2` is `2^9` |
 //! | functions | `sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow` |
 //! | with kinks | `abs`, `min` and `max` of two or more, `sat(x, low, high)` (`sat(x)` is between -1 and 1) |
-//! | with a jump | `sign`, which is 0 at 0; `step`, which is 1 at 0 |
+//! | with a jump | `sign`, which is 0 at 0; `step`, which is 1 at 0; `floor` |
+//! | of angles | `wrap(x)` in (-pi, pi], `wrap(x, turn)` in (-turn/2, turn/2]; `mod(x, m)`, with the sign of m |
 //! | conditions | `x < y`, `<= > >= == !=`; `&&`, `||`, `!`, all parts of which are evaluated |
 //! | choice | `if(condition, x, y)`: the branch that is not taken is not evaluated, and may be undefined |
 //! | lookup tables | `name(x)`, by [`Scope::tables`]: linear or monotone cubic ([`Table`]) |
@@ -21,6 +22,7 @@
 //! | `abs`, `min`, `max`, `sat` | the value | the derivative of the side taken; at a kink that of one side | the hull of both sides | refused, unless it is a constant |
 //! | `sign` | -1, 0, 1 | 0 | 0 away from 0; refused where the argument can be 0: it jumps | refused |
 //! | `step` | 0 for x < 0, else 1 | 0 | as `sign` | refused |
+//! | `floor`, `wrap`, `mod` | `wrap(x, r) = x + r floor(1/2 - x/r)`, `mod(x, m) = x - m floor(x/m)` | that between the jumps | that of one piece; refused where the box contains a jump | refused |
 //! | `if` | the branch taken | the derivative of the branch taken | all branches possible on the box; refused where two of them do not meet | refused, unless the condition is constant |
 //! | lookup table | the piece at x; on a point the piece after it | its derivative | all pieces possible on the box, whose values meet: a kink | refused |
 //!

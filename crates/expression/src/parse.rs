@@ -16,7 +16,7 @@ use crate::LIMITS;
 use crate::error::{ExpressionError, ExpressionErrorKind, Found};
 use crate::function::{self, Binary, Comparison, Function, Unary};
 use crate::nearest::nearest;
-use crate::scope::{Scope, begins_word, continues_word};
+use crate::scope::{Scope, Symbol, begins_word, continues_word};
 use crate::tree::{Node, Tree};
 
 /// The expected start of an operand.
@@ -342,6 +342,13 @@ fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> 
             Ok(first.iter().rev().fold(*last, |y, x| tree.push(Node::Binary(binary, *x, y), whole.clone())))
         }
         (Function::If, &[condition, x, y]) => Ok(tree.push(Node::If(condition, x, y), whole)),
+        (Function::Wrap, &[x, turn]) => Ok(tree.push(Node::Binary(Binary::Wrap, x, turn), whole)),
+        (Function::Wrap, &[x]) => {
+            let two = tree.push(Node::Number(2.0), whole.clone());
+            let pi = tree.push(Node::Symbol(Symbol::Pi, "pi".to_owned()), whole.clone());
+            let turn = tree.push(Node::Binary(Binary::Multiply, two, pi), whole.clone());
+            Ok(tree.push(Node::Binary(Binary::Wrap, x, turn), whole))
+        }
         (Function::Saturate, &[x, low, high]) => Ok(tree.push(Node::Saturate(x, low, high), whole)),
         (Function::Saturate, &[x]) => {
             let one = tree.push(Node::Number(1.0), whole.clone());

@@ -50,6 +50,7 @@ use nalgebra::U0;
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
+use crate::angles::{self, Turns};
 use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
@@ -76,6 +77,8 @@ where
     prediction: Prediction,
     gate: Option<T>,
     iterations: usize,
+    /// Of the outputs.
+    turns: Turns<T, P>,
     inputs: PhantomData<M>,
 }
 
@@ -127,7 +130,7 @@ where
             return Err(ObserverError::Substeps);
         }
         let prediction = Prediction::RungeKutta(substeps);
-        Ok(Self { plant, noises, h, prediction, gate: None, iterations: 1, inputs: PhantomData })
+        Ok(Self { plant, noises, h, prediction, gate: None, iterations: 1, turns: None, inputs: PhantomData })
     }
 
     /// The filter of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -244,6 +247,42 @@ where
         self.iterations
     }
 
+    /// The filter of outputs of which some are angles: `turns` has the full turn of each of these in its unit (2 pi or
+    /// 360), and 0 for the others. Their innovations are wrapped into half a turn to either side
+    /// ([`wrap`](luenberger_plants::wrap())); the estimate is not, and goes on beyond a turn.
+    ///
+    /// ```
+    /// use luenberger_observers::kalman::{NoiseModel, StaticExtendedKalmanFilter};
+    /// use luenberger_observers::SampledObserver;
+    /// use luenberger_plants::plant;
+    /// use nalgebra::{Matrix1, SVector, Vector1};
+    ///
+    /// /// A heading in degrees, at rest.
+    /// struct Heading;
+    /// plant!(Heading, (1, 0, 1), |plant, t, x, u| [x[0]], [x[0]]);
+    ///
+    /// let noises = NoiseModel { w: Matrix1::new(0.0), v: Matrix1::new(1.0), p0: Matrix1::new(1.0) };
+    /// let filter = StaticExtendedKalmanFilter::<_, f64, 1, 0, 1>::discrete(Heading, noises, 1.0)?;
+    /// let filter = filter.with_angles(Vector1::new(360.0))?;
+    /// let (u, y) = (SVector::zeros(), Vector1::new(-179.0));
+    /// let mut estimate = filter.initial(0.0, &Vector1::new(179.0), &u, &y);
+    /// filter.update(0.0, &mut estimate, &u, &y);
+    /// assert_eq!(estimate.estimate()[0], 180.0);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Table`] for another length, [`ObserverError::NotPositive`] for a turn that is negative or not
+    /// finite.
+    pub fn with_angles(self, turns: OVector<T, P>) -> Result<Self, ObserverError> {
+        let turns = angles::checked(turns, self.noises.v.nrows())?;
+        Ok(Self { turns, ..self })
+    }
+
+    /// The full turns of the outputs, if some are [angles](Self::with_angles).
+    pub fn turns(&self) -> Option<&OVector<T, P>> {
+        self.turns.as_ref()
+    }
+
     /// The filter that predicts, iterates and rejects as another one does, of the same plant over another scalar or in
     /// another form.
     ///
@@ -257,7 +296,12 @@ where
         DefaultAllocator: Size<N0, M0, P0>,
     {
         let (prediction, iterations) = (other.prediction, other.iterations);
-        let same = Self { prediction, iterations, ..self };
+        let mut same = Self { prediction, iterations, ..self };
+        if let Some(turns) = &other.turns {
+            let outputs = same.noises.v.shape_generic().0;
+            let turn = |i: usize| turns.get(i).map_or_else(T::zero, |turn| convert(*turn));
+            same = same.with_angles(OVector::from_fn_generic(outputs, U1, |i, _| turn(i)))?;
+        }
         match other.gate {
             Some(gate) => same.with_gate(convert(gate)),
             None => Ok(Self { gate: None, ..same }),
@@ -283,6 +327,7 @@ where
             return false;
         }
         let innovation = y[output] - self.plant.output(t, &estimate.estimate(), u)[output];
+        let innovation = angles::entry(&self.turns, output, innovation);
         let variance = self.innovation_covariance(t, estimate, u)[(output, output)];
         !within(gate, innovation, variance)
     }
@@ -349,7 +394,7 @@ where
     /// What `run` does with the filter of small size at an input; false for an input of another length.
     #[cfg(feature = "alloc")]
     fn at_run_time(&self, u: &[T], run: impl FnOnce(&AtRunTime<'_, T>) -> bool) -> bool {
-        let Self { plant, noises, h, prediction, gate, iterations, .. } = self;
+        let Self { plant, noises, h, prediction, gate, iterations, turns, .. } = self;
         let motion = |t: T, x: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
         let measurement = |t: T, x: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
         u.len() == plant.dimensions().inputs
@@ -362,6 +407,7 @@ where
                 v: noises.v.as_slice(),
                 gate: *gate,
                 iterations: *iterations,
+                turns: turns.as_ref().map(OVector::as_slice),
                 h: *h,
                 prediction: *prediction,
             })
@@ -463,7 +509,7 @@ where
         }
         let linearised = |x: &OVector<T, N>| {
             let (expected, h) = self.plant.measurement(t, x, u);
-            (h, y - expected)
+            (h, angles::difference(&self.turns, y, &expected))
         };
         let first = linearised(&estimate.estimate());
         let gate = self.gate.map(|gate| (gate, first.1.clone(), self.spread(&first.0, estimate)));
@@ -575,6 +621,7 @@ struct AtRunTime<'f, T> {
     v: &'f [T],
     gate: Option<T>,
     iterations: usize,
+    turns: Option<&'f [T]>,
     h: T,
     prediction: Prediction,
 }
@@ -590,11 +637,14 @@ impl<T: RealField + Copy> AtRunTime<'_, T> {
     where
         DefaultAllocator: Size<N, U0, P>,
     {
-        let Self { motion, measurement, is_linear, gate, iterations, h, prediction, .. } = *self;
+        let Self { motion, measurement, is_linear, gate, iterations, turns, h, prediction, .. } = *self;
         let (n, p) = (w.shape_generic().0, v.shape_generic().0);
         let plant = Held { motion, measurement, is_linear, size: (n, p) };
         let noises = NoiseModel { w, v, p0: OMatrix::zeros_generic(n, n) };
-        ExtendedKalmanFilter { plant, noises, h, prediction, gate, iterations, inputs: PhantomData }
+        // A prediction has one output, and reads no turn.
+        let turn = |turns: &[T], i: usize| turns.get(i).copied().unwrap_or_else(T::zero);
+        let turns = turns.map(|turns| OVector::from_fn_generic(p, U1, |i, _| turn(turns, i)));
+        ExtendedKalmanFilter { plant, noises, h, prediction, gate, iterations, turns, inputs: PhantomData }
     }
 
     /// The update of a state, and the prediction if it is asked for; false for other sizes.
@@ -688,7 +738,7 @@ where
         if !self.fits(state, u) || !self.is_measurement(y) {
             return y.map(|_| convert(f64::NAN));
         }
-        y - self.plant.output(t, &state.estimate(), u)
+        angles::difference(&self.turns, y, &self.plant.output(t, &state.estimate(), u))
     }
 
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {

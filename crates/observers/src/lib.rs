@@ -53,6 +53,7 @@
 #![no_std]
 #![deny(missing_docs)]
 
+mod angles;
 pub mod covariance_filter;
 pub mod cubic;
 pub mod cubic_sampled;

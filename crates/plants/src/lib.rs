@@ -6,6 +6,7 @@
 //!
 //! | file | subject |
 //! |---|---|
+//! | [`mod@angle`] | differences of angles, modulo a full turn |
 //! | [`mod@column`] | the trait of vectors of states, inputs and outputs |
 //! | [`size`] | the trait bound that stands for nalgebra's allocators |
 //! | [`mod@plant`] | the traits [`Plant`] and [`Shape`] |
@@ -30,6 +31,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+pub mod angle;
 pub mod chaotic;
 pub mod closures;
 pub mod column;
@@ -54,6 +56,7 @@ pub mod straight_line;
 pub mod text;
 pub mod third_order;
 
+pub use angle::wrap;
 pub use chaotic::Chaotic;
 pub use closures::{FromFn, from_fn};
 pub use column::Column;

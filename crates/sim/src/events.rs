@@ -5,6 +5,8 @@
 //! followed to its end: it has two crossings close to each other. What turns twice between two points can be missed.
 //! Roots are bisected to the last bit of t.
 
+use luenberger_plants::wrap;
+
 use crate::dense::{Dense, NODES, Place, enclosure};
 use crate::error::SimError;
 
@@ -16,6 +18,8 @@ const SEARCH: usize = 16;
 pub(crate) struct Difference {
     pub(crate) of: usize,
     pub(crate) from: usize,
+    /// The full turn of an angle, otherwise 0.
+    pub(crate) turn: f64,
     pub(crate) scale: f64,
 }
 
@@ -130,11 +134,30 @@ impl<'t> Trace<'t> {
     fn on_step(&self, step: usize) -> OnStep<'_> {
         let nodes = |d: &Difference| {
             let (of, from) = (self.dense.nodes(step, d.of), self.dense.nodes(step, d.from));
-            core::array::from_fn(|i| (of[i] - from[i]) / d.scale)
+            let nodes = core::array::from_fn(|i| (of[i] - from[i]) / d.scale);
+            let turn = d.turn / d.scale;
+            if turn == 0.0 {
+                return (nodes, turn);
+            }
+            // On the branch of its start it is a polynomial, if it stays within half a turn.
+            let apart = wrap(nodes[0], turn) - nodes[0];
+            let near = nodes.map(|node| node + apart);
+            let stays = enclosure(&near).is_some_and(|(low, high)| low > -0.5 * turn && high < 0.5 * turn);
+            (near, if stays { 0.0 } else { turn })
         };
         let form = match &self.quantity {
-            Quantity::Difference(difference) => Form::Polynomial(nodes(difference)),
-            Quantity::Norm(differences) => Form::Norm(differences.iter().map(nodes).collect()),
+            Quantity::Difference(difference) => match nodes(difference) {
+                (nodes, 0.0) => Form::Polynomial(nodes),
+                wrapped => Form::Wrapped(wrapped.0, wrapped.1),
+            },
+            Quantity::Norm(differences) => {
+                let parts: Vec<_> = differences.iter().map(nodes).collect();
+                if parts.iter().all(|(_, turn)| *turn == 0.0) {
+                    Form::Norm(parts.into_iter().map(|(nodes, _)| nodes).collect())
+                } else {
+                    Form::NormOfWrapped(parts)
+                }
+            }
             Quantity::Any(read) => Form::Any(self.dense, step, read),
         };
         OnStep { span: self.dense.step(step), form }
@@ -253,6 +276,9 @@ enum Form<'a> {
     Polynomial([f64; NODES]),
     /// Of the polynomials with these values at the nodes.
     Norm(Vec<[f64; NODES]>),
+    /// The same of an angle that passes half a turn on the step, with its full turn.
+    Wrapped([f64; NODES], f64),
+    NormOfWrapped(Vec<([f64; NODES], f64)>),
     Any(&'a Dense, usize, &'a dyn Fn(f64, &[f64]) -> f64),
 }
 
@@ -263,6 +289,11 @@ impl OnStep<'_> {
             Form::Norm(parts) => {
                 let place = Place::of(self.span, t);
                 parts.iter().map(|nodes| place.value(nodes).powi(2)).sum::<f64>().sqrt()
+            }
+            Form::Wrapped(nodes, turn) => wrap(Place::of(self.span, t).value(nodes), *turn),
+            Form::NormOfWrapped(parts) => {
+                let place = Place::of(self.span, t);
+                parts.iter().map(|(nodes, turn)| wrap(place.value(nodes), *turn).powi(2)).sum::<f64>().sqrt()
             }
             Form::Any(dense, step, read) => {
                 let mut row = vec![0.0; dense.width()];
@@ -285,7 +316,7 @@ impl OnStep<'_> {
                 }
                 Some((least.sqrt() * (1.0 - 1e-15), largest.sqrt() * (1.0 + 1e-15)))
             }
-            Form::Any(..) => None,
+            Form::Wrapped(..) | Form::NormOfWrapped(..) | Form::Any(..) => None,
         }
     }
 

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use luenberger_plants::Dimensions;
+use luenberger_plants::{Dimensions, wrap};
 use luenberger_random::Purpose;
 use nalgebra::DMatrix;
 
@@ -62,6 +62,8 @@ pub(crate) struct ObserverSlot<'a> {
     pub(crate) states: Vec<usize>,
     /// K of the functions `K x` that it estimates; without rows if it estimates states.
     pub(crate) k: DMatrix<f64>,
+    /// The full turns of what it estimates, 0 for what is no angle.
+    pub(crate) turns: Vec<f64>,
     /// Whether it estimates the whole state, so that it predicts outputs.
     pub(crate) whole: bool,
     /// Length of its state.
@@ -90,6 +92,14 @@ impl ObserverSlot<'_> {
     pub(crate) fn estimated<'x>(&'x self, x: &'x [f64]) -> impl Iterator<Item = f64> + 'x {
         let functions = self.k.row_iter().map(move |row| row.iter().zip(x).map(|(k, x)| k * x).sum());
         self.states.iter().map(|&i| x[i]).chain(functions)
+    }
+
+    /// Writes the errors of an estimate at the state x of the plant.
+    pub(crate) fn errors(&self, x: &[f64], estimate: &[f64], errors: &mut [f64]) {
+        let all = errors.iter_mut().zip(estimate).zip(self.estimated(x)).zip(&self.turns);
+        for (((error, estimate), x), turn) in all {
+            *error = wrap(x - estimate, *turn);
+        }
     }
 
     /// Whether the estimate is held between samples. That of a filter has the measurement, which may vary.
@@ -141,6 +151,9 @@ impl<'a> Model<'a> {
         }
         let x0 = scenario.x0.unwrap_or_else(|| vec![0.0; size.states]);
         check("the initial state", &x0, size.states)?;
+        let no_angles = scenario.turns.is_empty();
+        let turns = if no_angles { vec![0.0; size.states] } else { scenario.turns };
+        check_turns(&turns, size.states)?;
         if let Some(noise) = &scenario.noise {
             noise.check(size.outputs)?;
         }
@@ -179,10 +192,22 @@ impl<'a> Model<'a> {
             if let Some(times) = observer.sample_times() {
                 times.check()?;
             }
+            let of = states.iter().map(|&state| turns[state]).chain(k.row_iter().map(|_| 0.0)).collect();
             let length = own.state;
             let moves = whole && period.is_none() && !observer.is_corrected() && !scenario.measurements_are_held;
             let moving = if moves && !scenario.sensors.is_empty() { size.outputs } else { 0 };
-            observers.push(ObserverSlot { observer, initial, states, k, whole, length, period, offset, moving });
+            observers.push(ObserverSlot {
+                observer,
+                initial,
+                states,
+                k,
+                turns: of,
+                whole,
+                length,
+                period,
+                offset,
+                moving,
+            });
             offset += if period.is_none() { length + moving } else { 0 };
             names.push(name);
         }
@@ -351,10 +376,7 @@ impl<'a> Model<'a> {
         let state = self.state(k, stacked, held);
         observer.estimate(t, state, &now.u, seen, &mut now.estimates[k]);
         observer.correct(state, &now.u, seen, &mut now.estimates[k]);
-        let estimated = slot.estimated(&stacked[..self.size.states]);
-        for ((error, estimate), x) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(estimated) {
-            *error = x - estimate;
-        }
+        slot.errors(&stacked[..self.size.states], &now.estimates[k], &mut now.errors[k]);
     }
 
     /// Input, outputs and estimates at `t`.
@@ -539,7 +561,7 @@ impl<'a> Model<'a> {
             // Functions of the state follow the estimate.
             let (functions, after) = (fitted.k.nrows(), estimate + fitted.width());
             let of = fitted.states.iter().copied().chain(after..after + functions).collect();
-            observers.push(ObserverLayout { estimate, of, period: fitted.period });
+            observers.push(ObserverLayout { estimate, of, turns: fitted.turns.clone(), period: fitted.period });
             width = after + functions;
             constant.resize(estimate, fitted.period.is_some());
             constant.resize(after, fitted.is_held());
@@ -635,6 +657,12 @@ impl<'a> Model<'a> {
 }
 
 /// Checks that no name occurs twice.
+/// Full turns of so many states.
+pub(crate) fn check_turns(turns: &[f64], states: usize) -> Result<(), SimError> {
+    check("the full turns", turns, states)?;
+    turns.iter().filter(|turn| **turn != 0.0).try_for_each(|turn| check_positive("a full turn", *turn))
+}
+
 fn unique(names: &[&String]) -> Result<(), SimError> {
     for (k, name) in names.iter().enumerate() {
         if names[..k].contains(name) {

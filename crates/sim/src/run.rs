@@ -167,10 +167,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         // The input at the start follows from the estimates that are wished for the start.
         for (k, fitted) in model.observers.iter().enumerate() {
             now.estimates[k].copy_from_slice(&fitted.initial);
-            let estimated = fitted.estimated(&model.x0);
-            for ((error, estimate), x) in now.errors[k].iter_mut().zip(&fitted.initial).zip(estimated) {
-                *error = x - estimate;
-            }
+            fitted.errors(&model.x0, &fitted.initial, &mut now.errors[k]);
         }
         model.law(t, &model.x0, &mut now);
         check_finite("the input at the start", &now.u)?;

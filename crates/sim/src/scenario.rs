@@ -45,6 +45,8 @@ pub struct Scenario<'a> {
     pub(crate) model: Option<Arc<dyn AnyPlant + 'a>>,
     pub(crate) changes: Vec<Change<'a>>,
     pub(crate) x0: Option<Vec<f64>>,
+    /// The full turns of the states that are angles, 0 of the others; empty without angles.
+    pub(crate) turns: Vec<f64>,
     pub(crate) start: f64,
     pub(crate) times: Vec<f64>,
     /// End and number of equally spaced times, if that is how they are wanted.
@@ -90,6 +92,7 @@ impl<'a> Scenario<'a> {
             model: None,
             changes: Vec::new(),
             x0: None,
+            turns: Vec::new(),
             start: 0.0,
             times: Vec::new(),
             span: None,
@@ -112,6 +115,30 @@ impl<'a> Scenario<'a> {
     #[must_use]
     pub fn initial_state(mut self, x0: &[f64]) -> Self {
         self.x0 = Some(x0.to_vec());
+        self
+    }
+
+    /// The full turn of each state that is an angle, in its unit (2 pi or 360), and 0 for the others: errors and their
+    /// scores are [wrapped](luenberger_plants::wrap()) into half a turn to either side.
+    ///
+    /// ```
+    /// use luenberger_observers::LinearObserver;
+    /// use luenberger_sim::Scenario;
+    /// use nalgebra::Vector2;
+    /// let plant = luenberger_plants::double_integrator();
+    /// let observer = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0))?;
+    /// let run = Scenario::new(plant)
+    ///     .angles(&[360.0, 0.0])
+    ///     .initial_state(&[359.0, 0.0])
+    ///     .observer("linear", observer, &[1.0, 0.0])
+    ///     .until(0.01, 2)
+    ///     .run()?;
+    /// assert_eq!(run.observer("linear")?.error[(0, 0)], -2.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn angles(mut self, turns: &[f64]) -> Self {
+        self.turns = turns.to_vec();
         self
     }
 

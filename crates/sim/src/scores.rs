@@ -22,6 +22,7 @@
 
 use std::fmt;
 
+use luenberger_plants::wrap;
 use luenberger_wording::significant;
 use nalgebra::DMatrix;
 
@@ -212,7 +213,8 @@ impl<'t> Errors<'t> {
         let first = match (&samples, &own.at_samples) {
             (Some((times, _)), Some(at_samples)) => {
                 let wanted = trajectory.wanted_at(observer, times[0])?;
-                let error = |(j, x): (usize, f64)| x - at_samples.predicted[(0, j)];
+                let turns = trajectory.turns_of(observer)?;
+                let error = |(j, x): (usize, f64)| wrap(x - at_samples.predicted[(0, j)], turns[j]);
                 Some(wanted.into_iter().enumerate().map(error).collect())
             }
             _ => None,

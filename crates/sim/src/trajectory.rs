@@ -1,6 +1,6 @@
 //! Result of a run: samples at the requested times, and every quantity in between by dense output.
 
-use luenberger_plants::Dimensions;
+use luenberger_plants::{Dimensions, wrap};
 use nalgebra::DMatrix;
 
 use crate::dense::Dense;
@@ -32,6 +32,8 @@ pub(crate) struct ObserverLayout {
     pub(crate) estimate: usize,
     /// Where in a row there is what it estimates: states of the plant, or functions of them behind the estimate.
     pub(crate) of: Vec<usize>,
+    /// The full turns of these, 0 for what is no angle.
+    pub(crate) turns: Vec<f64>,
     /// Its sampling period; none in continuous time.
     pub(crate) period: Option<f64>,
 }
@@ -163,7 +165,8 @@ impl Trajectory {
         let observers = places.map(|((((place, &length), name), due), updates)| {
             let estimate = block(place.estimate, place.of.len());
             let of = |i: usize, j: usize| samples[i * layout.width + place.of[j]];
-            let error = DMatrix::from_fn(rows, place.of.len(), |i, j| of(i, j) - estimate[(i, j)]);
+            let error =
+                DMatrix::from_fn(rows, place.of.len(), |i, j| wrap(of(i, j) - estimate[(i, j)], place.turns[j]));
             let state = block(place.estimate - length, length);
             let states = place.of.iter().copied().filter(|&of| of < n).collect();
             let period = place.period;
@@ -283,7 +286,8 @@ impl Trajectory {
             let estimates: Vec<Vec<f64>> =
                 layout.observers.iter().map(|o| row[o.estimate..o.estimate + o.of.len()].to_vec()).collect();
             let error = |(o, estimate): (&ObserverLayout, &Vec<f64>)| {
-                o.of.iter().zip(estimate).map(|(&i, estimate)| row[i] - estimate).collect()
+                let turned = o.of.iter().zip(estimate).zip(&o.turns);
+                turned.map(|((&i, estimate), turn)| wrap(row[i] - estimate, *turn)).collect()
             };
             let errors: Vec<Vec<f64>> = layout.observers.iter().zip(&estimates).map(error).collect();
             quantity(&View {
@@ -304,12 +308,15 @@ impl Trajectory {
     /// # Errors
     /// [`SimError::UnknownName`], [`SimError::Index`].
     pub fn error_trace(&self, observer: &str, component: usize) -> Result<Trace<'_>, SimError> {
-        let ObserverLayout { estimate, of, .. } = self.place(observer)?;
+        let ObserverLayout { estimate, of, turns, .. } = self.place(observer)?;
         let count = of.len();
         let Some(&state) = of.get(component) else {
             return Err(SimError::Index { what: "component of the error", index: component, count });
         };
-        Ok(Trace::difference(&self.dense, Difference { of: state, from: estimate + component, scale: 1.0 }))
+        Ok(Trace::difference(
+            &self.dense,
+            Difference { of: state, from: estimate + component, turn: turns[component], scale: 1.0 },
+        ))
     }
 
     /// `|e|`, the Euclidean norm of an observer's error, as a function of time. The estimate of a sampled observer is
@@ -323,9 +330,9 @@ impl Trajectory {
 
     /// `sqrt(sum_i (e_i / scale_i)^2)` as a function of time.
     pub(crate) fn scaled_norm(&self, observer: &str, scale: &[f64]) -> Result<Trace<'_>, SimError> {
-        let ObserverLayout { estimate, of, .. } = self.place(observer)?;
-        let pairs = of.iter().zip(*estimate..).zip(scale);
-        let differences = pairs.map(|((&of, from), &scale)| Difference { of, from, scale }).collect();
+        let ObserverLayout { estimate, of, turns, .. } = self.place(observer)?;
+        let pairs = of.iter().zip(*estimate..).zip(scale).zip(turns);
+        let differences = pairs.map(|(((&of, from), &scale), &turn)| Difference { of, from, turn, scale }).collect();
         Ok(Trace::norm(&self.dense, differences))
     }
 
@@ -355,7 +362,7 @@ impl Trajectory {
         estimates: Estimates,
     ) -> Result<(Vec<f64>, DMatrix<f64>), SimError> {
         check_positive("the period of scoring", period)?;
-        let ObserverLayout { estimate, of: places, period: own } = self.place(observer)?;
+        let ObserverLayout { estimate, of: places, turns, period: own } = self.place(observer)?;
         if let Some(own) = *own
             && period < own * (1.0 - 1e-9)
         {
@@ -372,23 +379,28 @@ impl Trajectory {
             if let Some((at_samples, sample)) = at_samples.and_then(|all| Some((all, all.index(t)?))) {
                 let x = if t >= end { self.last.clone() } else { self.dense.at(t)? };
                 for (j, state) in places.iter().enumerate() {
-                    errors[(k, j)] = x[*state] - at_samples.of(estimates)[(sample, j)];
+                    errors[(k, j)] = wrap(x[*state] - at_samples.of(estimates)[(sample, j)], turns[j]);
                 }
                 continue;
             }
             if t >= end {
                 for (j, state) in places.iter().enumerate() {
-                    errors[(k, j)] = self.last[*state] - self.last[estimate + j];
+                    errors[(k, j)] = wrap(self.last[*state] - self.last[estimate + j], turns[j]);
                 }
                 continue;
             }
             let step = self.dense.step_at(t)?;
             for (j, state) in places.iter().enumerate() {
                 let of = |component: usize| self.dense.component(step, t, component);
-                errors[(k, j)] = of(*state) - of(estimate + j);
+                errors[(k, j)] = wrap(of(*state) - of(estimate + j), turns[j]);
             }
         }
         Ok((times, errors))
+    }
+
+    /// The full turns of what an observer estimates, 0 for what is no angle.
+    pub(crate) fn turns_of(&self, observer: &str) -> Result<&[f64], SimError> {
+        Ok(&self.place(observer)?.turns)
     }
 
     /// What an observer estimates, states of the plant or functions of them, at the time `t`.

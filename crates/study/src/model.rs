@@ -8,7 +8,7 @@ use luenberger_design::TimeDomain;
 use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters, Row, Tables};
 use luenberger_plants::{
     Chaotic, Column, CukConverter, Differentiable, Dimensions, Dual64, ExponentialCascade, FlexibleJoint, Plant,
-    ReverseDuffing, Shape, StateSpace, VanDerPol, double_integrator, flexible_joint, jacobian, third_order,
+    ReverseDuffing, Shape, StateSpace, VanDerPol, double_integrator, flexible_joint, jacobian, third_order, wrap,
 };
 use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::significant;
@@ -27,6 +27,8 @@ pub struct PlantModel {
     pub outputs: Vec<String>,
     /// Units of states, inputs, outputs and parameters, by their names, as far as the study gives them.
     pub units: BTreeMap<String, String>,
+    /// The full turns, in their units, of the states and outputs that are angles, by their names.
+    pub turns: BTreeMap<String, f64>,
     /// The parameters that expressions use by name.
     pub parameters: Parameters,
     /// The lookup tables that expressions use as functions.
@@ -52,6 +54,25 @@ impl PlantModel {
     pub fn units_of(&self, names: &[String]) -> Vec<String> {
         let units: Vec<String> = names.iter().map(|name| self.unit(name).cloned().unwrap_or_default()).collect();
         if units.iter().all(String::is_empty) { Vec::new() } else { units }
+    }
+
+    /// The full turns of columns, 0 for what is no angle; none if none of them is an angle.
+    pub fn turns_of(&self, names: &[String]) -> Option<Vec<f64>> {
+        let turn = |name: &String| self.turns.get(name).copied().unwrap_or_default();
+        let turns: Vec<f64> = names.iter().map(turn).collect();
+        turns.iter().any(|turn| *turn > 0.0).then_some(turns)
+    }
+
+    /// The error `x - xhat` of state i, of an angle within half a turn.
+    pub fn error(&self, i: usize, x: f64, xhat: f64) -> f64 {
+        let turn = self.states.get(i).and_then(|name| self.turns.get(name));
+        turn.map_or(x - xhat, |turn| wrap(x - xhat, *turn))
+    }
+
+    /// What a reading of output j is beyond its expected value, of an angle within half a turn.
+    pub fn innovation(&self, j: usize, reading: f64, expected: f64) -> f64 {
+        let turn = self.outputs.get(j).and_then(|name| self.turns.get(name));
+        turn.map_or(reading - expected, |turn| wrap(reading - expected, *turn))
     }
 
     /// A row in terms of the names of the study: `speed'`, or the output.
@@ -93,6 +114,18 @@ impl PlantModel {
     pub fn names(&self) -> Names {
         Names { states: self.states.clone(), inputs: self.inputs.clone(), outputs: self.outputs.clone() }
     }
+}
+
+/// The full turn in a unit of angles.
+pub(crate) fn full_turn(unit: &str) -> Option<f64> {
+    Some(match unit {
+        "" | "1" | "rad" => core::f64::consts::TAU,
+        "mrad" => 1e3 * core::f64::consts::TAU,
+        "deg" | "degree" | "degrees" | "°" => 360.0,
+        "gon" | "grad" => 400.0,
+        "rev" | "turn" | "turns" => 1.0,
+        _ => return None,
+    })
 }
 
 /// A plant.

@@ -81,6 +81,7 @@ pub(crate) fn run_at(
     let simulated = truth.and_then(|truth| truth.plant.as_ref()).map_or(&study.plant.model, |other| &other.model);
     let mut scenario = Scenario::new(simulated)
         .model(&study.plant.model)
+        .angles(&study.plant.turns_of(&study.plant.states).unwrap_or_default())
         .initial_state(&simulation.x0)
         .times(times)
         .settings(simulation.settings)

@@ -73,6 +73,11 @@ fn undefined(operation: &str, side: &str, place: &Place) -> String {
             "{side} jumps at {place}: two branches of a condition do not meet there, and certified designs need a continuous right-hand side"
         ),
         "signum" => format!("{side} jumps by sign at {place}: certified designs need a continuous right-hand side"),
+        "floor" => {
+            format!(
+                "{side} jumps by floor, wrap or mod at {place}: certified designs need a continuous right-hand side"
+            )
+        }
         _ => format!("{operation} in {side} is not defined, or jumps, at {place}"),
     }
 }

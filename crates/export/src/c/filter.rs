@@ -18,8 +18,16 @@ pub(super) fn extended(text: &mut String, export: &Export, maps: &Maps, filter: 
     macros.integer("ITERATIONS", filter.iterations());
     transition(text, export, &macros);
     macros.write(text, kernels::INNOVATION);
+    angles(text, export, &macros);
     macros.write(text, kernels::KALMAN);
     macros.write(text, kernels::FILTER_STEP);
+}
+
+/// Differences of angles, where there are some.
+pub(super) fn angles(text: &mut String, export: &Export, macros: &Macros) {
+    if export.observer.turns().is_some() {
+        macros.write(text, kernels::ANGLES);
+    }
 }
 
 /// The plant over a period.
@@ -58,6 +66,7 @@ pub(super) fn unscented(text: &mut String, export: &Export, maps: &Maps, filter:
         macros.write(text, kernels::CLASSICAL);
         macros.write(text, kernels::NOISE);
     }
+    angles(text, export, &macros);
     macros.write(text, kernels::UNSCENTED);
     macros.write(text, kernels::FILTER_STEP);
 }

@@ -104,7 +104,7 @@ void {name}_init({name}_state *state, const {number} *xhat);
 /** Starts from the first estimate of the design. */
 void {name}_reset({name}_state *state);
 {step} *
-{not_finite} call {name}_reset or {name}_init.
+{angles}{not_finite} call {name}_reset or {name}_init.
  */
 void {name}_step({name}_state *state, const {number} *{known}, const {number} *y, {more}{number} *xhat);
 
@@ -114,6 +114,7 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
 
 #endif
 ",
+        angles = angles(export),
         not_finite = not_finite(export),
         at = match &export.observer {
             ExportableObserver::Kkl(observer) if observer.held_inputs() > 0 =>
@@ -194,6 +195,22 @@ fn observer_step(export: &Export, upper: &str) -> String {
 ",
         if has_inputs { "" } else { "; not read, may be a null pointer" }
     )
+}
+
+/// Which outputs are angles.
+fn angles(export: &Export) -> String {
+    let turns = export.observer.turns().map(|(outputs, _)| outputs);
+    let names = turns.iter().flatten().zip(&export.names.outputs).filter(|(turn, _)| **turn > 0.0);
+    let names: Vec<&str> = names.map(|(_, name)| name.as_str()).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    let text = format!(
+        "Angles, on any turn: {}. Their differences are taken within half a turn; xhat is not wrapped.",
+        harmless(&names.join(", "))
+    );
+    let lines: Vec<String> = wrapped(&text, 110).iter().map(|line| format!(" * {line}\n")).collect();
+    format!("{} *\n", lines.concat())
 }
 
 /// What a value of u or y that is not finite does.

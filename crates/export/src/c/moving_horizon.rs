@@ -32,6 +32,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, estimator: &
     }
     filter::transition(text, export, &macros);
     macros.write(text, kernels::INNOVATION);
+    filter::angles(text, export, &macros);
     macros.write(text, kernels::GAUSS_NEWTON);
     if !bounds.is_empty() {
         macros.write(text, kernels::INTERIOR_POINT);

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use luenberger_expression::{Dialect, Language, Routine, Routines};
 use luenberger_observers::{Horizon, MatrixName, SigmaPoints};
+use nalgebra::DVector;
 
 use super::of;
 use crate::exportable_observer::tables;
@@ -42,8 +43,9 @@ pub(super) fn kalman(text: &mut String, export: &Export, iterations: usize) {
     _ = writeln!(
         text,
         "{}    let noises = NoiseModel {{ w, v, p0 }};
-    {new}{iterated}{gate}",
-        noises(export, [MatrixName::W, MatrixName::V, MatrixName::P0])
+    {new}{iterated}{gate}{}",
+        noises(export, [MatrixName::W, MatrixName::V, MatrixName::P0]),
+        angles(export)
     );
 }
 
@@ -60,9 +62,10 @@ pub(super) fn unscented(text: &mut String, export: &Export, sigma: SigmaPoints) 
         "    // The lower triangular factors of W, V and P(0).
 {}    let factors = NoiseModel {{ w, v, p0 }};
     let sigma = SigmaPoints {{ alpha: {alpha:?}, beta: {beta:?}, kappa: {kappa:?} }};
-    UnscentedKalmanFilter::from_factors(Model, factors, sigma, {}, {prediction}){gate}",
+    UnscentedKalmanFilter::from_factors(Model, factors, sigma, {}, {prediction}){gate}{}",
         noises(export, [MatrixName::RootW, MatrixName::RootV, MatrixName::RootP0]),
-        period(export)
+        period(export),
+        angles(export)
     );
 }
 
@@ -93,8 +96,9 @@ pub(super) fn moving_horizon(text: &mut String, export: &Export, estimator: &Mov
         text,
         "{}    let noises = NoiseModel {{ w, v, p0 }};
     let horizon = Horizon {{ window: {window}, iterations: {iterations} }};
-    MovingHorizonEstimator::{new}{bounded}",
-        noises(export, [MatrixName::W, MatrixName::V, MatrixName::P0])
+    MovingHorizonEstimator::{new}{bounded}{}",
+        noises(export, [MatrixName::W, MatrixName::V, MatrixName::P0]),
+        angles(export)
     );
 }
 
@@ -102,6 +106,18 @@ pub(super) fn moving_horizon(text: &mut String, export: &Export, estimator: &Mov
 fn noises(export: &Export, matrices: [MatrixName; 3]) -> String {
     let [w, v, p0] = matrices.map(|which| of(export, which).unwrap_or_default());
     format!("    let w = {w};\n    let v = {v};\n    let p0 = {p0};\n")
+}
+
+/// The full turns of a filter with angles.
+fn angles(export: &Export) -> String {
+    let column = |turns: DVector<f64>| {
+        let turns = turns.iter().map(|turn| number::rust(export.scalar.round(*turn), export.scalar));
+        format!("SVector::from([{}])", turns.collect::<Vec<_>>().join(", "))
+    };
+    export.observer.turns().map_or_else(String::new, |(outputs, states)| {
+        let states = states.map_or_else(String::new, |states| format!(", {}", column(states)));
+        format!("?\n        .with_angles({}{states})", column(outputs))
+    })
 }
 
 /// The gate of a filter that has one.

@@ -61,7 +61,8 @@ fn expression(random: &mut Random, depth: usize, (n, m): (usize, usize)) -> Stri
         23 => format!("sign({a}) + step({b})"),
         24 => format!("ln(0.5 + exp({a}))"),
         25 => format!("(tanh({a}))^({})", 2 + random.below(6)),
-        26 | 27 => format!("({a}) * tanh({b})"),
+        26 => format!("({a}) * tanh({b})"),
+        27 => format!("wrap(7*({a})) - mod({b}, 0.7) + 0.1*floor({a})"),
         28 => format!("({a}) - ({b})"),
         _ => format!("({a}) + ({b})"),
     }
@@ -164,6 +165,10 @@ pub(crate) fn nonlinear(random: &mut Random) -> ExportableObserver {
             _ => UnscentedKalmanFilter::new(plant, noises, sigma, period, substeps),
         };
         let filter = filter.unwrap();
+        let filter = match random.below(2) {
+            0 => filter.with_angles(turns(random, p), turns(random, n)).unwrap(),
+            _ => filter,
+        };
         return ExportableObserver::Unscented(if random.below(3) == 0 {
             filter.with_gate(2.0).unwrap()
         } else {
@@ -175,7 +180,13 @@ pub(crate) fn nonlinear(random: &mut Random) -> ExportableObserver {
         _ => ExtendedKalmanFilter::new(plant, noises, period, substeps),
     };
     let filter = filter.unwrap().with_iterations(1 + random.below(3)).unwrap();
+    let filter = if random.below(2) == 0 { filter.with_angles(turns(random, p)).unwrap() } else { filter };
     ExportableObserver::Kalman(if random.below(3) == 0 { filter.with_gate(2.0).unwrap() } else { filter })
+}
+
+/// Full turns of a column, so short that the differences of a run go beyond half of one; 0 of every third.
+fn turns(random: &mut Random, length: usize) -> DVector<f64> {
+    DVector::from_fn(length, |_, _| if random.below(3) == 0 { 0.0 } else { 0.4 + 0.3 * random.unit() })
 }
 
 /// A moving-horizon estimator; two of three have bounds, which the estimates of the golden vectors reach.
@@ -194,6 +205,10 @@ pub(crate) fn moving_horizon(random: &mut Random) -> MovingHorizon<f64> {
         _ => MovingHorizon::new(plant, noises, horizon, period, substeps),
     };
     let estimator = estimator.unwrap();
+    let estimator = match random.below(2) {
+        0 => estimator.with_angles(turns(random, p), turns(random, n)).unwrap(),
+        _ => estimator,
+    };
     if random.below(3) == 0 {
         return estimator;
     }
@@ -432,6 +447,7 @@ fn a_filter_passes_over_what_is_not_finite() {
         ExportableObserver::Kalman(extended()),
         ExportableObserver::Kalman(extended().with_gate(50.0).unwrap()),
         ExportableObserver::Kalman(ExtendedKalmanFilter::discrete(map(), noises(), 0.1).unwrap()),
+        ExportableObserver::Kalman(extended().with_angles(DVector::from_vec(vec![0.5, 0.0])).unwrap()),
         ExportableObserver::Unscented(unscented(SigmaPoints::default())),
         ExportableObserver::Unscented(unscented(small).with_gate(50.0).unwrap()),
         ExportableObserver::Unscented(UnscentedKalmanFilter::discrete(map(), noises(), small, 0.1).unwrap()),
@@ -480,7 +496,12 @@ fn of_every_kernel() -> [ExportableObserver; 5] {
     let bound = DVector::from_element(2, 0.1);
     [
         ExportableObserver::Kalman(
-            ExtendedKalmanFilter::new(forced(), noises(), 0.1, 2).unwrap().with_gate(3.0).unwrap(),
+            ExtendedKalmanFilter::new(forced(), noises(), 0.1, 2)
+                .unwrap()
+                .with_gate(3.0)
+                .unwrap()
+                .with_angles(DVector::from_element(1, 360.0))
+                .unwrap(),
         ),
         ExportableObserver::Unscented(
             UnscentedKalmanFilter::new(forced(), noises(), small, 0.1, 2).unwrap().with_gate(3.0).unwrap(),

@@ -143,6 +143,8 @@ fn cost_and_memory_are_in_the_header() {
     for last in ["0.9*x2 + 0.1*u1", "0.9*x2 + 0.1*u1 + 0.01*cos(t)"] {
         for scalar in [Scalar::Binary32, Scalar::Binary64] {
             let bounded = free(last).with_bounds(dvector![f64::NEG_INFINITY, 0.0], dvector![1.0, 2.0]).unwrap();
+            let (outputs, states) = (dvector![360.0], dvector![0.0, 0.0]);
+            let angles = header(&export(free(last).with_angles(outputs, states).unwrap(), scalar));
             let (free, bounded) = (export(free(last), scalar), export(bounded, scalar));
             assert_eq!(free.operations_within_bounds(), None);
             assert_eq!(bounded.operations_within_bounds(), Some(free.operations()));
@@ -155,6 +157,9 @@ fn cost_and_memory_are_in_the_header() {
                 free.operations()
             );
             assert!(text.contains(&statement), "{text}");
+            assert!(!text.contains("Angles"), "{text}");
+            let said = " * Angles, on any turn: y1. Their differences are taken within half a turn; xhat is not wrapped.\n *\n";
+            assert!(angles.contains(said), "{angles}");
             let bytes = text.split("The state has ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
             let Some(compiler) = compilers().into_iter().next() else { continue };
             std::fs::write(folder.join("cart.h"), &text).unwrap();

@@ -87,7 +87,7 @@ impl Graph {
                 let other = self.negate(dx);
                 self.select(below, other, dx)
             }
-            Unary::Sign | Unary::Step => return None,
+            Unary::Sign | Unary::Step | Unary::Floor => return None,
             Unary::Sqrt => {
                 let twice = self.add(value, value);
                 self.divide(dx, twice)
@@ -203,6 +203,20 @@ impl Graph {
                 let second = if binary == Binary::Max { Comparison::Greater } else { Comparison::Less };
                 let taken = self.compare(second, y, x);
                 self.chosen(taken, dy, dx)
+            }
+            // Of x - y floor(x/y), and of x + y floor(1/2 - x/y).
+            Binary::Modulo | Binary::Wrap => {
+                let quotient = self.divide(x, y);
+                let turns = if binary == Binary::Wrap {
+                    let half = self.constant(0.5);
+                    let rest = self.subtract(half, quotient);
+                    self.unary(Unary::Floor, rest)
+                } else {
+                    let turns = self.unary(Unary::Floor, quotient);
+                    self.negate(turns)
+                };
+                let second = dy.map(|dy| self.multiply(turns, dy));
+                self.terms(dx, second)
             }
             Binary::LnPlusExp => self.slope_of_ln_plus_exp((x, dx), (y, dy)),
             Binary::LnExpPlus => self.slope_of_ln_plus_exp((y, dy), (x, dx)),

@@ -409,7 +409,7 @@ impl Real for Recorded {
     }
 
     fn step(&self, operation: &'static str, _f: impl Fn(f64) -> f64) -> Self {
-        refused(operation)
+        if operation == "floor" { self.unary(Unary::Floor) } else { refused(operation) }
     }
 
     fn joined(branches: impl Fn() -> Self) -> Self {

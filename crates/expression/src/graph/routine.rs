@@ -216,7 +216,13 @@ impl Routine {
                         | Node::Select(..)
                 )
         };
-        self.code.iter().filter(counts).count()
+        // The operations of `x - y floor(x/y)` and `x + y floor(1/2 - x/y)` after the first.
+        let more = |node: &Node| match node {
+            Node::Binary(Binary::Modulo, ..) => 3,
+            Node::Binary(Binary::Wrap, ..) => 4,
+            _ => 0,
+        };
+        self.code.iter().filter(counts).map(|node| 1 + more(node)).sum()
     }
 
     /// The elementary functions that it calls.

@@ -127,7 +127,9 @@ impl MathFunction {
             Unary::Asinh => Self::Asinh,
             Unary::Acosh => Self::Acosh,
             Unary::Atanh => Self::Atanh,
-            Unary::Negate | Unary::Reciprocal | Unary::Abs | Unary::Sign | Unary::Step | Unary::Sqrt => return None,
+            Unary::Negate | Unary::Reciprocal | Unary::Abs | Unary::Sign | Unary::Step | Unary::Floor | Unary::Sqrt => {
+                return None;
+            }
         })
     }
 }
@@ -156,7 +158,7 @@ impl Dialect<'_> {
         }
     }
 
-    /// `sqrt` or `fabs`, which are exact.
+    /// `sqrt`, `fabs` or `floor`, which are exact.
     fn exact(&self, name: &str) -> String {
         let suffix = if self.single { "f" } else { "" };
         match self.language {
@@ -248,6 +250,7 @@ fn function(dialect: &Dialect, unary: Unary, x: &str) -> String {
         Unary::Reciprocal => format!("{one} / {x}"),
         Unary::Abs => format!("{}({x})", dialect.exact("fabs")),
         Unary::Sqrt => format!("{}({x})", dialect.exact("sqrt")),
+        Unary::Floor => format!("{}({x})", dialect.exact("floor")),
         Unary::Step => {
             let rest = dialect.choice(&format!("{x} >= {zero}"), &one, x);
             dialect.choice(&format!("{x} < {zero}"), &zero, &format!("({rest})"))
@@ -273,6 +276,11 @@ fn two(dialect: &Dialect, binary: Binary, x: &str, y: &str) -> String {
         Binary::Atan2 => format!("{}({x}, {y})", dialect.call(MathFunction::Atan2)),
         Binary::Min => dialect.choice(&format!("{y} < {x}"), y, x),
         Binary::Max => dialect.choice(&format!("{y} > {x}"), y, x),
+        Binary::Modulo => format!("{x} - ({y} * {}({x} / {y}))", dialect.exact("floor")),
+        Binary::Wrap => {
+            let half = dialect.literal(0.5);
+            format!("{x} + ({y} * {}({half} - ({x} / {y})))", dialect.exact("floor"))
+        }
         Binary::LnPlusExp => ln_plus_exp(dialect, x, y),
         Binary::LnExpPlus => ln_plus_exp(dialect, y, x),
     }

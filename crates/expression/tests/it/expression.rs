@@ -42,6 +42,11 @@ fn values_are_those_of_rust() {
         ("-k*sin(x1)^2 + u1/J_1", -k * x1.sin().powi(2) + u1 / j),
         ("abs(x2) + min(x1, x2, x3) - max(x1, u2)", x2.abs() + x2 - x1),
         ("sign(x2) + sign(x1) + sign(0)", 0.0),
+        ("floor(x2) + floor(x3)", 0.0),
+        ("mod(x2, x1)", 0.1),
+        ("mod(x1, x2)", -0.6),
+        ("wrap(x3^2)", x3 * x3 - 2.0 * std::f64::consts::PI),
+        ("wrap(200*x2, 360)", 100.0),
         ("sat(x3)", 1.0),
         ("sat(x2)", -1.0),
         ("sat(x1)", x1),
@@ -98,9 +103,15 @@ fn precedence() {
 /// Every function against its derivative in closed form, at x1 = 0.7 or at the point in the row.
 #[test]
 fn derivatives_are_the_closed_forms() {
-    let table: [(&str, f64, Derivative); 33] = [
+    let table: [(&str, f64, Derivative); 38] = [
         ("abs(x1)", -0.4, |_| -1.0),
         ("sign(x1)", -0.4, |_| 0.0),
+        ("floor(x1)", -0.4, |_| 0.0),
+        ("wrap(3*x1)", 1.7, |_| 3.0),
+        ("mod(x1, 2)", -4.7, |_| 1.0),
+        // 7.3 - 10 x and 7.3 - 11 x.
+        ("mod(7.3, x1)", 0.7, |_| -10.0),
+        ("wrap(7.5, x1)", 0.7, |_| -11.0),
         ("sqrt(x1)", 0.7, |x| 0.5 / x.sqrt()),
         ("exp(x1)", 0.7, f64::exp),
         ("ln(x1)", 0.7, |x| 1.0 / x),
@@ -145,6 +156,39 @@ fn derivatives_are_the_closed_forms() {
         assert_eq!(gradient[1..], [0.0, 0.0]);
     }
     assert_eq!(parse("x1*u2 + u1^2").input_gradient(T, &X, &U).unwrap(), [2.0 * U[0], X[0]]);
+}
+
+/// Half a turn is in the interval of `wrap`, minus half a turn is not; `mod` has the sign of its second argument, as in
+/// Python and MATLAB.
+#[test]
+fn ends_of_the_intervals_of_wrap_and_mod() {
+    use std::f64::consts::PI;
+    let table = [
+        ("wrap(pi)", PI),
+        ("wrap(-pi)", PI),
+        ("wrap(3)", 3.0),
+        ("wrap(-3)", -3.0),
+        ("wrap(180, 360)", 180.0),
+        ("wrap(-180, 360)", 180.0),
+        ("wrap(-181, 360)", 179.0),
+        ("wrap(541, 360)", -179.0),
+        ("wrap(-3600, 360)", 0.0),
+        ("mod(7, 3)", 1.0),
+        ("mod(-7, 3)", 2.0),
+        ("mod(7, -3)", -2.0),
+        ("mod(-7, -3)", -1.0),
+        ("mod(6, 3)", 0.0),
+        ("floor(-0.5)", -1.0),
+        ("floor(2)", 2.0),
+    ];
+    for (text, expected) in table {
+        assert_eq!(value(text), expected, "{text}");
+    }
+    for undefined in ["mod(x1, 0)", "wrap(x1, 0)", "wrap(1/0)", "mod(1/0, 2)"] {
+        assert!(value(undefined).is_nan(), "{undefined}");
+    }
+    assert!(matches!(kind("wrap(1, 2, 3)"), ExpressionErrorKind::Arguments { function: "wrap", found: 3, .. }));
+    assert_eq!(parse("wrap(x1)").to_string(), "wrap(x1, 2.0*pi)");
 }
 
 /// No value and no derivative: the part of the text, and what it is made of.
@@ -258,7 +302,7 @@ fn texts() -> impl Strategy<Value = String> {
         (0u32..6).prop_map(|number| number.to_string()),
     ];
     leaf.prop_recursive(5, 24, 3, |inner| {
-        let functions = vec!["sin", "cos", "exp", "ln", "sqrt", "abs", "sign", "tanh", "atan", "sat"];
+        let functions = vec!["sin", "cos", "exp", "ln", "sqrt", "abs", "sign", "floor", "wrap", "tanh", "atan", "sat"];
         prop_oneof![
             (inner.clone(), prop::sample::select(vec!["+", "-", "*", "/", "^", " ** "]), inner.clone())
                 .prop_map(|(x, sign, y)| format!("{x}{sign}{y}")),
@@ -267,7 +311,7 @@ fn texts() -> impl Strategy<Value = String> {
             (prop::sample::select(functions), inner.clone()).prop_map(|(name, x)| format!("{name}({x})")),
             (prop::sample::select(vec!["min", "max"]), inner.clone(), inner.clone(), inner.clone())
                 .prop_map(|(name, x, y, z)| format!("{name}({x}, {y}, {z})")),
-            (prop::sample::select(vec!["atan2", "pow"]), inner.clone(), inner)
+            (prop::sample::select(vec!["atan2", "pow", "mod", "wrap"]), inner.clone(), inner)
                 .prop_map(|(name, x, y)| format!("{name}({x}, {y})")),
         ]
     })

@@ -34,8 +34,8 @@ fn texts() -> impl Strategy<Value = String> {
     ];
     leaf.prop_recursive(4, 24, 3, |inner| {
         let one = prop::sample::select(vec![
-            "sin", "cos", "tan", "exp", "tanh", "atan", "sinh", "cosh", "asinh", "abs", "sign", "step", "line",
-            "cubic", "sqrt", "ln", "log10", "asin", "acos", "acosh", "atanh", "sat",
+            "sin", "cos", "tan", "exp", "tanh", "atan", "sinh", "cosh", "asinh", "abs", "sign", "step", "floor",
+            "wrap", "line", "cubic", "sqrt", "ln", "log10", "asin", "acos", "acosh", "atanh", "sat",
         ]);
         let two = prop::sample::select(vec!["+", "-", "*", "/"]);
         let both = (inner.clone(), inner.clone());
@@ -44,7 +44,7 @@ fn texts() -> impl Strategy<Value = String> {
             5 => (two, both.clone()).prop_map(|(sign, (x, y))| format!("({x} {sign} {y})")),
             1 => (inner.clone(), -3..7i32).prop_map(|(x, n)| format!("({x})^({n})")),
             1 => both.clone().prop_map(|(x, y)| format!("(1 + abs({x}))^({y})")),
-            1 => (prop::sample::select(vec!["min", "max", "atan2"]), both.clone())
+            1 => (prop::sample::select(vec!["min", "max", "atan2", "mod", "wrap"]), both.clone())
                 .prop_map(|(name, (x, y))| format!("{name}({x}, {y})")),
             1 => both.clone().prop_map(|(x, y)| format!("ln({x} + exp({y}))")),
             1 => inner.clone().prop_map(|x| format!("sat({x}, -0.5, 0.75)")),
@@ -96,7 +96,8 @@ fn jacobians_are_limits_of_differences() {
     cases.extend(["sqrt", "ln", "log10"].iter().map(|name| (one(name), vec![0.2, 1.0, 2.7])));
     cases.extend(["asin", "acos", "atanh"].iter().map(|name| (one(name), vec![-0.8, 0.0, 0.6])));
     cases.push((one("acosh"), vec![1.3, 2.0]));
-    for name in ["abs", "sign", "step", "line", "cubic", "sat"] {
+    cases.push((one("floor"), vec![-3.4, -0.3, 0.1, 2.9]));
+    for name in ["abs", "sign", "step", "wrap", "line", "cubic", "sat"] {
         cases.push((one(name), vec![-3.0, -1.1, -0.3, 0.1, 0.9, 2.0, 4.0]));
     }
     for text in [
@@ -108,6 +109,10 @@ fn jacobians_are_limits_of_differences() {
         "x1^x2",
         "atan2(x1, x2)",
         "atan2(x2, x1)",
+        "mod(x1, x2)",
+        "mod(2 + x2, x1)",
+        "wrap(2 + x2, x1)",
+        "wrap(7*x1)",
         "min(x1, x2)",
         "max(x1^2, x2)",
         "ln(0.3 + exp(x1))",
@@ -159,9 +164,20 @@ fn what_is_not_taken_has_no_effect() {
 
 #[test]
 fn not_a_number_is_kept() {
-    for text in
-        ["max(x1, 0)", "min(x1, 0)", "sat(x1)", "abs(x1)", "sign(x1)", "step(x1)", "line(x1)", "cubic(x1)", "x1^2"]
-    {
+    for text in [
+        "max(x1, 0)",
+        "min(x1, 0)",
+        "sat(x1)",
+        "abs(x1)",
+        "sign(x1)",
+        "step(x1)",
+        "floor(x1)",
+        "wrap(x1)",
+        "mod(x1, 2)",
+        "line(x1)",
+        "cubic(x1)",
+        "x1^2",
+    ] {
         let value = plant(text).derivative(0.0, &dvector![f64::NAN, 0.5, 0.0], &dvector![0.0])[0];
         assert!(value.is_nan(), "{text}: {value}");
     }

@@ -38,6 +38,7 @@ use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
+use crate::angles::{self, Turns};
 use crate::dense::{Factor, are_finite, times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{NoiseModel, covariance};
@@ -71,6 +72,9 @@ where
     /// Of V.
     root: Factor<T, P>,
     bounds: Option<(OVector<T, N>, OVector<T, N>)>,
+    /// Of the outputs, and of the states.
+    turns: Turns<T, P>,
+    state_turns: Turns<T, N>,
     h: T,
     prediction: Prediction,
     horizon: Horizon,
@@ -163,7 +167,20 @@ where
         let not_definite = || ObserverError::NotDefinite { what: "V", row: size.outputs.saturating_sub(1), pivot: 0.0 };
         let root = Factor::new(&noises.v).ok_or_else(not_definite)?;
         let prediction = Prediction::RungeKutta(substeps);
-        Ok(Self { plant, noises, root, bounds: None, h, prediction, horizon, layout, sizes: PhantomData })
+        let (turns, state_turns) = (None, None);
+        Ok(Self {
+            plant,
+            noises,
+            root,
+            bounds: None,
+            turns,
+            state_turns,
+            h,
+            prediction,
+            horizon,
+            layout,
+            sizes: PhantomData,
+        })
     }
 
     /// The estimator of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -208,6 +225,30 @@ where
             }
         }
         Ok(Self { bounds: Some((lower, upper)), ..self })
+    }
+
+    /// The estimator of outputs and states of which some are angles, as of the
+    /// [extended filter](crate::ExtendedKalmanFilter::with_angles): the residuals `y - h(x)` are wrapped, and so are the
+    /// differences of the means to the trajectory along which the problem is linearised. The turn of a state matters
+    /// where f of a plant in discrete time wraps it; elsewhere it may be 0.
+    ///
+    /// # Errors
+    /// [`ObserverError::Table`] for another length, [`ObserverError::NotPositive`] for a turn that is negative or not
+    /// finite.
+    pub fn with_angles(self, outputs: OVector<T, P>, states: OVector<T, N>) -> Result<Self, ObserverError> {
+        let turns = angles::checked(outputs, self.layout.p)?;
+        let state_turns = angles::checked(states, self.layout.n)?;
+        Ok(Self { turns, state_turns, ..self })
+    }
+
+    /// The full turns of the outputs, if some are [angles](Self::with_angles).
+    pub fn turns(&self) -> Option<&OVector<T, P>> {
+        self.turns.as_ref()
+    }
+
+    /// The full turns of the states, if some are [angles](Self::with_angles).
+    pub fn state_turns(&self) -> Option<&OVector<T, N>> {
+        self.state_turns.as_ref()
     }
 
     /// The estimator that joins predictions without a measurement between them into one, linearised where they were
@@ -308,7 +349,7 @@ where
                 OMatrix::<T, N, N>::from_fn_generic(order, order, |i, j| entries[i + j * self.layout.n])
             });
             let [from, to] = [Part::From, Part::To].map(|part| self.column(order, state, stage, part));
-            let next = to + times(&phi, &(x - from));
+            let next = to + times(&phi, &self.deviation(x, &from));
             return Some(Transition { next, phi, noise });
         }
         let (u, t) = (self.input(state, stage), self.number(state, stage, Part::Time));
@@ -325,7 +366,7 @@ where
             let p = square(&state[layout.prior_covariance()]);
             let (mean, x) = (&state[layout.prior_mean()], self.column(order, state, 0, Part::State));
             let mean = OVector::<T, N>::from_fn_generic(order, U1, |i, _| mean[i]);
-            let mean = &way.next + times(&way.phi, &(mean - x));
+            let mean = &way.next + times(&way.phi, &self.deviation(&mean, &x));
             state[layout.prior_mean()].copy_from_slice(mean.as_slice());
             state[layout.prior_covariance()].copy_from_slice(way.spread(&p).as_slice());
             return Some(());
@@ -339,6 +380,11 @@ where
         state[layout.part(before, Part::Noise)].copy_from_slice(noise.as_slice());
         state[layout.part(before, Part::IsJoined)].fill(T::one());
         Some(())
+    }
+
+    /// How far a mean is from the trajectory.
+    fn deviation(&self, mean: &OVector<T, N>, x: &OVector<T, N>) -> OVector<T, N> {
+        angles::difference(&self.state_turns, mean, x)
     }
 
     /// A column of a stage.
@@ -378,7 +424,7 @@ where
                 v.column_mut(i).fill(T::zero());
                 v[(i, i)] = T::one();
             } else {
-                residual[i] = y[i] - expected[i];
+                residual[i] = angles::entry(&self.turns, i, y[i] - expected[i]);
             }
         }
         // With V = G G', the entries of G^-1 y are independent, with variance 1.
@@ -392,7 +438,7 @@ where
             let row = c.row(i).transpose();
             let mut innovation = residual[i];
             for k in 0..x.nrows() {
-                innovation -= row[k] * (at.mean[k] - x[k]);
+                innovation -= row[k] * angles::entry(&self.state_turns, k, at.mean[k] - x[k]);
             }
             if !at.update(&row, innovation, T::one()) {
                 return None;
@@ -426,7 +472,7 @@ where
             }
             if i + 1 < count {
                 let way = self.way(state, i, &x[i], &stages[i].covariance)?;
-                let mean = &way.next + times(&way.phi, &(&stages[i].mean - &x[i]));
+                let mean = &way.next + times(&way.phi, &self.deviation(&stages[i].mean, &x[i]));
                 let p = way.spread(&stages[i].covariance);
                 stages[i].forward = way.phi;
                 stages[i + 1] = Stage::new(mean, p);
@@ -475,7 +521,7 @@ where
         let x = self.column(order, state, 0, Part::State);
         self.measured(state, 0, &x, &mut first)?;
         let way = self.way(state, 0, &x, &first.covariance)?;
-        let mean = &way.next + times(&way.phi, &(&first.mean - &x));
+        let mean = &way.next + times(&way.phi, &self.deviation(&first.mean, &x));
         let p = way.spread(&first.covariance);
         state[layout.prior_mean()].copy_from_slice(mean.as_slice());
         state[layout.prior_covariance()].copy_from_slice(p.as_slice());
@@ -532,7 +578,7 @@ where
         let (y, flags) = (&state[self.layout.part(last, Part::Output)], &state[self.layout.part(last, Part::Measured)]);
         let mut innovation = expected.clone();
         for i in 0..innovation.nrows() {
-            innovation[i] = y[i] - expected[i];
+            innovation[i] = angles::entry(&self.turns, i, y[i] - expected[i]);
             if flags[i] == T::zero() {
                 innovation[i] = T::zero();
                 s.row_mut(i).fill(T::zero());

@@ -6,6 +6,7 @@ use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1, convert};
 
 use super::MovingHorizonEstimator;
 use super::window::{Layout, Part};
+use crate::angles;
 use crate::covariance_filter::{CovarianceFilter, update_columns};
 use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
 use crate::transition::Prediction;
@@ -114,7 +115,7 @@ where
         if !self.fits(state, u) || !self.is_measurement(y) {
             return y.map(|_| convert(f64::NAN));
         }
-        y - self.plant.output(t, &self.estimate(state), u)
+        angles::difference(&self.turns, y, &self.plant.output(t, &self.estimate(state), u))
     }
 
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {

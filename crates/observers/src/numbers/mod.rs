@@ -92,6 +92,10 @@ pub enum MatrixName {
     Constant,
     /// The first bounds of an interval observer.
     Rho,
+    /// The full turns of the outputs that are angles.
+    Turns,
+    /// The full turns of the states that are angles.
+    StateTurns,
 }
 
 impl MatrixName {
@@ -123,6 +127,8 @@ impl MatrixName {
             Self::U => "U",
             Self::Constant => "g",
             Self::Rho => "rho",
+            Self::Turns => "turns",
+            Self::StateTurns => "turns of the states",
         }
     }
 

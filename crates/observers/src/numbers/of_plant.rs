@@ -3,7 +3,7 @@
 #[cfg(feature = "serde")]
 use luenberger_plants::serialization::{Rows, rows};
 use luenberger_plants::{Differentiable, Plant, Size};
-use nalgebra::{Const, DMatrix, DefaultAllocator, Dim, OVector, RealField};
+use nalgebra::{Const, DMatrix, DefaultAllocator, Dim, OVector, RealField, U1};
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::SerializeStruct as _};
 
@@ -69,12 +69,17 @@ numbers_of_plant! {
         error_controlled: option(bool) = (o.prediction() == Prediction::ErrorControlled).then_some(true),
         gate: maybe_number = o.gate(),
         iterations: option(usize) = Some(o.iterations()).filter(|iterations| *iterations > 1),
+        turns: maybe(Turns) = o.turns(),
     }
     designed (o.noise_model().w.nrows(), o.noise_model().v.nrows());
     {
         let filter = ExtendedKalmanFilter::<_, T, N, M, P>::discrete(plant, NoiseModel { w, v, p0 }, period)?;
         let filter = filter.with_prediction(prediction(substeps, error_controlled))?;
         let filter = filter.with_iterations(iterations.unwrap_or(1))?;
+        let filter = match turns {
+            Some(turns) => filter.with_angles(turns)?,
+            None => filter,
+        };
         match gate {
             Some(gate) => filter.with_gate(gate),
             None => Ok(filter),
@@ -95,12 +100,21 @@ numbers_of_plant! {
         substeps: option(usize) = o.prediction().substeps(),
         error_controlled: option(bool) = (o.prediction() == Prediction::ErrorControlled).then_some(true),
         gate: maybe_number = o.gate(),
+        turns: maybe(Turns) = o.turns(),
+        state_turns: maybe(StateTurns) = o.state_turns(),
     }
     designed (o.factors().w.nrows(), o.factors().v.nrows());
     {
         let factors = NoiseModel { w: root_w, v: root_v, p0: root_p0 };
         let (sigma, prediction) = (SigmaPoints { alpha, beta, kappa }, prediction(substeps, error_controlled));
         let filter = UnscentedKalmanFilter::<_, T, N, M, P>::from_factors(plant, factors, sigma, period, prediction)?;
+        let filter = if turns.is_some() || state_turns.is_some() {
+            let (rows, columns) = (filter.factors().v.shape_generic().0, filter.factors().w.shape_generic().0);
+            let outputs = turns.unwrap_or_else(|| OVector::zeros_generic(rows, U1));
+            filter.with_angles(outputs, state_turns.unwrap_or_else(|| OVector::zeros_generic(columns, U1)))?
+        } else {
+            filter
+        };
         match gate {
             Some(gate) => filter.with_gate(gate),
             None => Ok(filter),

@@ -41,6 +41,7 @@ use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
+use crate::angles::{self, Turns};
 use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
 #[cfg(feature = "alloc")]
 use crate::dense::times;
@@ -118,6 +119,9 @@ where
     h: T,
     prediction: Prediction,
     gate: Option<T>,
+    /// Of the outputs, and of the states.
+    turns: Turns<T, P>,
+    state_turns: Turns<T, N>,
     inputs: PhantomData<M>,
 }
 
@@ -225,7 +229,8 @@ where
         if prediction == Prediction::RungeKutta(0) {
             return Err(ObserverError::Substeps);
         }
-        Ok(Self { plant, factors, sigma, weights, h, prediction, gate: None, inputs: PhantomData })
+        let (turns, state_turns) = (None, None);
+        Ok(Self { plant, factors, sigma, weights, h, prediction, gate: None, turns, state_turns, inputs: PhantomData })
     }
 
     /// The filter that rejects outliers: an output whose innovation is beyond `gate` standard deviations is treated as
@@ -238,6 +243,33 @@ where
             return Ok(Self { gate: Some(gate), ..self });
         }
         Err(ObserverError::NotPositive { what: "the gate", value: gate.to_subset_unchecked() })
+    }
+
+    /// The filter of outputs and states of which some are angles, as of the
+    /// [extended filter](crate::ExtendedKalmanFilter::with_angles): innovations are wrapped, and so are the differences of
+    /// the sigma points' images to that of the centre, before their mean is taken. The turn of a state matters where f of
+    /// a plant in discrete time wraps it; elsewhere it may be 0.
+    ///
+    /// The points of an angle are less than half a turn from the centre if its standard deviation is below
+    /// `turn/(2 gamma)` with the distance gamma of the [weights](Self::weights); beyond, they are taken for others.
+    ///
+    /// # Errors
+    /// [`ObserverError::Table`] for another length, [`ObserverError::NotPositive`] for a turn that is negative or not
+    /// finite.
+    pub fn with_angles(self, outputs: OVector<T, P>, states: OVector<T, N>) -> Result<Self, ObserverError> {
+        let turns = angles::checked(outputs, self.factors.v.nrows())?;
+        let state_turns = angles::checked(states, self.factors.w.nrows())?;
+        Ok(Self { turns, state_turns, ..self })
+    }
+
+    /// The full turns of the outputs, if some are [angles](Self::with_angles).
+    pub fn turns(&self) -> Option<&OVector<T, P>> {
+        self.turns.as_ref()
+    }
+
+    /// The full turns of the states, if some are [angles](Self::with_angles).
+    pub fn state_turns(&self) -> Option<&OVector<T, N>> {
+        self.state_turns.as_ref()
     }
 
     /// The same filter with another prediction.
@@ -302,7 +334,7 @@ where
         measured: impl Fn(usize) -> bool,
     ) -> Option<(OVector<T, P>, Joint<T, N, P>)> {
         let mut images = Images::of(xhat, s, self.weights.distance, |x| self.plant.output(t, x, u));
-        let expected = images.reduce(&self.weights);
+        let expected = images.reduce(&self.weights, &self.turns);
         let (states, outputs) = (xhat.shape_generic().0, expected.shape_generic().0);
         let mut joint = Joint {
             measured: self.factors.v.clone(),
@@ -409,7 +441,7 @@ where
         }
         let (xhat, s) = (estimate.estimate(), estimate.factor());
         let (mut images, mut next) = self.images(t, (&xhat, &s), u, duration)?;
-        let xhat = images.reduce(&self.weights);
+        let xhat = images.reduce(&self.weights, &self.state_turns);
         for columns in [&images.minus, &images.plus] {
             for k in 0..xhat.nrows() {
                 add(&mut next, &mut columns.column(k).into_owned());
@@ -513,7 +545,7 @@ where
         let (xhat, s) = (estimate.estimate(), estimate.factor());
         let mut kept = OVector::<bool, P>::from_fn_generic(self.factors.v.shape_generic().0, U1, |i, _| measured(i));
         let (expected, mut joint) = self.joint(t, (&xhat, &s), u, |i| self.gate.is_some() || kept[i])?;
-        let mut value = y - expected;
+        let mut value = angles::difference(&self.turns, y, &expected);
         if let Some(gate) = self.gate {
             for i in 0..value.nrows() {
                 kept[i] = kept[i] && !beyond(gate, value[i], &joint.measured, i);
@@ -556,7 +588,10 @@ where
             return false;
         }
         let joint = self.joint(t, (&estimate.estimate(), &estimate.factor()), u, |_| true);
-        joint.is_some_and(|(expected, joint)| beyond(gate, y[output] - expected[output], &joint.measured, output))
+        joint.is_some_and(|(expected, joint)| {
+            let value = angles::entry(&self.turns, output, y[output] - expected[output]);
+            beyond(gate, value, &joint.measured, output)
+        })
     }
 
     /// [`step`](SampledObserver::step) without the update; columns of other lengths change nothing.
@@ -686,7 +721,7 @@ where
         }
         let h = |x: &OVector<T, N>| self.plant.output(t, x, u);
         let mut images = Images::of(&state.estimate(), &state.factor(), self.weights.distance, h);
-        y - images.reduce(&self.weights)
+        angles::difference(&self.turns, y, &images.reduce(&self.weights, &self.turns))
     }
 
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {

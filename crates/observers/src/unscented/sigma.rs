@@ -15,9 +15,11 @@
 //! Source: R. van der Merwe, Sigma-Point Kalman Filters for Probabilistic Inference in Dynamic State-Space Models,
 //! dissertation, Oregon Health & Science University 2004, chapter 3.
 
+use luenberger_plants::wrap;
 use nalgebra::allocator::Allocator;
 use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
 
+use crate::angles::Turns;
 use crate::error::ObserverError;
 
 /// The parameters of the sigma points.
@@ -133,11 +135,19 @@ where
         Self { centre, plus, minus }
     }
 
-    /// The mean; what is left are the columns of the covariance.
-    pub(crate) fn reduce(&mut self, weights: &Weights<T>) -> OVector<T, R> {
+    /// The mean; what is left are the columns of the covariance. Of angles, the images are taken on the branch of the
+    /// centre's first: each is less than half a turn from it.
+    pub(crate) fn reduce(&mut self, weights: &Weights<T>, turns: &Turns<T, R>) -> OVector<T, R> {
         let two = T::one() + T::one();
         let mut mean = self.centre.clone();
         for i in 0..mean.nrows() {
+            if let Some(turn) = turns.as_ref().map(|turns| turns[i]).filter(|turn| *turn > T::zero()) {
+                let first = self.centre[i];
+                for k in 0..self.plus.ncols() {
+                    self.plus[(i, k)] = first + wrap(self.plus[(i, k)] - first, turn);
+                    self.minus[(i, k)] = first + wrap(self.minus[(i, k)] - first, turn);
+                }
+            }
             let double = two * self.centre[i];
             let mut sum = T::zero();
             for k in 0..self.plus.ncols() {

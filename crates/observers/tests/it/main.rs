@@ -3,6 +3,7 @@
 #[cfg(feature = "alloc")]
 mod adjugate;
 mod aliases;
+mod angles;
 #[cfg(feature = "alloc")]
 mod bad_samples;
 mod by_hand;

@@ -58,6 +58,12 @@ fn designed_observers_step_in_f32() {
     let target: StaticUnscentedKalmanFilter<Chaotic, f32, 3, 0, 2> = unscented.to_static(Chaotic).unwrap();
     assert_eq!((target.gate(), target.substeps()), (None, Some(2)));
     follows(&unscented, &target);
+    let angles = UnscentedKalmanFilter::new(Chaotic, noises(), SigmaPoints::default(), 0.01, 2).unwrap();
+    let angles = angles.with_angles(Vector2::new(6.25, 0.0), Vector3::new(0.0, 0.0, 360.0)).unwrap();
+    let target: StaticUnscentedKalmanFilter<Chaotic, f32, 3, 0, 2> = angles.to_static(Chaotic).unwrap();
+    assert_eq!(target.turns().unwrap().as_slice(), [6.25, 0.0]);
+    assert_eq!(target.state_turns().unwrap().as_slice(), [0.0, 0.0, 360.0]);
+    follows(&angles, &target);
     let discrete = ExtendedKalmanFilter::discrete(Chaotic, noises(), 0.01).unwrap().with_iterations(2).unwrap();
     let target: StaticExtendedKalmanFilter<Chaotic, f32, 3, 0, 2> = discrete.to_static(Chaotic).unwrap();
     assert_eq!((target.substeps(), target.iterations()), (None, 2));

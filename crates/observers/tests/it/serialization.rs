@@ -282,6 +282,15 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
     let sigma = SigmaPoints { alpha: 0.5, ..SigmaPoints::default() };
     stored(&UnscentedKalmanFilter::new(plant(), noises(), sigma, 0.1, 2).unwrap().with_gate(3.0).unwrap());
     stored(&UnscentedKalmanFilter::discrete(plant(), noises(), sigma, 0.1).unwrap());
+    let turns = dvector![360.0];
+    let angles = ExtendedKalmanFilter::discrete(plant(), noises(), 0.1).unwrap().with_angles(turns.clone()).unwrap();
+    let text = stored(&angles);
+    assert!(text.ends_with(r#""period":0.1,"turns":[[360.0]]}"#), "{text}");
+    assert!(refused::<Filter>(&text, "360.0", "-360.0").contains("a full turn"));
+    let states = dvector![360.0, 0.0];
+    let angles = UnscentedKalmanFilter::discrete(plant(), noises(), sigma, 0.1).unwrap();
+    let text = stored(&angles.with_angles(turns, states).unwrap());
+    assert!(text.ends_with(r#""period":0.1,"turns":[[360.0]],"state_turns":[[360.0],[0.0]]}"#), "{text}");
 }
 
 /// What is wrong with a matrix of another shape, and with NaN, which JSON writes as null.

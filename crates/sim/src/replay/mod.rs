@@ -38,6 +38,7 @@ use luenberger_plants::Plant;
 use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check};
 use crate::integrate::Settings;
+use crate::model::check_turns;
 use filter::{Any, AnyFilter};
 use run::ReplayRun;
 
@@ -73,6 +74,7 @@ pub struct Replay<'a> {
     recording: Recording,
     observers: Vec<Entry<'a>>,
     settings: Settings,
+    turns: Vec<f64>,
 }
 
 enum Kind<'a> {
@@ -95,7 +97,7 @@ impl<'a> Replay<'a> {
     /// model between the rows.
     pub fn new(plant: impl Plant<f64> + Send + Sync + 'a, recording: Recording) -> Self {
         let settings = Settings { rtol: 1e-9, ..Settings::default() };
-        Self { plant: Box::new(Erased(plant)), recording, observers: Vec::new(), settings }
+        Self { plant: Box::new(Erased(plant)), recording, observers: Vec::new(), settings, turns: Vec::new() }
     }
 
     /// An observer in continuous time, with its estimate at the first time of the log.
@@ -221,6 +223,15 @@ impl<'a> Replay<'a> {
         replay
     }
 
+    /// The full turn of each state that is an angle, in its unit (2 pi or 360), and 0 for the others: errors, and with
+    /// them NEES, are [wrapped](luenberger_plants::wrap()) into half a turn to either side. A filter wraps its innovations
+    /// itself.
+    #[must_use]
+    pub fn angles(mut self, turns: &[f64]) -> Self {
+        self.turns = turns.to_vec();
+        self
+    }
+
     /// Method, tolerances and caps for observers in continuous time (default rtol 1e-9 and atol 1e-12), far below what
     /// is lost between samples.
     #[must_use]
@@ -245,6 +256,9 @@ impl<'a> Replay<'a> {
         self.settings.check()?;
         self.plant.check()?;
         self.recording.check(self.plant.dimensions())?;
+        if !self.turns.is_empty() {
+            check_turns(&self.turns, self.plant.dimensions().states)?;
+        }
         let mut observers: Vec<ReplayedObserver> = Vec::with_capacity(self.observers.len());
         for entry in &self.observers {
             if observers.iter().any(|other| other.name == entry.name) {
@@ -278,7 +292,8 @@ impl<'a> Replay<'a> {
                 None => run.integrate(observer.as_ref())?,
             },
         }
-        Ok(run.finish(own.estimate))
+        let turns = if entry.whole { self.turns.clone() } else { Vec::new() };
+        Ok(ReplayedObserver { turns, ..run.finish(own.estimate) })
     }
 }
 

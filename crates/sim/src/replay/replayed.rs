@@ -1,5 +1,6 @@
 //! Result of a replay: estimates, innovations, and errors where the true state is known.
 
+use luenberger_plants::wrap;
 use nalgebra::{DMatrix, DVector};
 
 use super::Smoothed;
@@ -40,6 +41,8 @@ pub struct ReplayedObserver {
     pub interpolated: usize,
     /// Steps the integrator attempted.
     pub steps: usize,
+    /// The full turns of the states that are angles, 0 of the others; empty without angles.
+    pub turns: Vec<f64>,
 }
 
 /// What a filter computes along a recording besides its estimate: covariances, and normalised innovations.
@@ -127,7 +130,7 @@ impl ReplayedObserver {
         Ok(Consistency::of(squares.chain(without)))
     }
 
-    /// The errors `x - xhat` at its times, by the states in `truth`, whose times are those of the log; none where the
+    /// The errors `x - xhat` at its times, of angles within half a turn, by the states in `truth`, whose times are those of the log; none where the
     /// true value is missing, or no row of the log lies.
     ///
     /// # Errors
@@ -137,7 +140,8 @@ impl ReplayedObserver {
         if expected != found {
             return Err(SimError::Length { what: "the true states".to_owned(), expected, found });
         }
-        let error = |k: usize, i: usize| Some(truth.value(self.row[k]?, i)? - self.estimate[(k, i)]);
+        let turn = |i: usize| self.turns.get(i).copied().unwrap_or_default();
+        let error = |k: usize, i: usize| Some(wrap(truth.value(self.row[k]?, i)? - self.estimate[(k, i)], turn(i)));
         Ok(DMatrix::from_fn(self.t.len(), expected, error))
     }
 

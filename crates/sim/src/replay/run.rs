@@ -384,6 +384,7 @@ impl<'r> ReplayRun<'r> {
             interpolated: self.interpolated,
             steps: self.steps,
             row: self.row,
+            turns: Vec::new(),
             t: self.t,
         }
     }

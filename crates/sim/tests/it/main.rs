@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod angles;
 mod between_rows;
 mod chi_squared;
 mod compare;

@@ -6,6 +6,7 @@ use luenberger_sim::replay::{Consistency, NormalisedSquare};
 use luenberger_sim::{Estimates, SimError, Trajectory};
 use nalgebra::{DMatrix, DVector};
 
+use crate::model::PlantModel;
 use crate::results::FilterReport;
 use crate::study::Simulation;
 
@@ -20,7 +21,7 @@ pub trait Filter {
     /// [`SimError`] if the run does not have what they need.
     fn consistency(
         &self,
-        of: (&str, usize),
+        of: (&str, &PlantModel),
         simulation: &Simulation,
         trajectory: &Trajectory,
     ) -> Result<FilterReport, SimError>;
@@ -37,7 +38,7 @@ where
 
     fn consistency(
         &self,
-        of: (&str, usize),
+        of: (&str, &PlantModel),
         simulation: &Simulation,
         trajectory: &Trajectory,
     ) -> Result<FilterReport, SimError> {
@@ -59,11 +60,11 @@ fn deviation_of<F: CovarianceFilter<f64>>(filter: &F, states: &DMatrix<f64>, n: 
 
 fn consistency_of<F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>>(
     filter: &F,
-    (name, n): (&str, usize),
+    (name, plant): (&str, &PlantModel),
     simulation: &Simulation,
     trajectory: &Trajectory,
 ) -> Result<FilterReport, SimError> {
-    let period = filter.period();
+    let (period, n) = (filter.period(), plant.states.len());
     let (mut nis, mut nees) = (Vec::new(), Vec::new());
     let samples = (simulation.duration / period - 1e-9).ceil() as u64;
     for sample in 0..samples {
@@ -85,10 +86,11 @@ fn consistency_of<F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVecto
             nis.push(square.map(|square| NormalisedSquare::of_innovation(square, degrees)));
         }
         let scored = if simulation.estimates == Estimates::Predicted { &before } else { &filter_state };
-        let (x, xhat) = (DVector::from_column_slice(&x), filter.estimate(scored));
+        let xhat = filter.estimate(scored);
+        let error = DVector::from_fn(n, |i, _| plant.error(i, x[i], xhat[i]));
         let mut p = DMatrix::zeros(n, n);
         let square = filter.covariance_into(scored, p.as_mut_slice());
-        nees.push(square.then(|| NormalisedSquare::of_error(&(x - &xhat), &p, &xhat)).flatten());
+        nees.push(square.then(|| NormalisedSquare::of_error(&error, &p, &xhat)).flatten());
     }
     let test = |squares: Vec<Option<NormalisedSquare>>| Consistency::of(squares).map(Into::into);
     Ok(FilterReport { observer: name.to_owned(), nis: test(nis), nees: test(nees) })

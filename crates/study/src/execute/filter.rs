@@ -46,7 +46,7 @@ pub(super) fn coverage(study: &Study, runs: &[(&Member<'_>, &Run)], on_log: bool
         };
         let first = run.t.iter().position(|t| *t >= middle)?;
         let run_of = (member.requested.name.as_str(), on_log, !is_filter(member));
-        CoverageReport::of(run_of, &study.plant.states, (&run.x, estimate), deviation, first)
+        CoverageReport::of(run_of, &study.plant, (&run.x, estimate), deviation, first)
     };
     runs.iter().filter_map(of).collect()
 }
@@ -54,11 +54,11 @@ pub(super) fn coverage(study: &Study, runs: &[(&Member<'_>, &Run)], on_log: bool
 /// NIS and NEES of a filter over all its samples in the run: of each innovation as it was computed, and of the error
 /// after the measurement, or before it where predictions are scored.
 pub(super) fn consistency(
-    simulation: &Simulation,
+    (study, simulation): (&Study, &Simulation),
     trajectory: &Trajectory,
     member: &Member<'_>,
 ) -> Result<Option<FilterReport>, SimError> {
-    let (name, n) = (&member.requested.name, member.requested.initial.len());
+    let name = member.requested.name.as_str();
     let filter = member.designed.runnable.filter();
-    filter.map(|filter| filter.consistency((name, n), simulation, trajectory)).transpose()
+    filter.map(|filter| filter.consistency((name, &study.plant), simulation, trajectory)).transpose()
 }

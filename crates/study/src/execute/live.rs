@@ -40,6 +40,9 @@ fn experiment_of(
     members: &[Member<'_>],
 ) -> Result<(Experiment, Vec<String>), String> {
     let names = &study.plant;
+    if !names.turns.is_empty() {
+        return Err("the page has no code for angles".to_owned());
+    }
     if names.states.len() > STATES {
         return Err(format!("its plant has more than {STATES} states"));
     }

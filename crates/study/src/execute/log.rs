@@ -25,7 +25,9 @@ use crate::trajectory::Member;
 fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<ReplayedObserver, SimError> {
     let settings =
         Settings { rtol: 1e-9, end: until, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
-    let replay = Replay::new(&study.plant.model, log.recording.clone()).settings(settings);
+    let replay = Replay::new(&study.plant.model, log.recording.clone())
+        .settings(settings)
+        .angles(&study.plant.turns_of(&study.plant.states).unwrap_or_default());
     let name = member.requested.name.as_str();
     let (runnable, initial) = (&member.designed.runnable, &member.requested.initial);
     let replay = if member.requested.kind.smooths() {

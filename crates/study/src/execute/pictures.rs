@@ -291,11 +291,12 @@ fn errors(runs: &Runs<'_>) -> Named {
         }
         for (number, (member, run)) in runs.shown().enumerate() {
             let Some(estimate) = &run.estimate else { continue };
-            for curve in lines(&member.requested.name, run, &runs.rows(run), |k| run.x[(k, i)] - estimate[(k, i)]) {
+            let error = |xhat: f64, k: usize| runs.study.plant.error(i, run.x[(k, i)], xhat);
+            for curve in lines(&member.requested.name, run, &runs.rows(run), |k| error(estimate[(k, i)], k)) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |_| 0.0, i);
-            panel = smoothed(panel, runs, (number, member, run), |estimate, k| run.x[(k, i)] - estimate[(k, i)]);
+            panel = smoothed(panel, runs, (number, member, run), |estimate, k| error(estimate[(k, i)], k));
         }
         panel
     };
@@ -319,7 +320,9 @@ fn norm(runs: &Runs<'_>) -> Named {
     for (number, (member, run)) in runs.shown().enumerate() {
         let Some(estimate) = &run.estimate else { continue };
         let size = |k: usize| {
-            let entry = |(i, scale): (usize, &f64)| ((run.x[(k, i)] - estimate[(k, i)]) / scale).powi(2);
+            let entry = |(i, scale): (usize, &f64)| {
+                (runs.study.plant.error(i, run.x[(k, i)], estimate[(k, i)]) / scale).powi(2)
+            };
             let norm = scale.iter().enumerate().map(entry).sum::<f64>().sqrt();
             // Zero cannot be drawn on a logarithmic axis.
             if norm > 0.0 { norm } else { f64::NAN }
@@ -363,7 +366,7 @@ pub(super) fn innovation(study: &Study, run: &Run) -> Option<DMatrix<f64>> {
         let u = DVector::from_iterator(run.u.ncols(), run.u.row(k).iter().copied());
         let expected = study.plant.model.output(run.t[k], &xhat, &u);
         for j in 0..innovation.ncols() {
-            innovation[(k, j)] -= expected[j];
+            innovation[(k, j)] = study.plant.innovation(j, innovation[(k, j)], expected[j]);
         }
     }
     Some(innovation)

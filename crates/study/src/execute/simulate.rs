@@ -96,7 +96,7 @@ pub(super) fn simulate_all<'a>(
             trajectory::run(study, simulation, members, Some(member), Variation::NONE, options.until)
                 .and_then(|trajectory| {
                     let merits = scoring.merits(study, &trajectory, member.requested)?;
-                    let filter = filter::consistency(simulation, &trajectory, member)?;
+                    let filter = filter::consistency((study, simulation), &trajectory, member)?;
                     let last = trajectory.x.nrows() - 1;
                     let end: Vec<f64> = trajectory.x.row(last).iter().copied().collect();
                     let left = excursion::of_simulation(study, member.requested, &trajectory)?;

@@ -7,14 +7,14 @@ use luenberger_live as live;
 use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, SampledObserver};
 use luenberger_proof::wording::counted;
 use luenberger_sim::Replay;
-use nalgebra::{DMatrix, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{Filter, STAGES};
+use super::filter::{Filter, STAGES, wrapped};
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind, iterated_extended_kalman};
 use crate::designed::{self, NonlinearStep, Running, StepOf, rows};
-use crate::model::Model;
+use crate::model::{Model, PlantModel};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{PlantClass, Specification, Study, Time};
@@ -98,9 +98,9 @@ impl ExtendedKalman {
         if self.iterations.is_some() { &iterated_extended_kalman::DECLARATION } else { &DECLARATION }
     }
 
-    fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
+    fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
         let Self { filter: Filter { w, v, p0, period, .. }, gate, iterations, .. } = self;
-        let mut filter = ExtendedKalmanFilter::discrete(model.clone(), self.filter.noises(), *period)?
+        let mut filter = ExtendedKalmanFilter::discrete(plant.model.clone(), self.filter.noises(), *period)?
             .with_prediction(prediction)?
             .with_iterations(iterations.unwrap_or(1))?;
         let gated = gate
@@ -108,13 +108,17 @@ impl ExtendedKalman {
         if let Some(gate) = gate {
             filter = filter.with_gate(*gate)?;
         }
+        if let Some(turns) = plant.turns_of(&plant.outputs) {
+            filter = filter.with_angles(DVector::from_vec(turns))?;
+        }
         let linearised = iterations
             .map_or_else(String::new, |iterations| format!(", each update linearised {}", counted(iterations, "time")));
         let mut numbers = vec![number(Quantity::Period, *period)];
         numbers.extend(iterations.map(|iterations| number("iterations", iterations as f64)));
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}"
+                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}{}",
+                wrapped(plant)
             )),
             matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
             numbers,
@@ -140,9 +144,9 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some(self)
     }
 
-    // The page has no iterated updates.
+    // The page has no iterated updates, and no angles.
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
-        if self.iterations() > 1 {
+        if self.iterations() > 1 || self.turns().is_some() {
             return None;
         }
         let noises = self.noise_model();

@@ -1,9 +1,10 @@
 //! What the filters with a covariance share, those that are updated at samples.
 
 use luenberger_observers::NoiseModel;
-use nalgebra::{DMatrix, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::keys::{PERIOD, V, W};
+use crate::model::PlantModel;
 
 crate::keys! { |size|
     /// The noises and the period of a filter with a covariance.
@@ -33,6 +34,27 @@ impl Filter {
     pub(super) fn noises(&self) -> NoiseModel<f64, Dyn, Dyn> {
         NoiseModel { w: self.w.clone(), v: self.v.clone(), p0: self.p0.clone() }
     }
+}
+
+/// The outputs whose innovations are wrapped, as a sentence.
+pub(super) fn wrapped(plant: &PlantModel) -> String {
+    let angles: Vec<&str> =
+        plant.outputs.iter().filter(|name| plant.turns.contains_key(*name)).map(String::as_str).collect();
+    if angles.is_empty() {
+        return String::new();
+    }
+    format!(" Innovations of {} are angles, within half a turn.", angles.join(", "))
+}
+
+/// The full turns of outputs and states, if some of them are angles. In continuous time a state goes on beyond a turn,
+/// and its images need no turn.
+pub(super) fn turns(plant: &PlantModel) -> Option<(DVector<f64>, DVector<f64>)> {
+    let states = plant.turns_of(&plant.states).filter(|_| plant.dt.is_some());
+    let outputs = plant.turns_of(&plant.outputs);
+    let column = |turns: Option<Vec<f64>>, names: &[String]| {
+        turns.map_or_else(|| DVector::zeros(names.len()), DVector::from_vec)
+    };
+    (states.is_some() || outputs.is_some()).then(|| (column(outputs, &plant.outputs), column(states, &plant.states)))
 }
 
 /// Evaluations of a prediction, about, of a plant that is not stiff.

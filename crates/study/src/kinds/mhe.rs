@@ -9,11 +9,11 @@ use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{Filter, STAGES};
+use super::filter::{Filter, STAGES, turns, wrapped};
 use super::{Kind, as_kind};
 use crate::designed::{self, NonlinearStep, Running, StepOf};
 use crate::keys::Key;
-use crate::model::Model;
+use crate::model::{Model, PlantModel};
 use crate::reader::region::bounds;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
@@ -134,22 +134,36 @@ impl Kind for MovingHorizonSpec {
 
 impl MovingHorizonSpec {
     /// The estimator of a plant in continuous or in discrete time.
-    fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
+    fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
         let Self { filter: Filter { w, v, p0, period, .. }, horizon, state_bounds } = self;
         let noises = self.filter.noises();
-        let mut estimator =
-            MovingHorizonEstimator::discrete(model.clone(), noises, *horizon, *period)?.with_prediction(prediction)?;
+        let mut estimator = MovingHorizonEstimator::discrete(plant.model.clone(), noises, *horizon, *period)?
+            .with_prediction(prediction)?;
         let mut bounded = String::new();
         if let Some(bounds) = state_bounds {
             let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
             estimator = estimator.with_bounds(DVector::from_vec(lower), DVector::from_vec(upper))?;
             " The estimates at the samples stay within the bounds of the states.".clone_into(&mut bounded);
         }
+        if let Some((outputs, states)) = turns(plant) {
+            let bounds = state_bounds.iter().flatten().zip(states.iter().zip(&plant.states));
+            let both = |((lower, upper), (turn, _)): &(&(f64, f64), (&f64, &String))| {
+                **turn > 0.0 && (lower.is_finite() || upper.is_finite())
+            };
+            if let Some((_, (_, name))) = bounds.clone().find(both) {
+                return Err(NoObserver::new(format!(
+                    "`state_bounds` bounds {name}, an angle of a plant in discrete time, whose f may wrap it"
+                ))
+                .hint("no bounds of angles"));
+            }
+            estimator = estimator.with_angles(outputs, states)?;
+        }
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the states of the last {} by least squares, {} at each.{bounded}",
+                "One measurement every {period}; the states of the last {} by least squares, {} at each.{bounded}{}",
                 counted(horizon.window, "sample"),
-                counted(horizon.iterations, "Gauss-Newton step")
+                counted(horizon.iterations, "Gauss-Newton step"),
+                wrapped(plant)
             )),
             matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
             numbers: vec![
@@ -181,6 +195,15 @@ impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };
             let estimator = MovingHorizon::discrete(plant, noises, self.horizon(), period)?;
+            let estimator = match (self.turns(), self.state_turns()) {
+                (None, None) => estimator,
+                (outputs, states) => {
+                    let column =
+                        |turns: Option<&DVector<f64>>, length| turns.cloned().unwrap_or_else(|| DVector::zeros(length));
+                    let outputs = column(outputs, self.noise_model().v.nrows());
+                    estimator.with_angles(outputs, column(states, self.noise_model().w.nrows()))?
+                }
+            };
             match self.bounds() {
                 Some((lower, upper)) => estimator.with_bounds(lower.clone(), upper.clone()),
                 None => Ok(estimator),

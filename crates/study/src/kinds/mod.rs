@@ -38,12 +38,16 @@ macro_rules! runs {
 macro_rules! filters {
     () => {
         fn design(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
-            self.designed(&plan.study.plant.model, Prediction::ErrorControlled)
+            self.designed(&plan.study.plant, Prediction::ErrorControlled)
         }
 
         fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
             plan.has_period_of_plant(self.filter.period, dt)?;
-            self.designed(&plan.study.plant.model, Prediction::Discrete)
+            self.designed(&plan.study.plant, Prediction::Discrete)
+        }
+
+        fn wraps_angles(&self) -> bool {
+            true
         }
     };
 }
@@ -204,6 +208,12 @@ pub trait Kind: Specification {
         Err(plan.only_in_continuous_time(dt))
     }
 
+    /// Whether it takes the differences of outputs that are angles modulo a full turn. One that does not is refused for
+    /// them.
+    fn wraps_angles(&self) -> bool {
+        false
+    }
+
     /// What to do where its design fails for this reason; none where any kind would advise the same.
     fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
         let _ = (plan, cause);
@@ -250,6 +260,9 @@ pub(crate) fn design(plan: &Plan<'_>) -> Result<Designed, NoObserver> {
     };
     let time = kind.plant().time();
     let designed = match plan.study.plant.dt {
+        _ if !kind.wraps_angles() && plan.study.plant.turns_of(&plan.study.plant.outputs).is_some() => {
+            Err(plan.not_for_angles())
+        }
         Some(dt) if !time.discrete => Err(plan.only_in_continuous_time(dt)),
         Some(dt) => kind.design_in_discrete_time(plan, dt),
         None if time.feedthrough => kind.design(plan),

@@ -5,14 +5,14 @@ use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{NoiseModel, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter};
 use luenberger_proof::wording::counted;
 use luenberger_sim::Replay;
-use nalgebra::{DMatrix, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{Filter, STAGES};
+use super::filter::{Filter, STAGES, turns, wrapped};
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind};
 use crate::designed::{self, NonlinearStep, Running, StepOf};
-use crate::model::Model;
+use crate::model::{Model, PlantModel};
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
@@ -121,20 +121,24 @@ impl Kind for UnscentedSpec {
 
 impl UnscentedSpec {
     /// The filter of a plant in continuous or in discrete time.
-    fn designed(&self, model: &Model, prediction: Prediction) -> Result<Designed, NoObserver> {
+    fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
         let Self { filter: Filter { w, v, p0, period, .. }, sigma, gate, .. } = self;
         let noises = self.filter.noises();
-        let mut filter =
-            UnscentedKalmanFilter::discrete(model.clone(), noises, *sigma, *period)?.with_prediction(prediction)?;
+        let mut filter = UnscentedKalmanFilter::discrete(plant.model.clone(), noises, *sigma, *period)?
+            .with_prediction(prediction)?;
         let mut gated = String::new();
         if let Some(gate) = gate {
             filter = filter.with_gate(*gate)?;
             gated = format!(" Innovations beyond {gate} standard deviations are rejected.");
         }
+        if let Some((outputs, states)) = turns(plant) {
+            filter = filter.with_angles(outputs, states)?;
+        }
         let points = 2 * w.nrows() + 1;
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}"
+                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}",
+                wrapped(plant)
             )),
             matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
             numbers: vec![
@@ -179,6 +183,15 @@ impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
                     UnscentedKalmanFilter::from_factors(plant, factors.clone(), sigma, period, Prediction::Discrete)
                 }
             }?;
+            let filter = match (self.turns(), self.state_turns()) {
+                (None, None) => filter,
+                (outputs, states) => {
+                    let column =
+                        |turns: Option<&DVector<f64>>, length| turns.cloned().unwrap_or_else(|| DVector::zeros(length));
+                    let outputs = column(outputs, factors.v.nrows());
+                    filter.with_angles(outputs, column(states, factors.w.nrows()))?
+                }
+            };
             match self.gate() {
                 Some(gate) => filter.with_gate(gate),
                 None => Ok(filter),

@@ -5,6 +5,7 @@
 //! that each mistake is reported once.
 
 mod advise;
+mod angles;
 mod csv;
 mod json;
 mod observer;

@@ -3,6 +3,8 @@
 use nalgebra::DMatrix;
 use serde::Serialize;
 
+use crate::model::PlantModel;
+
 /// A filter and the share of its errors within two standard deviations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CoverageReport {
@@ -34,13 +36,13 @@ impl CoverageReport {
     /// Over the rows of a run from the row `first` on, with NaN where the state is not known; none if it never is.
     pub(crate) fn of(
         (observer, on_log, stationary): (&str, bool, bool),
-        states: &[String],
+        plant: &PlantModel,
         (x, xhat): (&DMatrix<f64>, &DMatrix<f64>),
         deviation: &DMatrix<f64>,
         first: usize,
     ) -> Option<Self> {
         let of = |(i, state): (usize, &String)| {
-            let error = |k: usize| (x[(k, i)] - xhat[(k, i)]).abs() / deviation[(k, i)];
+            let error = |k: usize| plant.error(i, x[(k, i)], xhat[(k, i)]).abs() / deviation[(k, i)];
             let ratios: Vec<f64> = (first..x.nrows()).map(error).filter(|ratio| !ratio.is_nan()).collect();
             let within = ratios.iter().filter(|ratio| **ratio <= 2.0).count();
             let samples = ratios.len();
@@ -50,7 +52,7 @@ impl CoverageReport {
                 samples,
             })
         };
-        let states: Vec<StateCoverage> = states.iter().take(x.ncols()).enumerate().filter_map(of).collect();
+        let states: Vec<StateCoverage> = plant.states.iter().take(x.ncols()).enumerate().filter_map(of).collect();
         (!states.is_empty()).then(|| Self { observer: observer.to_owned(), on_log, stationary, states })
     }
 }

@@ -100,7 +100,12 @@ const PLANT: Table = Table {
         optional(
             "units",
             Type::Units,
-            "Units for axes and tables: a table such as { speed = \"rad/s\", J = \"kg m2\" } for any of the states, inputs, outputs and parameters, or the list of the units of the states. No computation uses them.",
+            "Units for axes and tables: a table such as { speed = \"rad/s\", J = \"kg m2\" } for any of the states, inputs, outputs and parameters, or the list of the units of the states. No computation uses them, but for the full turn of `angles`.",
+        ),
+        optional(
+            "angles",
+            Type::Names,
+            "States and outputs that are angles, in rad or in their `units` (rad, mrad, deg, gon, rev): differences of readings, sigma points and errors are taken modulo a full turn. A state that is measured itself and its output need to be named once.",
         ),
         optional(
             "time_unit",

@@ -36,6 +36,20 @@ impl<'a> Plan<'a> {
             .advise(other_kinds(self.study, self.requested))
     }
 
+    /// The refusal of a plant with angles among its outputs.
+    pub(crate) fn not_for_angles(&self) -> NoObserver {
+        let (kind, plant) = (self.requested.kind.name(), &self.study.plant);
+        let angles: Vec<&str> =
+            plant.outputs.iter().filter(|name| plant.turns.contains_key(*name)).map(String::as_str).collect();
+        let are = if angles.len() == 1 { "is an angle" } else { "are angles" };
+        NoObserver::new(format!(
+            "{} {are}, and the kind {kind} takes the difference of a reading and its estimate as it is: a full turn would be an error",
+            angles.join(", ")
+        ))
+        .hint("sine and cosine of the angle as outputs, which have no jump, or `angles` without it where readings go on beyond a turn")
+        .advise(other_kinds(self.study, self.requested))
+    }
+
     /// That the period of the observer is that of the plant.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 mod advise;
 mod alternatives;
+mod angles;
 mod battery;
 mod blocks;
 mod choices;

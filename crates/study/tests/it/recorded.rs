@@ -438,6 +438,8 @@ fn others() -> Vec<(&'static str, String)> {
             "[plant]\nf = [\"x1 + 0.1*x2\", \"x2 - 0.981*sin(x1) + 0.1*u1\"]\nh = [\"x1\"]\ndt = 0.1\n[[observer]]\n{observer}\n"
         )
     };
+    // The first state is an angle, and the output that is this state.
+    let of_angles = |text: String| text.replace("[plant]\n", "[plant]\nangles = [\"x1\"]\n");
     let noise_of_map = "w = [1e-3, 1e-2]\nv = 0.01\nperiod = 0.1";
     vec![
         ("ukf", pendulum(&format!("kind = \"ukf\"\n{noise}"))),
@@ -454,6 +456,19 @@ fn others() -> Vec<(&'static str, String)> {
         ("iterated-of-a-map", ranged(&format!("iterations = 5\n{noise}")).replace("[plant]\n", "[plant]\ndt = 0.05\n")),
         ("mhe", pendulum(&format!("kind = \"mhe\"\nwindow = 4\n{noise}"))),
         ("mhe-bounds", pendulum(&format!("kind = \"mhe\"\nwindow = 3\nstate_bounds = [[-1, 1], [-inf, 2]]\n{noise}"))),
+        ("ekf-angles", of_angles(pendulum(&format!("kind = \"extended-kalman\"\ngate = 0.99\n{noise}")))),
+        ("iterated-angles", of_angles(ranged(noise)).replace("angles = [\"x1\"]", "angles = [\"x1\", \"y1\"]")),
+        ("ukf-angles", of_angles(pendulum(&format!("kind = \"ukf\"\ngate = 2\n{noise}")))),
+        (
+            "ukf-angles-of-a-map",
+            of_angles(map(&format!("kind = \"ukf\"\n{noise_of_map}"))).replace("x1 + 0.1*x2", "wrap(x1 + 0.1*x2)"),
+        ),
+        ("mhe-angles", of_angles(pendulum(&format!("kind = \"mhe\"\nwindow = 4\n{noise}")))),
+        (
+            "mhe-angles-of-a-map",
+            of_angles(map(&format!("kind = \"mhe\"\nwindow = 3\n{noise_of_map}")))
+                .replace("x1 + 0.1*x2", "wrap(x1 + 0.1*x2)"),
+        ),
         ("chain", pendulum("kind = \"high-gain\"\nr = 0.1")),
         ("discrete", motor("kind = \"luenberger\"\npoles = [0.5, 0.6]")),
         ("cubic-of-samples", motor("kind = \"sampled-cubic\"\npoles = [0.5, 0.6]\ngamma = 1\nperiod = 0.05")),

@@ -208,6 +208,12 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/kalman.rs",
         suites: &[OBSERVERS],
         mutants: &[
+            mutant(
+                "Kalman: innovations of angles as they are",
+                Dropped,
+                "(h, angles::difference(&self.turns, y, &expected))",
+                "(h, y - expected)",
+            ),
             mutant("Kalman: a gate of variances", Dropped, "gate * gate * variance", "gate * variance"),
             mutant(
                 "Kalman: a gate that lets NaN pass",

@@ -1,6 +1,7 @@
 /* One Gauss-Newton step of the moving-horizon estimator: a Kalman filter forward over the window, and its adjoint
  * backward. */
 #include "transition.c"
+#include "angles.c"
 
 /* A sample of the window in the filter: mean and covariance after its measurements, the product of the I - K C and the
  * sum of the C' S^-1 nu for the way back, and A to the next sample. */
@@ -126,7 +127,11 @@ static int measure(const observer_sample *sample, const NUMBER *x, filtered *at)
     if (sample->measured != 0) {
         measurement_at(sample, x, all);
         for (i = 0; i < OUTPUTS; ++i) {
+#if ANGLES
+            all[i] = wrap(sample->y[i] - all[i], TURNS[0][i]);
+#else
             all[i] = sample->y[i] - all[i];
+#endif
         }
         for (i = 0; i < OUTPUTS; ++i) {
             for (k = 0; k < i; ++k) {
@@ -143,7 +148,11 @@ static int measure(const observer_sample *sample, const NUMBER *x, filtered *at)
         for (i = 0; (i < OUTPUTS) && (is_right != 0); ++i) {
             NUMBER innovation = all[i];
             for (j = 0; j < STATES; ++j) {
+#if ANGLES
+                innovation = innovation - (C[(i * STATES) + j] * wrap(at->mean[j] - x[j], STATE_TURNS[0][j]));
+#else
                 innovation = innovation - (C[(i * STATES) + j] * (at->mean[j] - x[j]));
+#endif
             }
             is_right = correct(at, &C[i * STATES], innovation, REAL(1.0));
         }
@@ -180,7 +189,11 @@ static void drift(const filtered *at, const NUMBER *x, const NUMBER *z, NUMBER *
     int k;
 
     for (k = 0; k < STATES; ++k) {
+#if ANGLES
+        away[k] = wrap(at->mean[k] - x[k], STATE_TURNS[0][k]);
+#else
         away[k] = at->mean[k] - x[k];
+#endif
     }
     for (i = 0; i < STATES; ++i) {
         NUMBER sum = A[i * STATES] * away[0];

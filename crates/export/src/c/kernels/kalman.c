@@ -2,6 +2,7 @@
  * measurement (h and its Jacobian) and the covariances W and V; the state has xhat and its covariance P. */
 #include "transition.c"
 #include "innovation.c"
+#include "angles.c"
 
 /* The gain K = P H' s^-1, transposed, from hp = H P and s = H P H' + V, which has its factor in place of its lower
  * triangle then; 0 if s is not positive definite in floating point. */
@@ -88,7 +89,11 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
 
     measurement(t, state->xhat, u, all);
     for (i = 0; i < OUTPUTS; ++i) {
+#if ANGLES
+        innovation[i] = wrap(y[i] - all[i], TURNS[0][i]);
+#else
         innovation[i] = y[i] - all[i];
+#endif
         for (j = 0; j < OUTPUTS; ++j) {
             noise[i][j] = V[i][j];
         }
@@ -128,7 +133,11 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
         }
         for (i = 0; i < OUTPUTS; ++i) {
             NUMBER sum;
+#if ANGLES
+            innovation[i] = wrap(y[i] - all[i], TURNS[0][i]);
+#else
             innovation[i] = y[i] - all[i];
+#endif
 #if GATED
             if (rejected[i] != 0) {
                 innovation[i] = REAL(0.0);

@@ -13,6 +13,7 @@ use super::scalar;
 use crate::scalar::Scalar;
 use crate::{Export, number};
 
+pub(super) const ANGLES: &str = include_str!("angles.c");
 pub(super) const BETWEEN: &str = include_str!("between.c");
 pub(super) const CLASSICAL: &str = include_str!("classical.c");
 pub(super) const COLUMNS: &str = include_str!("columns.c");
@@ -61,12 +62,13 @@ impl Macros {
         let mut all = Self { values: BTreeMap::new(), scalar: export.scalar, is_part: export.feedback.is_some() };
         let (name, upper) = (&export.identifier, export.identifier.to_uppercase());
         all.set("NUMBER", scalar(export));
-        let [root, magnitude, largest] = match export.scalar {
-            Scalar::Binary32 => ["sqrtf", "fabsf", "FLT_MAX"],
-            Scalar::Binary64 => ["sqrt", "fabs", "DBL_MAX"],
+        let [root, magnitude, floor, largest] = match export.scalar {
+            Scalar::Binary32 => ["sqrtf", "fabsf", "floorf", "FLT_MAX"],
+            Scalar::Binary64 => ["sqrt", "fabs", "floor", "DBL_MAX"],
         };
         all.set("ROOT", root);
         all.set("MAGNITUDE", magnitude);
+        all.set("FLOOR", floor);
         all.set("LARGEST", largest);
         for size in ["STATES", "INPUTS", "OUTPUTS", "WINDOW"] {
             all.set(size, format!("{upper}_{size}"));
@@ -92,6 +94,7 @@ impl Macros {
         all.option("DISCRETE", substeps.is_none());
         all.option("SEVERAL_STEPS", substeps.is_some_and(|count| count > 1));
         all.integer("SUBSTEPS", substeps.unwrap_or_default());
+        all.option("ANGLES", export.observer.turns().is_some());
         let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
         all.option("GATED", gate.is_some());
         all.number("GATE_SQUARED", gate.map_or(0.0, |(_, gate)| export.scalar.multiply(gate, gate)));

@@ -17,12 +17,14 @@
 #define REAL(x) x##f
 #define ROOT sqrtf
 #define MAGNITUDE fabsf
+#define FLOOR floorf
 #define LARGEST FLT_MAX
 #else
 #define NUMBER double
 #define REAL(x) x
 #define ROOT sqrt
 #define MAGNITUDE fabs
+#define FLOOR floor
 #define LARGEST DBL_MAX
 #endif
 
@@ -77,6 +79,13 @@ extern const NUMBER K[INPUTS][STATES];
 #define GATED 0
 #endif
 #define GATE_SQUARED REAL(9.0)
+
+/* Whether outputs or states are angles, and their full turns. */
+#ifndef ANGLES
+#define ANGLES 0
+#endif
+extern const NUMBER TURNS[1][OUTPUTS];
+extern const NUMBER STATE_TURNS[1][STATES];
 
 /* Whether an update is linearised ITERATIONS times; once otherwise. */
 #ifndef ITERATED

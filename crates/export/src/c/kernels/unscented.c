@@ -2,6 +2,7 @@
  * Jacobian, in continuous time), and the factors ROOT_W and ROOT_V of the covariances; the state has xhat and the
  * factor S of its covariance. The weights are those of UnscentedKalmanFilter in Rust. */
 #include "typical.h"
+#include "angles.c"
 #if DISCRETE
 #include "columns.c"
 #else
@@ -20,6 +21,18 @@ static void sigma_point(const NUMBER *x, const NUMBER *s, NUMBER distance, int k
         point[i] = x[i] + (distance * s[(i * STATES) + k]);
     }
 }
+
+#if ANGLES
+/* One entry of the images, an angle: each is less than half a turn from that of the centre. */
+static void approach(NUMBER *plus, NUMBER *minus, NUMBER first, NUMBER turn)
+{
+    int k;
+    for (k = 0; (k < STATES) && (turn > REAL(0.0)); ++k) {
+        plus[k] = first + wrap(plus[k] - first, turn);
+        minus[k] = first + wrap(minus[k] - first, turn);
+    }
+}
+#endif
 
 /* The mean of one entry of the images. Left are that entry of the half differences and sums, and of the centre. */
 static NUMBER reduce(NUMBER *plus, NUMBER *minus, NUMBER *middle)
@@ -77,6 +90,9 @@ static int joint(const observer_state *state, NUMBER t, const NUMBER *u,
         }
     }
     for (i = 0; i < OUTPUTS; ++i) {
+#if ANGLES
+        approach(plus[i], minus[i], middle[i], TURNS[0][i]);
+#endif
         expected[i] = reduce(plus[i], minus[i], &middle[i]);
         for (k = 0; k < OUTPUTS; ++k) {
             g[(i * OUTPUTS) + k] = ROOT_V[i][k];
@@ -182,7 +198,11 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
     is_right = joint(state, t, u, expected, &g[0][0], &m[0][0], &s[0][0]);
 #endif
     for (i = 0; i < OUTPUTS; ++i) {
+#if ANGLES
+        value[i] = wrap(y[i] - expected[i], TURNS[0][i]);
+#else
         value[i] = y[i] - expected[i];
+#endif
     }
 #if GATED
     /* An output whose innovation is beyond the gate, or NaN, counts as not measured. */
@@ -281,6 +301,9 @@ static void predict(observer_state *state, NUMBER t, const NUMBER *u)
         }
     }
     for (i = 0; i < STATES; ++i) {
+#if ANGLES
+        approach(plus[i], minus[i], middle[i], STATE_TURNS[0][i]);
+#endif
         mean[i] = reduce(plus[i], minus[i], &middle[i]);
     }
     for (k = 0; k < STATES; ++k) {

@@ -1,7 +1,7 @@
 //! ExtendedKalmanFilter of 1 states, 0 inputs and 1 outputs, one step per sample.
 //!
 //!
-//! SHA-256 of the numbers: afc53df4dede06637f8e02a422b78d7dcd472743da779b1c0624049c6ee2af18
+//! SHA-256 of the numbers: 83076d16344b5627346b1623f992fa87f6e04af2361396d97c3f096f83f196b1
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{SMatrix, SVector};
@@ -24,7 +24,8 @@ pub fn observer() -> Result<Observer, ObserverError> {
     let v = SMatrix::<f64, 1, 1>::from_row_slice(&[0.125]);
     let p0 = SMatrix::<f64, 1, 1>::from_row_slice(&[1.0]);
     let noises = NoiseModel { w, v, p0 };
-    ExtendedKalmanFilter::discrete(Model, noises, 0.5)?.with_iterations(3)?.with_gate(4.0)
+    ExtendedKalmanFilter::discrete(Model, noises, 0.5)?.with_iterations(3)?.with_gate(4.0)?
+        .with_angles(SVector::from([0.75]))
 }
 
 /// The plant x' = f(t, x, u), y = h(t, x, u), or x+ = f(t, x, u) in discrete time.

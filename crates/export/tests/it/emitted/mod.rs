@@ -128,7 +128,8 @@ fn the_iterated_kalman_filter_is_emitted_as_rust() {
     let plant = plant(&["0.5*x1"], &["x1^2"], 0);
     let noises = NoiseModel { w: dmatrix![0.25], v: dmatrix![0.125], p0: dmatrix![1.0] };
     let filter = ExtendedKalmanFilter::discrete(plant, noises, 0.5).unwrap().with_iterations(3).unwrap();
-    let export = export(ExportableObserver::Kalman(filter.with_gate(4.0).unwrap()), Scalar::Binary64);
+    let filter = filter.with_gate(4.0).unwrap().with_angles(dvector![0.75]).unwrap();
+    let export = export(ExportableObserver::Kalman(filter), Scalar::Binary64);
     unchanged(&export, "iterated");
     agrees!(iterated, &export, f64);
 }
@@ -139,6 +140,7 @@ fn the_unscented_kalman_filter_is_emitted_as_rust() {
     let noises = NoiseModel { w: dmatrix![0.5, 0.1; 0.1, 0.25], v: dmatrix![0.125], p0: dmatrix![1.0, 0.0; 0.0, 2.0] };
     let sigma = SigmaPoints { alpha: 0.5, ..SigmaPoints::default() };
     let filter = UnscentedKalmanFilter::new(plant, noises, sigma, 0.0625, 2).unwrap().with_gate(3.0).unwrap();
+    let filter = filter.with_angles(dvector![0.5], dvector![0.0, 0.75]).unwrap();
     let export = export(ExportableObserver::Unscented(filter), Scalar::Binary32);
     unchanged(&export, "unscented");
     agrees!(unscented, &export, f32);

@@ -1,7 +1,7 @@
 //! UnscentedKalmanFilter of 2 states, 1 inputs and 1 outputs, one step per sample.
 //!
 //!
-//! SHA-256 of the numbers: 1e8541acd1f5dbc55523be186b7b803a5ad3942c3a3e11383a9eb1b733105ce8
+//! SHA-256 of the numbers: b936f701ea9012ac27890cbcc64494aa136f2d2f6fe0eb5516cef69fcbc1612f
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{SMatrix, SVector};
@@ -26,7 +26,8 @@ pub fn observer() -> Result<Observer, ObserverError> {
     let p0 = SMatrix::<f32, 2, 2>::from_row_slice(&[1.0, 0.0, 0.0, 1.4142135]);
     let factors = NoiseModel { w, v, p0 };
     let sigma = SigmaPoints { alpha: 0.5, beta: 2.0, kappa: 0.0 };
-    UnscentedKalmanFilter::from_factors(Model, factors, sigma, 0.0625, Prediction::RungeKutta(2))?.with_gate(3.0)
+    UnscentedKalmanFilter::from_factors(Model, factors, sigma, 0.0625, Prediction::RungeKutta(2))?.with_gate(3.0)?
+        .with_angles(SVector::from([0.5]), SVector::from([0.0, 0.75]))
 }
 
 /// The plant x' = f(t, x, u), y = h(t, x, u), or x+ = f(t, x, u) in discrete time.
