@@ -1,6 +1,7 @@
 //! One build of a crate with all of its mutants, and the programs of its tests.
 
 use std::collections::{BTreeMap, HashMap};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -37,6 +38,8 @@ pub(crate) struct Place<'a> {
     /// A copy of the workspace, which is changed.
     pub(crate) tree: &'a Path,
     pub(crate) target: &'a Path,
+    /// A file for what the compiler refuses.
+    pub(crate) refused: &'a Path,
 }
 
 /// Rewrites the package's files in the copy, and compiles it with its tests; leaves out what the compiler refuses.
@@ -53,6 +56,17 @@ pub(crate) fn build(package: &str, mutants: &[Mutant], place: &Place) -> Result<
     let read = |file: &Path| std::fs::read_to_string(place.tree.join(file)).map_err(|error| Failure::io(file, &error));
     let sources: BTreeMap<&Path, String> =
         files.keys().map(|file| Ok((*file, read(file)?))).collect::<Result<_, Failure>>()?;
+    // What the compiler refused the last time, of the same sources.
+    let sources_hash = {
+        let mut hasher = DefaultHasher::new();
+        (&sources, ALLOWED).hash(&mut hasher);
+        hasher.finish().to_string()
+    };
+    let known = std::fs::read_to_string(place.refused).unwrap_or_default();
+    if let Some(known) = known.strip_prefix(&sources_hash) {
+        let pairs = known.lines().filter_map(|line| line.split_once(' '));
+        without.extend(pairs.filter_map(|(id, reason)| Some((id.parse().ok()?, reason.to_owned()))));
+    }
     for round in 1.. {
         let mut written: BTreeMap<PathBuf, Switched> = BTreeMap::new();
         for (file, all) in &files {
@@ -77,6 +91,9 @@ pub(crate) fn build(package: &str, mutants: &[Mutant], place: &Place) -> Result<
         // The library and its tests by one command, so that its dependencies have the same features for both.
         let (success, messages) = cargo(&["test", "--tests", "--no-run", "--package", package], place)?;
         if success {
+            let lines = without.iter().map(|(id, reason)| format!("\n{id} {reason}"));
+            std::fs::write(place.refused, sources_hash + &lines.collect::<String>())
+                .map_err(|error| Failure::io(place.refused, &error))?;
             let group = written.values().flat_map(|done| done.group.clone()).collect();
             return Ok(Build { programs: messages.iter().filter_map(program).collect(), group, without });
         }

@@ -39,7 +39,8 @@ pub(crate) fn switched(source: &str, mutants: &[(u32, &Mutant)]) -> Result<Switc
     };
     let placed: Vec<_> =
         mutants.iter().map(|&(id, mutant)| Placed { id, mutant, at: byte(mutant.start)..byte(mutant.end) }).collect();
-    let mut finder = Finder { source, placed: &placed, edits: Vec::new(), constant: 0, said: HashMap::new() };
+    let mut finder =
+        Finder { source, placed: &placed, edits: Vec::new(), constant: 0, closed: true, said: HashMap::new() };
     finder.visit_file(&file);
     let Finder { mut edits, mut said, .. } = finder;
     // The innermost function has a value's mutant.
@@ -146,6 +147,8 @@ struct Finder<'a> {
     edits: Vec<Edit>,
     /// How many constants are around.
     constant: usize,
+    /// The `match` whose arm comes next has one for the rest.
+    closed: bool,
     said: HashMap<u32, &'static str>,
 }
 
@@ -244,10 +247,21 @@ impl<'ast> Visit<'ast> for Finder<'_> {
         visit::visit_expr_struct(self, expression);
     }
 
+    fn visit_expr_match(&mut self, expression: &'ast syn::ExprMatch) {
+        self.visit_expr(&expression.expr);
+        // cargo-mutants takes `_ if ..` for an arm that takes the rest.
+        let rest = |arm: &syn::Arm| matches!(arm.pat, syn::Pat::Wild(_)) && arm.guard.is_none();
+        for arm in &expression.arms {
+            self.closed = expression.arms.iter().any(rest);
+            self.visit_arm(arm);
+        }
+    }
+
     fn visit_arm(&mut self, arm: &'ast syn::Arm) {
         let at = arm.span().byte_range();
         let found = self.at(Genre::Arm, |place| place.start == at.start);
-        if self.possible(&found, None) {
+        let open = (!self.closed).then_some("does not compile: E0004");
+        if self.possible(&found, open) {
             let end = arm.pat.span().byte_range().end;
             let mutants = found.iter().map(|placed| (placed.id, String::new())).collect();
             let before = " if OFF".to_owned();

@@ -6,7 +6,7 @@
 
 use clap::Args;
 
-use crate::step::{Failure, cargo, root};
+use crate::step::{Failure, cargo, root, target};
 
 use super::copy;
 
@@ -39,7 +39,7 @@ pub(crate) fn run(chosen: &Chosen, only: &[String], list: bool) -> Result<(), Fa
     let tree = folder.join("workspace");
     copy::mirror(&root(), &tree)?;
     // The dependencies that the tests are compiled with are there.
-    let target = root().join("target");
+    let target = target();
     let mut step =
         cargo(&["run", "--quiet", "--locked", "--manifest-path", "xtask/mutants/Cargo.toml", "--target-dir"])
             .argument(target.join("mutants"));
