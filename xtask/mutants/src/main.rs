@@ -129,9 +129,9 @@ fn run(arguments: &Arguments) -> Result<usize, Failure> {
         let built = build::build(package, &mutants, &place)?;
         let tried: Vec<_> = chosen.iter().copied().filter(|id| built.group.contains_key(id)).collect();
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        let outcomes = trial::run(&built, &tried, arguments.jobs.unwrap_or(cores), &arguments.out)?;
-        let without = chosen.iter().filter_map(|id| Some((*id, built.without.get(id)?.as_str()))).collect();
         let name = |id: u32| mutants[id as usize - 1].name.as_str();
+        let outcomes = trial::run(&built, &tried, &name, arguments.jobs.unwrap_or(cores), &arguments.out)?;
+        let without = chosen.iter().filter_map(|id| Some((*id, built.without.get(id)?.as_str()))).collect();
         let (text, names) = report(package, &name, &without, &outcomes);
         print!("{text}");
         let all = arguments.out.join(format!("{package}.txt"));

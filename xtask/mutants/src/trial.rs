@@ -46,9 +46,10 @@ enum Ended {
 
 /// Runs each test once with everything off, then each mutant of `chosen` against the tests that reach it, until one
 /// fails; the tests that fail without a mutant are left out, and named.
-pub(crate) fn run(
+pub(crate) fn run<'n>(
     build: &Build,
     chosen: &[u32],
+    name: &(dyn Fn(u32) -> &'n str + Sync),
     jobs: usize,
     scratch: &Path,
 ) -> Result<BTreeMap<u32, Outcome>, Failure> {
@@ -84,6 +85,10 @@ pub(crate) fn run(
                 while let Some(&id) = chosen.get(next.fetch_add(1, Relaxed)) {
                     let group = build.group[&id];
                     let outcome = tried(id, tests.iter().filter(|test| test.reaches.contains(&group)).collect());
+                    // For who does not wait for the end.
+                    if matches!(outcome, Outcome::Survived(_)) {
+                        eprintln!("── survived: {}", name(id));
+                    }
                     let mut outcomes = outcomes.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                     outcomes.insert(id, outcome);
                     if outcomes.len() % 50 == 0 {
