@@ -119,7 +119,9 @@ fn run(arguments: &Arguments) -> Result<usize, Failure> {
         };
         let chosen: Vec<u32> = (1..).zip(&mutants).filter(is_chosen).map(|(id, _)| id).collect();
         if arguments.list {
-            chosen.iter().for_each(|id| println!("{}", mutants[*id as usize - 1].name));
+            for id in &chosen {
+                println!("{}", mutants[*id as usize - 1].name);
+            }
             eprintln!("── {package}: {} of {} mutants", chosen.len(), mutants.len());
             continue;
         }
@@ -197,7 +199,7 @@ fn interval(of: usize, all: usize) -> (f64, f64) {
     if all == 0 {
         return (0.0, 1.0);
     }
-    let (n, p, z) = (all as f64, of as f64 / all as f64, 1.959964_f64);
+    let (n, p, z) = (all as f64, of as f64 / all as f64, 1.959_964_f64);
     let center = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
     let half = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
     ((center - half).max(0.0), (center + half).min(1.0))

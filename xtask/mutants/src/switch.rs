@@ -6,6 +6,7 @@
 //! guard. What the compiler evaluates (constants, `const fn`, lengths of arrays) cannot read a switch.
 
 use std::collections::HashMap;
+use std::fmt::Write as _;
 use std::ops::Range;
 
 use syn::spanned::Spanned as _;
@@ -69,14 +70,14 @@ pub(crate) fn switched(source: &str, mutants: &[(u32, &Mutant)]) -> Result<Switc
     while let Some(edit) = edits.next() {
         done.text.push_str(&source[from..edit.at.start]);
         from = edit.at.end;
-        done.render(source, edit, &mut edits);
+        done.render(source, &edit, &mut edits);
     }
     done.text.push_str(&source[from..]);
     Ok(done)
 }
 
 impl Switched {
-    fn render(&mut self, source: &str, edit: Edit, rest: &mut std::iter::Peekable<std::vec::IntoIter<Edit>>) {
+    fn render(&mut self, source: &str, edit: &Edit, rest: &mut std::iter::Peekable<std::vec::IntoIter<Edit>>) {
         let begin = self.text.len();
         let ids: Vec<u32> = edit.mutants.iter().map(|(id, _)| *id).collect();
         // Consecutive numbers: those of one place are listed one after the other.
@@ -84,9 +85,9 @@ impl Switched {
         self.group.extend(ids.iter().map(|id| (*id, first)));
         self.text += &edit.before.replace("OFF", &format!("crate::luenberger_mutants::off({first}, {count})"));
         if edit.value {
-            self.text += &format!("{{ if !crate::luenberger_mutants::off({first}, {count}) {{ ");
+            let _ = write!(self.text, "{{ if !crate::luenberger_mutants::off({first}, {count}) {{ ");
             for (id, text) in &edit.mutants {
-                self.text += &format!("if crate::luenberger_mutants::on({id}) {{ return ");
+                let _ = write!(self.text, "if crate::luenberger_mutants::on({id}) {{ return ");
                 self.mutant(*id, text);
                 self.text += "; } ";
             }
@@ -98,7 +99,7 @@ impl Switched {
         while let Some(next) = rest.next_if(|next| next.at.end <= inner.end && next.at.start >= inner.start) {
             self.text.push_str(&source[from..next.at.start]);
             from = next.at.end;
-            self.render(source, next, rest);
+            self.render(source, &next, rest);
         }
         self.text.push_str(&source[from..inner.end]);
         self.text += &edit.after;

@@ -14,6 +14,8 @@ use crate::build::{Build, Program};
 const MEMORY_KIB: u64 = 6 << 20;
 const LEAST_TIME: Duration = Duration::from_secs(10);
 const TIMES_LONGER: u32 = 5;
+/// What a test may take without a mutant.
+const UNCHANGED: Duration = Duration::new(1800, 0);
 
 /// What the tests say of a mutant.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -142,8 +144,7 @@ fn unchanged<'a>(program: &'a Program, name: &str, scratch: &Path, group: &HashM
     let record = scratch.join(format!("{:?}", std::thread::current().id()));
     let _ = std::fs::remove_file(&record);
     let began = Instant::now();
-    let ended =
-        ended(program, name, ("LUENBERGER_MUTANTS_REACHED", &record.to_string_lossy()), Duration::from_secs(1800));
+    let ended = ended(program, name, ("LUENBERGER_MUTANTS_REACHED", &record.to_string_lossy()), UNCHANGED);
     if !matches!(ended, Ended::Passed) {
         eprintln!("── LEFT OUT: the test {name} of {} does not pass unchanged", program.path.display());
         return None;
