@@ -44,11 +44,11 @@ pub(crate) struct Place<'a> {
 
 /// Rewrites the package's files in the copy, and compiles it with its tests; leaves out what the compiler refuses.
 ///
-/// Mutants are numbered from 1 on, in their order.
-pub(crate) fn build(package: &str, mutants: &[Mutant], place: &Place) -> Result<Build, Failure> {
+/// Mutants are numbered from 1 on, in their order; only those of `chosen` are put in.
+pub(crate) fn build(package: &str, mutants: &[Mutant], chosen: &[u32], place: &Place) -> Result<Build, Failure> {
     let mut without: BTreeMap<u32, String> = BTreeMap::new();
     let mut files: BTreeMap<&Path, Vec<(u32, &Mutant)>> = BTreeMap::new();
-    for (id, mutant) in (1..).zip(mutants) {
+    for (id, mutant) in (1..).zip(mutants).filter(|(id, _)| chosen.contains(id)) {
         files.entry(&mutant.file).or_default().push((id, mutant));
     }
     let library = library(package, place)?;

@@ -128,7 +128,7 @@ fn run(arguments: &Arguments) -> Result<usize, Failure> {
         eprintln!("── {package}: {} of {} mutants, compiled at once", chosen.len(), mutants.len());
         let refused = arguments.out.join(format!("{package}.refused"));
         let place = Place { tree: &arguments.tree, target: &arguments.target, refused: &refused };
-        let built = build::build(package, &mutants, &place)?;
+        let built = build::build(package, &mutants, &chosen, &place)?;
         let tried: Vec<_> = chosen.iter().copied().filter(|id| built.group.contains_key(id)).collect();
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let name = |id: u32| mutants[id as usize - 1].name.as_str();
