@@ -7,6 +7,7 @@ use crate::{features, skipped};
 
 pub(crate) fn run() -> Result<(), Failure> {
     cargo(&["fmt", "--all", "--check"]).step("format")?;
+    cargo(&["fmt", "--manifest-path", "xtask/mutants/Cargo.toml", "--check"]).step("format of what makes mutants")?;
     // A dependency added to a crate that firmware/ uses has to be in its lock file, too.
     cargo(&["metadata", "--manifest-path", "firmware/Cargo.toml", "--locked", "--format-version", "1"])
         .output("lock file of firmware")?;

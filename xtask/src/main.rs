@@ -144,12 +144,12 @@ enum Command {
         /// Only mutants with this in their names or in the paths of their files; may be repeated
         #[arg(long)]
         only: Vec<String>,
-        /// Those that cargo-mutants finds in the files where results are formed (more than ten thousand, a minute each)
-        #[arg(long, conflicts_with = "only")]
+        /// Those that cargo-mutants finds in the files where results are formed (more than ten thousand, all of a
+        /// package in one build)
+        #[arg(long)]
         all: bool,
-        /// A sample of these, k/n: every n-th of them, from the k-th on (counted from 0)
-        #[arg(long, requires = "all")]
-        shard: Option<String>,
+        #[command(flatten)]
+        chosen: mutate::all::Chosen,
         /// Show the mutants and run nothing
         #[arg(long)]
         list: bool,
@@ -234,7 +234,7 @@ fn main() -> ExitCode {
         Command::Screenshots => screenshots::run(),
         Command::Firmware { document } => firmware::run(document),
         Command::Python => python::run(),
-        Command::Mutate { all: true, shard, list, .. } => mutate::all::run(shard.as_deref(), list),
+        Command::Mutate { all: true, chosen, only, list } => mutate::all::run(&chosen, &only, list),
         Command::Mutate { only, list, .. } => mutate::run(&only, list),
     };
     match done.and_then(|()| name.map_or(Ok(()), |name| times::keep(name, began))) {

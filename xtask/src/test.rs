@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::step::{Failure, Job, Step, cargo, packages, program, together};
+use crate::step::{Failure, Job, Step, cargo, packages, program, target, together};
 
 /// Tests read it to try all of what they otherwise take a sample of.
 const EVERY_CASE: &str = "EVERY_CASE";
@@ -93,14 +93,16 @@ fn documented() -> [(&'static str, Step); 2] {
     [("examples in the documentation", others), ("examples of runs", optimised)]
 }
 
-/// Crates without some of their features.
-fn built_apart() -> [(&'static str, Step); 2] {
+/// Crates without some of their features, and the program of mutants on a toy.
+fn built_apart() -> [(&'static str, Step); 3] {
     // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing
     // but lmi is compiled for it, because the features of all that it stands on are those of the workspace.
     let lmi = cargo(&["test", "--package", "luenberger-lmi"]);
     let bare = ["test", "--package", "luenberger-observers-tests", "--no-default-features", "--features", "serde"];
     let bare = cargo(&bare);
-    [("lmi without Clarabel", lmi), ("observers without dual numbers", bare)]
+    let mutants = ["test", "--locked", "--manifest-path", "xtask/mutants/Cargo.toml", "--target-dir"];
+    let mutants = cargo(&mutants).argument(target().join("mutants"));
+    [("lmi without Clarabel", lmi), ("observers without dual numbers", bare), ("mutants of a toy", mutants)]
 }
 
 /// Compiles all tests, and returns their programs.

@@ -36,9 +36,9 @@ pub(crate) enum Standing {
 }
 
 /// By how much a refinement shrinks errors that are solutions for random right-hand sides, in which the directions of a
-/// small separation prevail: the worst factor of three times three, infinite where one is beyond [`RATE`].
+/// small separation prevail: the worst factor of three times three, infinite where one is beyond `RATE`.
 /// `correct(c, x)` is the correction of `x` for the right-hand side c.
-pub(crate) fn contraction(
+pub fn contraction(
     shape: (usize, usize),
     symmetric: bool,
     mut correct: impl FnMut(&DMatrix<f64>, &DMatrix<f64>) -> DMatrix<f64>,
@@ -71,11 +71,7 @@ pub(crate) fn contraction(
 
 /// Refines `x` until nothing changes, for an equation with this contraction. A bound of its error relative to its size,
 /// as far as the contraction is one for all errors. `None` if the corrections do not become small.
-pub(crate) fn refined(
-    x: &mut DMatrix<f64>,
-    rate: f64,
-    mut correct: impl FnMut(&DMatrix<f64>) -> DMatrix<f64>,
-) -> Option<f64> {
+pub fn refined(x: &mut DMatrix<f64>, rate: f64, mut correct: impl FnMut(&DMatrix<f64>) -> DMatrix<f64>) -> Option<f64> {
     let mut last = 1.0;
     for _ in 0..60 {
         let correction = correct(x);
@@ -97,10 +93,13 @@ pub(crate) fn refined(
 
 /// The two eigenvalues that are nearest to making an equation singular.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Closest {
-    pub(crate) first: Complex<f64>,
-    pub(crate) second: Complex<f64>,
-    pub(crate) gap: f64,
+pub struct Closest {
+    /// Of the left coefficient.
+    pub first: Complex<f64>,
+    /// Of the right one.
+    pub second: Complex<f64>,
+    /// How far the two are from a singular equation.
+    pub gap: f64,
 }
 
 impl Closest {
@@ -110,7 +109,7 @@ impl Closest {
     }
 
     /// `stretch` is the factor from the condition to a bound of the relative error for a unit roundoff of one.
-    pub(crate) fn undecided(
+    pub fn undecided(
         self,
         equation: &'static str,
         regularity: Regularity,

@@ -13,20 +13,20 @@ pub(crate) fn relative(norm: f64, scale: f64) -> f64 {
 
 /// From an error in the norm of the separation to one of the solution in Frobenius' and the user's units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ErrorScale {
+pub struct ErrorScale {
     /// sqrt(n) for the spectral norm, n for the sum of the entries, of which the estimate may be three times too large.
-    pub(crate) norms: f64,
+    pub norms: f64,
     /// What the units of the state bring, where these were balanced.
-    pub(crate) units: f64,
+    pub units: f64,
     /// The error as refinement measured it, relative to the solution in the units of the computation, where rounding
     /// decides the separation.
-    pub(crate) refined: Option<f64>,
+    pub refined: Option<f64>,
 }
 
 /// `X = P* - P` solves the equation for the defect: `||X|| <= ||defect|| / separation`, where
 /// `||defect|| <= residual * 2 weight ||P||`, and where the defect itself is known up to the rounding of n products. A
 /// bound beyond one says that rounding decides the separation too: then there is none.
-pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: ErrorScale) -> f64 {
+pub fn forward_error(residual: f64, condition: f64, n: usize, spread: ErrorScale) -> f64 {
     if let Some(error) = spread.refined {
         return of_exact(error * spread.units);
     }

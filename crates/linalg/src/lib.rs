@@ -191,8 +191,9 @@ pub mod internals {
     pub use crate::argument::unit_scale;
     pub use crate::balance::{Balance, sizes};
     pub use crate::compensated::{product, sum};
+    pub use crate::error_estimate::{Closest, contraction, refined};
     pub use crate::exactly_singular::{Regularity, characteristic, power, prime_below, regularity, residue};
-    pub use crate::forward_error::of_exact;
+    pub use crate::forward_error::{ErrorScale, forward_error, of_exact};
     pub use crate::kernel::dispatch;
     pub use crate::least_visible::least_visible;
     pub use crate::placement::eigenvectors::{Eigenvectors, Part, norm};
@@ -200,10 +201,11 @@ pub mod internals {
     pub use crate::placement::poles::RequestedPoles;
     pub use crate::placement::sensitivity::{Eigen, conditions};
     pub use crate::product::{multiply, view, view_mut};
+    pub use crate::riccati::near_identity;
     pub use crate::schur::hessenberg::{Blocked, Reduction, reflector};
     pub use crate::schur::standard::{Standard, standardise};
     pub use crate::schur::triangular_factor;
-    pub use crate::separation::{separation, separation_by_three};
+    pub use crate::separation::{rescale, separation, separation_by_three};
     pub use crate::staircase::Staircase;
     pub use crate::subspace_refinement::refine;
     pub use crate::triangular::pair::{Block, eliminate, solve as solve_pair};

@@ -138,7 +138,7 @@ impl Equation {
 }
 
 /// `m := m * up / down` without avoidable intermediate overflow or underflow.
-pub(crate) fn rescale(m: &mut DMatrix<f64>, up: f64, down: f64) {
+pub fn rescale(m: &mut DMatrix<f64>, up: f64, down: f64) {
     if (up >= 1.0) == (down >= 1.0) {
         *m *= up / down;
     } else {

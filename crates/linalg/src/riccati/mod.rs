@@ -270,6 +270,27 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
         Err(failure) => return Err(failure),
     };
     exists(problem, &outcome)?;
+    delivered(problem, outcome)
+}
+
+/// The solution in coordinates in which it is near the identity, also where those of the problem would do.
+///
+/// # Errors
+/// Those of [`care`] for the data.
+#[doc(hidden)]
+pub fn near_identity(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+    discrete: bool,
+) -> Result<Option<Riccati>> {
+    let problem = Scaled::new(&Data { a, b, q, r, weight: Weight::Symmetric }, discrete)?;
+    normalized::solve(&problem, None)?.map(|outcome| delivered(&problem, outcome)).transpose()
+}
+
+/// A solution in the user's units.
+fn delivered(problem: &Scaled, outcome: Outcome) -> Result<Riccati> {
     let Outcome { x, k, evidence: Evidence { poles, residual, condition, forward_error } } = outcome;
     let (x, k) = problem.in_user_units(&x, &k).ok_or(LinalgError::Overflow { what: "the solution x or the gain k" })?;
     let poles = poles.into_iter().map(|l| l / problem.time).collect();

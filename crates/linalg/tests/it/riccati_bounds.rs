@@ -1,6 +1,7 @@
 //! Condition and error bound of a Riccati equation, computed a second time from the formulas that
 //! `riccati/condition.rs` states, with its Lyapunov equations solved as linear systems by Kronecker products.
 
+use luenberger_linalg::internals::near_identity;
 use luenberger_linalg::{Riccati, care, dare};
 use nalgebra::{DMatrix, dmatrix};
 
@@ -92,5 +93,101 @@ fn a_solution_near_a_double_one_has_a_bound_while_it_is_known_to_exist() {
         // x = a + f = f - 1; the error of x is what f is off by, EPSILON/f.
         assert!(found.forward_error.is_finite() && found.forward_error > 0.0, "{f:e}");
         assert!((found.x[(0, 0)] - (f - 1.0)).abs() <= found.forward_error * (1.0 - f), "{f:e}: {}", found.x[(0, 0)]);
+    }
+}
+
+/// Multiples of the identity: the closed loop is F = f I, `H0 = h I` and `X = x I`, and all norms are known. In
+/// coordinates T = x^-1/2 I the solution is I up to rounding, so that of the defect only its bounds are left: that of
+/// the closed loop, `10 n eps |F|` for its Schur form, and `2 n eps` times the norms of the terms. What rounding adds to
+/// them is a part of either, at most.
+#[test]
+fn the_bound_in_other_coordinates_is_that_of_the_formulas() {
+    let eps = f64::EPSILON;
+    // a, q, r, discrete; b = 1.
+    let problems = [
+        (15.0, 64.0, 1.0, false),
+        (-0.25, 3.0, 2.0, false),
+        (-5.0, 9.0, -0.5, false),
+        (2.0, 11.25, 1.0, true),
+        (0.5, 3.0, 4.0, true),
+        (-1.5, 0.5, 1.0, true),
+        (0.75, 0.25, -8.0, true),
+    ];
+    for (a, q, r, discrete) in problems {
+        for n in [1, 3] {
+            let (order, one) = (n as f64, DMatrix::<f64>::identity(n, n));
+            let root = order.sqrt();
+            let found = near_identity(&(&one * a), &one, &(&one * q), &(&one * r), discrete).unwrap().unwrap();
+            // x^2/r - 2 a x - q = 0; x^2 + (r - a^2 r - q) x - q r = 0.
+            let (half, product) = if discrete { (0.5 * (a * a * r + q - r), q * r) } else { (a * r, q * r) };
+            let spread = (half * half + product).sqrt();
+            let gain = |x: f64| if discrete { a * x / (r + x) } else { x / r };
+            let stable = |x: f64| if discrete { (a - gain(x)).abs() < 1.0 } else { a < gain(x) };
+            let x = if stable(half + spread) { half + spread } else { half - spread };
+            let k = gain(x);
+            assert!((found.x[(0, 0)] / x - 1.0).abs() < 1e-13, "{a} {q} {r} {discrete}: {} {x}", found.x[(0, 0)]);
+            let f = a - k;
+            let (h, steps, linear) = if discrete {
+                (1.0 / (1.0 - f * f), 2.0 * f.abs() * root, (order * f * f + 1.0) * root)
+            } else {
+                (-0.5 / f, 2.0, 2.0 * order * f.abs())
+            };
+            // T'Q T + K'R K of the equation F'+ F + .. = 0, F'F - I + .. = 0.
+            let weight = if discrete { 1.0 - f * f } else { -2.0 * f };
+            let of_gain = if r > 0.0 { 0.0 } else { root * order * r.abs() * k * k / x };
+            let terms = linear + root * weight + order * root * q / x + of_gain;
+            let unknown = 10.0 * order * eps * root * f.abs();
+            let defect = steps * unknown * root + 2.0 * order * eps * terms;
+            let bound = 2.0 * root * h * defect + 2.0 * order * eps * order;
+            // Of the terms of the defect and of the gain, each is rounded to eps once or twice.
+            let rounding = 2.0 * root * h * 2.0 * eps * root * (linear.max(weight) + f.abs() * steps);
+            let least = bound * (1.0 - 1e-9);
+            assert!(
+                found.forward_error >= least && found.forward_error <= bound + rounding,
+                "{a} {q} {r} {discrete} {n}: {:e} for {bound:e} to {:e}",
+                found.forward_error,
+                bound + rounding
+            );
+            // |H0| |Q| + 2 sqrt(|H0| |H2|) |A| + |H2| |G|, relative to |X|, with the seen X or X F in H2.
+            let h2 = h * x * x * if discrete { f * f } else { 1.0 };
+            let condition = root * (h * q.abs() + 2.0 * (h * h2).sqrt() * a.abs() + h2 / r.abs()) / x;
+            assert!((found.condition / condition - 1.0).abs() < 1e-9, "{} for {condition}", found.condition);
+        }
+    }
+}
+
+/// With an indefinite R the Lyapunov solution is enlarged by `1/(1 - s e |H0|)`, for the rounding
+/// `e = 2 (n + m) eps (|A| + |B| |K|)` of the closed loop and s = 2, `2 (|A| + |B| |K|)` in discrete time: near a double
+/// root this is seen in the seventh digit.
+#[test]
+fn an_indefinite_weight_pays_for_the_rounding_of_its_closed_loop() {
+    let one = |x: f64| DMatrix::from_element(1, 1, x);
+    // a x^2 + 2 b x + c = 0 by hand: with r = -1, x = -a - f and the closed loop a + x = -f; in discrete time from f.
+    for discrete in [false, true] {
+        let (a, f) = (0.75, 3e-6);
+        let (q, r) = if discrete { (0.0, -1.0) } else { (a * a - f * f, -1.0) };
+        let found = if discrete {
+            // f = a r/(r + x) with f = 1 - 3e-6, and x (1 - a f) = q.
+            let f = 1.0 - f;
+            let x = a * r / f - r;
+            dare(&one(a), &one(1.0), &one(x * (1.0 - a * f)), &one(r))
+        } else {
+            care(&one(a), &one(1.0), &one(q), &one(r))
+        }
+        .unwrap();
+        let (x, k) = (found.x[(0, 0)], found.k[(0, 0)]);
+        let closed = a - k;
+        let h0 = if discrete { 1.0 / ((1.0 - closed) * (1.0 + closed)) } else { -0.5 / closed };
+        let sizes = a + k.abs();
+        let unknown = 2.0 * 2.0 * f64::EPSILON * sizes;
+        let factor = 1.0 / (1.0 - if discrete { 2.0 * sizes } else { 2.0 } * unknown * h0);
+        let q = if discrete { x * (1.0 - a * closed) } else { q };
+        let problem = Problem { a: one(a), b: one(1.0), q: one(q), r: one(r), discrete };
+        let (_, plain) = expected(&problem, &found);
+        // Of the exact solution, from that of the one found, and back.
+        let bound = plain / (1.0 + plain) * factor;
+        let bound = bound / (1.0 - bound);
+        let digits = (found.forward_error / bound - 1.0).abs() / (factor - 1.0);
+        assert!(digits < 0.02, "{discrete}: {:e} for {bound:e}, factor {factor}", found.forward_error);
     }
 }
