@@ -37,7 +37,7 @@ use crate::reader::tree::Node;
 use crate::reader::{Reader, check};
 pub use crate::study::Format;
 pub(crate) use observer::file_name;
-pub(crate) use tuned::{Edit, Editable, NewValue};
+pub(crate) use tuned::{Edit, Editable};
 pub(crate) use varied::varied;
 
 impl Study {
