@@ -87,6 +87,14 @@ pub(crate) enum Command {
     /// recommended observers. The exit code is 1 if no observer is ranked.
     #[command(after_help = examples::ADVISE)]
     Advise(AdviseInput),
+    /// Fit what a filter assumes to its log: noise covariances, parameters of the plant, biases of sensors
+    ///
+    /// The likelihood of the innovations is the largest for the fitted values. The table [tune] of the study names the
+    /// filter and what is fitted. Each value comes with its standard error and 95 % interval; what the log does not
+    /// determine is said. The filter is judged on the last part of the log, which is not fitted. The tuned study is
+    /// written beside the study, as tuned.toml. With -o: a page with the profile likelihoods.
+    #[command(after_help = examples::TUNE)]
+    Tune(TuneInput),
     /// Parameter sweep over gamma, poles, noise or initial errors, with ensembles, in parallel
     ///
     /// Runs are computed in blocks, files in the folder `blocks` of the results folder. A sweep that was interrupted or
@@ -336,6 +344,26 @@ pub(crate) struct AdviseInput {
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
     /// Write into a results folder that has files and no manifest; other files are kept
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Number of threads [default: number of processors]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+    /// Print the results as Markdown, for an issue or a notebook
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) markdown: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct TuneInput {
+    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to
+    /// its folder
+    #[arg(value_name = "STUDY")]
+    pub(crate) study: Source,
+    /// Results folder [default: none]
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write over a tuned study, and into a results folder that has files and no manifest; other files are kept
     #[arg(long)]
     pub(crate) force: bool,
     /// Number of threads [default: number of processors]

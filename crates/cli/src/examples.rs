@@ -33,6 +33,10 @@ pub(crate) const ADVISE: &str = r"Example, for a study with a plant and its nois
   $ luenberger advise pendulum.toml --budget 10min -o advice
   $ luenberger run advice/study.toml -o results";
 
+pub(crate) const TUNE: &str = r"Example, for a study with a log and a table [tune]:
+  $ luenberger tune cell.toml -o fit
+  $ luenberger run tuned.toml -o results";
+
 pub(crate) const SWEEP: &str = r"Examples:
   $ luenberger new -o cart.toml
   $ luenberger sweep cart.toml -o results

@@ -56,6 +56,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Simulate(input) => study::step(Step::Simulate, &input),
         Command::Compare(input) => study::step(Step::Compare, &input),
         Command::Advise(input) => study::advise(&input),
+        Command::Tune(input) => study::tune(&input),
         Command::Sweep(input) => study::sweep(&input),
         Command::Export(input) => study::export(&input),
         Command::Lyap(input) => matrix::lyapunov::lyap(&input),

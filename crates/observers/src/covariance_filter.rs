@@ -21,6 +21,22 @@ pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
     fn measure(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool])
     -> Option<T>;
 
+    /// [`measure`](Self::measure), and beside its square `ln det S` of the outputs that the update used; none where
+    /// the update has no S (default).
+    ///
+    /// The log-likelihood of the measurement, given those before it, is `-(p ln(2 pi) + ln det S + y~' S^-1 y~)/2`, with
+    /// p outputs.
+    fn measure_with_determinant(
+        &self,
+        t: T,
+        state: &mut Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Option<(T, Option<T>)> {
+        self.measure(t, state, u, y, measured).map(|square| (square, None))
+    }
+
     /// The innovation of the measurement y at time t: y less the output that the update expects, for every output,
     /// whether it was measured or not. NaN where h is not defined, or columns have other lengths.
     ///

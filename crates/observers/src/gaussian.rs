@@ -99,6 +99,44 @@ where
     pub normalized_square: T,
 }
 
+impl<T: RealField + Copy, P: Dim> Innovation<T, P>
+where
+    DefaultAllocator: Allocator<P> + Allocator<P, P>,
+{
+    /// `ln det S` of the outputs that were measured; NaN if S is not positive definite.
+    ///
+    /// ```
+    /// use luenberger_observers::{KalmanFilter, KalmanModel, SampledObserver};
+    /// use nalgebra::{Matrix1, SMatrix, Vector1};
+    /// // A constant of variance 3, measured with variance 1: S = 4.
+    /// let one = Matrix1::new(1.0);
+    /// let bd = SMatrix::<f64, 1, 0>::zeros();
+    /// let model = KalmanModel { ad: one, bd, c: one, w: Matrix1::zeros(), v: one, p0: one * 3.0, period: 1.0 };
+    /// let filter = KalmanFilter::new(model)?;
+    /// let (u, y) = (SMatrix::<f64, 0, 1>::zeros(), Vector1::new(2.0));
+    /// let mut state = filter.initial(0.0, &Vector1::zeros(), &u, &y);
+    /// let innovation = filter.update(&mut state, &u, &y).ok_or("an update")?;
+    /// assert!((innovation.log_determinant() - 4f64.ln()).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn log_determinant(&self) -> T {
+        // The factor of a symmetric matrix, column by column: no more is needed than its diagonal.
+        let order = self.covariance.nrows();
+        let mut factor = self.covariance.clone();
+        let mut sum = T::zero();
+        for j in 0..order {
+            let pivot = (0..j).fold(factor[(j, j)], |pivot, k| pivot - factor[(j, k)] * factor[(j, k)]);
+            sum += pivot.ln();
+            let root = pivot.sqrt();
+            for i in j + 1..order {
+                let entry = (0..j).fold(factor[(i, j)], |entry, k| entry - factor[(i, k)] * factor[(j, k)]);
+                factor[(i, j)] = entry / root;
+            }
+        }
+        sum
+    }
+}
+
 /// A measurement as it is linearised at an estimate x: H (p x n), and `y - h(x)`.
 pub(crate) type Linearised<T, N, P> = (OMatrix<T, P, N>, OVector<T, P>);
 

@@ -92,6 +92,8 @@ pub enum Type {
     Bound,
     /// A table from names to finite numbers, or to texts with expressions of them.
     Named,
+    /// A table from names to intervals `[lower, upper]`.
+    NamedBounds,
     /// A table from names to units, or the list of the units of the states.
     Units,
     /// A table from names to tables.
@@ -160,6 +162,7 @@ impl Type {
             Self::Bounds => "a list of pairs [lower, upper]".to_owned(),
             Self::Bound => "a pair [lower, upper]".to_owned(),
             Self::Named => "a table from names to numbers, or expressions of others".to_owned(),
+            Self::NamedBounds => "a table from names to pairs [lower, upper]".to_owned(),
             Self::Units => "a table from names to units, or the list of the units of the states".to_owned(),
             Self::NamedTables(table) => format!("a table from names to {}", table.name),
             Self::Table(table) => format!("{}, a table", table.name),

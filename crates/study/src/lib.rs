@@ -23,6 +23,7 @@
 //! | [`execute`](mod@execute), [`results`] | the steps; their results |
 //! | [`statistics`] | moments, percentiles and the Pareto front of scores |
 //! | [`advise`](mod@advise) | every kind of observer that applies, tuned from the same information and ranked |
+//! | [`tune`](mod@tune) | what a filter assumes, fitted to a log by the likelihood of its innovations |
 //! | [`template`], [`import`](mod@import) | commented example studies; plants from MATLAB, numpy and JSON files |
 
 #![deny(missing_docs)]
@@ -55,6 +56,7 @@ mod synthesis;
 pub mod table;
 pub mod template;
 mod trajectory;
+pub mod tune;
 mod tuning;
 
 pub use deployment::closed_loop;

@@ -46,6 +46,8 @@ pub struct Study {
     pub solver: Solver,
     /// The prior information with which `luenberger advise` tunes, if specified.
     pub advise: Option<AdviseSpec>,
+    /// What `luenberger tune` fits, if specified.
+    pub tune: Option<TuneSpec>,
     /// The plots.
     pub plot: Plot,
     /// The sweep.
@@ -299,6 +301,60 @@ impl Default for AdviseSpec {
     fn default() -> Self {
         let (settling, region, initial, w, e, disturbance, period) = (None, None, None, None, None, None, None);
         Self { settling, region, initial, w, e, disturbance, period, ensemble: 20, seed: 0 }
+    }
+}
+
+/// What `luenberger tune` fits, and to which logs.
+#[derive(Debug, Clone)]
+pub struct TuneSpec {
+    /// The filter, by its name.
+    pub observer: String,
+    /// What is fitted.
+    pub parameters: Vec<Tuned>,
+    /// The logs with the names of their files; the first is that of the study.
+    pub logs: Vec<(String, Log)>,
+    /// The share of each log, its last part, that is not fitted.
+    pub held_out: f64,
+    /// Number of searches.
+    pub starts: usize,
+    /// The seed of their starts.
+    pub seed: u64,
+    /// Points to either side in the figure of a profile likelihood.
+    pub profile: usize,
+}
+
+/// A number that is fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tuned {
+    /// Which one.
+    pub what: Tunable,
+    /// Its name, such as `w[soc]`.
+    pub name: String,
+    /// Its value in the study.
+    pub value: f64,
+    /// Its bounds, if the study has some.
+    pub bounds: Option<(f64, f64)>,
+}
+
+/// A number of a study that can be fitted to a log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Tunable {
+    /// An entry of the diagonal of W.
+    W(usize),
+    /// An entry of the diagonal of V.
+    V(usize),
+    /// An entry of the diagonal of P(0).
+    P0(usize),
+    /// A parameter of the plant.
+    Parameter(String),
+    /// What the sensor of an output adds to it.
+    Bias(usize),
+}
+
+impl Tunable {
+    /// Whether it is a variance.
+    pub fn is_variance(&self) -> bool {
+        matches!(self, Self::W(_) | Self::V(_) | Self::P0(_))
     }
 }
 

@@ -1,5 +1,5 @@
 //! The commands on study files: `new`, and the steps `run`, `observe`, `design`, `certify`, `simulate`, `compare`,
-//! `sweep`; and `advise`.
+//! `sweep`; `advise` and `tune`.
 
 mod advise;
 mod cost;
@@ -11,9 +11,11 @@ mod step;
 mod sweep;
 mod sweep_script;
 mod text_report;
+mod tune;
 
 pub(crate) use advise::advise;
 pub(crate) use export::export;
 pub(crate) use new::new;
 pub(crate) use step::{run, step};
 pub(crate) use sweep::sweep;
+pub(crate) use tune::tune;

@@ -154,7 +154,7 @@ fn a_moving_horizon_takes_the_operations_that_are_stated() {
         })
         .collect();
     // The method of interior points ends before the steps that it may take.
-    assert_eq!(beyond, [(Some(0), 1426), (Some(1), 1065), (Some(1), 1783), (None, 1), (None, 1), (Some(0), 0)]);
+    assert_eq!(beyond, [(Some(0), 1426), (Some(1), 1065), (Some(1), 1783), (None, 1), (None, 1), (Some(0), 1426)]);
 }
 
 /// The bytes of the state that a header states are those that a compiler gives it, in both formats, with a time in each

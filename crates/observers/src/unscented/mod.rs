@@ -715,6 +715,19 @@ where
         self.update_partial(t, state, u, y, measured).map(|innovation| innovation.normalized_square)
     }
 
+    fn measure_with_determinant(
+        &self,
+        t: T,
+        state: &mut Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Option<(T, Option<T>)> {
+        let measured = |output: usize| measured.get(output).copied().unwrap_or(true);
+        self.update_partial(t, state, u, y, measured)
+            .map(|innovation| (innovation.normalized_square, Some(innovation.log_determinant())))
+    }
+
     fn innovation(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Output {
         if !self.fits(state, u) || !self.is_measurement(y) {
             return y.map(|_| convert(f64::NAN));

@@ -24,11 +24,27 @@ pub(super) trait AnyFilter {
     fn innovation(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Vec<f64>;
     /// The update by the outputs that were measured under the input u; none if the innovation covariance is not
     /// positive definite.
-    fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare>;
+    fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<Updated>;
     /// How many steps take it over a duration.
     fn pieces(&self, duration: f64) -> f64;
     /// The prediction; NaN where it has no result. With `passages`, those of its steps.
     fn predict(&self, t: f64, state: &mut [f64], u: &[f64], duration: f64, passages: Option<&mut Vec<Passage>>);
+}
+
+/// What an update has of its innovation.
+#[derive(Clone, Copy)]
+pub(super) struct Updated {
+    pub(super) square: NormalisedSquare,
+    /// `ln det S`, of an update with an S.
+    pub(super) log_determinant: Option<f64>,
+}
+
+impl Updated {
+    /// The log-likelihood of the measurement, given those before it.
+    pub(super) fn log_likelihood(&self) -> Option<f64> {
+        let constant = self.square.entries as f64 * std::f64::consts::TAU.ln();
+        self.log_determinant.map(|determinant| -0.5 * (constant + determinant + self.square.square))
+    }
 }
 
 /// A filter, with its sizes erased.
@@ -79,12 +95,13 @@ impl<F: CovarianceFilter<f64>> AnyFilter for Any<F> {
         self.0.innovation(t, &state, &u, &measurement).as_slice().to_vec()
     }
 
-    fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare> {
+    fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<Updated> {
         let mut filter_state = F::State::try_from_slice(state)?;
         let (u, y) = (Column::try_from_slice(u)?, Column::try_from_slice(y)?);
-        let square = self.0.measure(t, &mut filter_state, &u, &y, measured)?;
+        let (square, log_determinant) = self.0.measure_with_determinant(t, &mut filter_state, &u, &y, measured)?;
         state.copy_from_slice(filter_state.as_slice());
-        Some(NormalisedSquare::of_innovation(square, measured.iter().filter(|measured| **measured).count()))
+        let square = NormalisedSquare::of_innovation(square, measured.iter().filter(|measured| **measured).count());
+        Some(Updated { square, log_determinant })
     }
 
     fn pieces(&self, duration: f64) -> f64 {

@@ -50,6 +50,10 @@ pub struct ReplayedObserver {
 pub struct FilterConsistency {
     /// `nu' S^-1 nu` of each time (normalised innovation squared); none where nothing was measured.
     pub nis: Vec<Option<NormalisedSquare>>,
+    /// The log-likelihood of the measurements of each time, given those before: that of a normal distribution with the
+    /// covariance S of the innovation, `-(p ln(2 pi) + ln det S + nu' S^-1 nu)/2`. None where nothing was measured, and
+    /// of an estimator that has no S.
+    pub log_likelihood: Vec<Option<f64>>,
     /// The times, by their index, whose measurements had no result and were passed over: h is not defined around the
     /// estimate, or the covariance of the innovation not positive definite.
     pub passed_over: Vec<usize>,
@@ -65,7 +69,15 @@ pub struct FilterConsistency {
 impl FilterConsistency {
     pub(super) fn new(order: usize) -> Self {
         let (covariances, predicted) = (Vec::new(), Vec::new());
-        Self { nis: Vec::new(), passed_over: Vec::new(), rejected: Vec::new(), covariances, predicted, order }
+        Self {
+            nis: Vec::new(),
+            log_likelihood: Vec::new(),
+            passed_over: Vec::new(),
+            rejected: Vec::new(),
+            covariances,
+            predicted,
+            order,
+        }
     }
 
     /// The same with the covariances before the measurements.

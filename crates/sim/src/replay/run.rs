@@ -4,7 +4,6 @@ use nalgebra::DMatrix;
 
 use super::filter::AnyFilter;
 use super::hold::{Between, Hold, Source, reach};
-use super::innovation::NormalisedSquare;
 use super::replayed::{FilterConsistency, ReplayedObserver};
 use super::smoother::Record;
 use super::{BetweenRows, Entry, Recording};
@@ -349,7 +348,7 @@ impl<'r> ReplayRun<'r> {
         for &j in &rejected {
             self.measured[j] = false;
         }
-        let nis: Option<NormalisedSquare> = if self.measured.contains(&true) {
+        let update = if self.measured.contains(&true) {
             filter.update(t, state, &self.u, &self.y, &self.measured)
         } else {
             None
@@ -358,10 +357,11 @@ impl<'r> ReplayRun<'r> {
         self.note(t, row, &predicted, &estimate)?;
         if let Some(consistency) = &mut self.consistency {
             consistency.rejected.extend(rejected.into_iter().map(|output| (consistency.nis.len(), output)));
-            if nis.is_none() && self.measured.contains(&true) {
+            if update.is_none() && self.measured.contains(&true) {
                 consistency.passed_over.push(consistency.nis.len());
             }
-            consistency.nis.push(nis);
+            consistency.nis.push(update.map(|update| update.square));
+            consistency.log_likelihood.push(update.and_then(|update| update.log_likelihood()));
             consistency.predicted.extend_from_slice(&before);
             consistency.covariances.extend_from_slice(&covariance);
         }

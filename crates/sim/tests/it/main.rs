@@ -12,6 +12,7 @@ mod events;
 mod exponential;
 mod feedthrough;
 mod gramian;
+mod likelihood;
 mod noise;
 mod on_slices;
 mod radau;

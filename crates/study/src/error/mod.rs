@@ -1,12 +1,14 @@
 //! Errors of reading and executing a study.
 
 pub(crate) mod sweep;
+pub(crate) mod tune;
 
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::Diagnostics;
 use crate::limits::{Excess, duration};
 use sweep::SweepError;
+use tune::TuneError;
 
 /// Error of reading or executing a study.
 ///
@@ -92,6 +94,9 @@ pub enum StudyError {
     /// The blocks of a sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    /// The fit of a filter to a log.
+    #[error(transparent)]
+    Tune(#[from] TuneError),
     /// The user interrupted. Finished files are on disk.
     #[error("interrupted: finished results are kept")]
     Interrupted,

@@ -78,6 +78,10 @@ impl Specification for ExtendedKalman {
         true
     }
 
+    fn has_likelihood(&self, _dt: Option<f64>) -> bool {
+        true
+    }
+
     fn smooths(&self) -> bool {
         self.smooth
     }

@@ -1,7 +1,9 @@
 //! The stationary Kalman filter: a Luenberger observer with the Kalman gain.
 
+use luenberger_design::DesignError;
+use luenberger_linalg::discrete_kalman_gain;
 use luenberger_live as live;
-use luenberger_observers::StationaryKalmanFilter;
+use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, StationaryKalmanFilter};
 use nalgebra::Dyn;
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
@@ -11,8 +13,8 @@ use crate::designed::Running;
 use crate::keys::{Type, optional};
 use crate::reader::gain;
 use crate::results::NoObserver;
-use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Designed, Plan, discrete, linear};
+use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
+use crate::synthesis::{Designed, Plan, discrete, linear, uncertified};
 use crate::tuning::{Context, Keys, Value, covariance, intensity, linear as is_linear, noisy, process_noise};
 
 /// The kind.
@@ -66,6 +68,11 @@ impl Specification for Kalman {
         self.0.is_filter
     }
 
+    // In continuous time V is an intensity, and a sample has no covariance. Correlated noises have another update.
+    fn has_likelihood(&self, dt: Option<f64>) -> bool {
+        dt.is_some() && matches!(&self.0.gain, GainSpec::Kalman(noise) if noise.s.is_none())
+    }
+
     fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
         Some(Self(self.0.faster(factor, dt)).into())
     }
@@ -78,6 +85,21 @@ impl Kind for Kalman {
 
     fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
         discrete::design(plan, &self.0, dt)
+    }
+
+    // From the stationary covariance on, the filter with a covariance has the stationary gain as long as every output
+    // is measured.
+    fn with_covariance(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        let (plant, dt) = (plan.linear()?, plan.study.plant.dt);
+        let (GainSpec::Kalman(noise), Some(dt)) = (&self.0.gain, dt) else {
+            return Err(NoObserver::new("the innovations have no covariance"));
+        };
+        let w = noise.g.as_ref().map_or_else(|| noise.w.clone(), |g| g * &noise.w * g.transpose());
+        let stationary = discrete_kalman_gain(&plant.a, &plant.c, &w, &noise.v).map_err(DesignError::from)?;
+        let noises = NoiseModel { w, v: noise.v.clone(), p0: stationary.p };
+        let filter = ExtendedKalmanFilter::discrete(plan.study.plant.model.clone(), noises, dt)?
+            .with_prediction(Prediction::Discrete)?;
+        Ok(Designed::new(filter.into(), uncertified("the stationary filter with its covariance"), None))
     }
 }
 

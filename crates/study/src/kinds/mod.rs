@@ -214,6 +214,18 @@ pub trait Kind: Specification {
         false
     }
 
+    /// The filter that computes the covariance of its innovations along a log, of a kind that
+    /// [has a likelihood](Specification::has_likelihood): by default its design.
+    ///
+    /// # Errors
+    /// [`NoObserver`].
+    fn with_covariance(&self, plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+        match plan.study.plant.dt {
+            Some(dt) => self.design_in_discrete_time(plan, dt),
+            None => self.design(plan),
+        }
+    }
+
     /// What to do where its design fails for this reason; none where any kind would advise the same.
     fn advice(&self, plan: &Plan<'_>, cause: &Cause) -> Option<Advice> {
         let _ = (plan, cause);
@@ -250,6 +262,14 @@ pub(crate) fn kind_of(specification: &ObserverKind) -> Option<&dyn Kind> {
 /// Whether a design of this kind takes minutes.
 pub(crate) fn takes_long(specification: &ObserverKind) -> bool {
     named(specification.name()).is_some_and(|kind| kind.takes_long)
+}
+
+/// The filter whose innovations have a likelihood.
+pub(crate) fn with_covariance(plan: &Plan<'_>) -> Result<Designed, NoObserver> {
+    let Some(kind) = kind_of(&plan.requested.kind) else {
+        return Err(NoObserver::new(format!("there is no kind {}", plan.requested.kind.name())));
+    };
+    kind.with_covariance(plan)
 }
 
 /// The design of an observer.

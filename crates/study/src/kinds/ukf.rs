@@ -105,6 +105,10 @@ impl Specification for UnscentedSpec {
         true
     }
 
+    fn has_likelihood(&self, _dt: Option<f64>) -> bool {
+        true
+    }
+
     fn smooths(&self) -> bool {
         self.smooth
     }

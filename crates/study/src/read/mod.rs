@@ -17,6 +17,8 @@ mod simulation_settings;
 mod sweep;
 mod toml;
 mod truth;
+mod tune;
+mod tuned;
 mod units;
 mod varied;
 
@@ -36,6 +38,7 @@ use crate::reader::tree::Node;
 use crate::reader::{Reader, check};
 pub use crate::study::Format;
 pub(crate) use observer::file_name;
+pub(crate) use tuned::{Edit, Editable};
 pub(crate) use varied::varied;
 
 impl Study {
@@ -141,6 +144,9 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     }
     let log = root.get("log").and_then(|node| simulation_settings::log(node, &plant, reader));
     let advise = root.get("advise").and_then(|node| advise::advise(node, &plant, simulation.as_ref(), reader));
+    let tune = root
+        .get("tune")
+        .and_then(|node| tune::tune((root, node), (&plant, observers.as_deref(), log.as_ref()), reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root.get("sweep").and_then(|node| {
         if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
@@ -167,6 +173,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
             _ => Solver::Interior,
         },
         advise: sound(root, "advise", advise).ok()?,
+        tune: sound(root, "tune", tune).ok()?,
         plot: plot?,
         sweep: sound(root, "sweep", sweep).ok()?,
         folder: reader.folder.clone(),

@@ -8,7 +8,7 @@ use luenberger_expression::nearest;
 use super::assemble;
 use super::simulation_settings::named;
 use crate::diagnostic::{Diagnostic, Source};
-use crate::reader::tree::{Node, Value};
+use crate::reader::tree::{Node, Step, Value};
 use crate::reader::{Reader, check};
 use crate::schema::{STUDY, SWEPT};
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
@@ -80,13 +80,6 @@ fn parameter(root: &Node, at: &Node, reader: &mut Reader) -> Option<Swept> {
     None
 }
 
-/// A step from a table or a list to what it holds.
-#[derive(Clone)]
-enum Step {
-    Key(String),
-    Entry(usize),
-}
-
 /// The numbers that a sweep may vary, by their names, each with its place.
 fn numbers(root: &Node) -> Vec<(String, Vec<Step>)> {
     let mut found = Vec::new();
@@ -131,19 +124,6 @@ fn collect(node: &Node, path: &str, steps: Vec<Step>, found: &mut Vec<(String, V
     }
 }
 
-/// The node at a place.
-fn follow<'n>(node: &'n mut Node, steps: &[Step]) -> Option<&'n mut Node> {
-    let Some((first, rest)) = steps.split_first() else { return Some(node) };
-    let inner = match (first, &mut node.value) {
-        (Step::Key(key), Value::Table(entries)) => {
-            entries.iter_mut().find(|entry| entry.key == *key).map(|entry| &mut entry.node)
-        }
-        (Step::Entry(k), Value::List(list)) => list.get_mut(*k),
-        _ => None,
-    };
-    follow(inner?, rest)
-}
-
 /// The study with each value of the number.
 fn variants(
     root: &Node,
@@ -160,7 +140,7 @@ fn variants(
     let mut variants = Vec::new();
     for (k, value) in values.iter().enumerate() {
         let mut tree = plain.clone();
-        if let Some(place) = follow(&mut tree, &steps) {
+        if let Some(place) = tree.at_mut(&steps) {
             place.value = Value::Number(*value, value.fract() == 0.0);
         }
         let mut inner = reader.inner();

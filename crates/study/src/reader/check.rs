@@ -189,6 +189,12 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
             bound(x, &format!("pair {} of `{name}`", i + 1), mistakes);
         }),
         Type::Bound => bound(node, &format!("`{name}`"), mistakes),
+        Type::NamedBounds => match &node.value {
+            Value::Table(entries) => {
+                entries.iter().for_each(|entry| bound(&entry.node, &format!("`{}`", entry.key), mistakes));
+            }
+            _ => wrong(node, other(node), expected()),
+        },
         Type::Named => match &node.value {
             Value::Table(entries) => {
                 for entry in entries {

@@ -30,7 +30,33 @@ pub(crate) struct Entry {
     pub(crate) node: Node,
 }
 
+/// A step from a table or a list to what it holds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Step {
+    Key(String),
+    Entry(usize),
+}
+
 impl Node {
+    /// The value at a place.
+    pub(crate) fn at(&self, steps: &[Step]) -> Option<&Node> {
+        steps.iter().try_fold(self, |node, step| match step {
+            Step::Key(key) => node.get(key),
+            Step::Entry(k) => node.list()?.get(*k),
+        })
+    }
+
+    /// The value at a place, to be changed.
+    pub(crate) fn at_mut(&mut self, steps: &[Step]) -> Option<&mut Node> {
+        steps.iter().try_fold(self, |node, step| match (step, &mut node.value) {
+            (Step::Key(key), Value::Table(entries)) => {
+                entries.iter_mut().find(|entry| entry.key == *key).map(|entry| &mut entry.node)
+            }
+            (Step::Entry(k), Value::List(list)) => list.get_mut(*k),
+            _ => None,
+        })
+    }
+
     /// The type of the value for messages.
     pub(crate) fn kind(&self) -> &'static str {
         match &self.value {

@@ -332,8 +332,12 @@ impl InnovationOf {
 
     /// `3.7e-169 (rejected)`: the p-value of the test of whiteness, at the level 5 %.
     pub fn whiteness_in_words(&self) -> Option<String> {
-        use luenberger_proof::wording::significant;
-        let p = self.white?;
-        Some(format!("{} ({})", significant(p, 2), if p < 0.05 { "rejected" } else { "not rejected" }))
+        self.white.map(whiteness)
     }
+}
+
+/// `3.7e-169 (rejected)`: a p-value at the level 5 %.
+pub(crate) fn whiteness(p: f64) -> String {
+    let digits = luenberger_proof::wording::significant(p, 2);
+    format!("{digits} ({})", if p < 0.05 { "rejected" } else { "not rejected" })
 }

@@ -22,6 +22,7 @@ pub use alternative::{Advice, Alternative};
 pub use coverage::{CoverageReport, StateCoverage};
 pub(crate) use document::{eigenvalue, with_unit};
 pub use document::{leading, log_data};
+pub(crate) use log::whiteness;
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,
     SmoothedDeviation, SmoothedReport, StateScore,

@@ -103,6 +103,7 @@ fn kind(kind: &Type) -> Value {
         Type::Bounds => list(&pair()),
         Type::Bound => pair(),
         Type::Named => json!({ "type": "object", "additionalProperties": { "type": ["number", "string"] } }),
+        Type::NamedBounds => json!({ "type": "object", "additionalProperties": pair() }),
         Type::Units => {
             let table = json!({ "type": "object", "additionalProperties": { "type": "string" } });
             json!({ "anyOf": [table, list(&json!({ "type": "string" }))] })

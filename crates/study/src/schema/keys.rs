@@ -3,6 +3,7 @@
 use super::advise::ADVISE;
 use super::observers::OBSERVER;
 use super::truth::TRUTH;
+use super::tune::TUNE;
 use crate::keys::{Range, Table, Type, optional, required};
 
 /// The whole file.
@@ -35,6 +36,7 @@ pub const STUDY: Table = Table {
         optional("log", Type::Table(&LOG), "A measured log to run the observers on."),
         optional("observer", Type::Tables(&OBSERVER), "The observers, each with its specification."),
         optional("advise", Type::Table(&ADVISE), "What `luenberger advise` tells every kind of observer."),
+        optional("tune", Type::Table(&TUNE), "What `luenberger tune` fits to the log."),
         optional("plot", Type::Table(&PLOT), "The figures (default: all)."),
         optional("sweep", Type::Table(&SWEEP), "A parameter sweep, with an ensemble of runs at each value."),
     ],

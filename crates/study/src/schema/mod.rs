@@ -8,6 +8,7 @@ mod json;
 mod keys;
 mod observers;
 mod truth;
+mod tune;
 
 pub use crate::keys::{Key, Range, Table, Type, Variant, Variants, optional, required};
 pub use json::{json_schema, schema};

@@ -138,6 +138,12 @@ pub trait Specification: Setting {
         false
     }
 
+    /// Whether its innovations on a log have a likelihood: their covariance is computed along.
+    fn has_likelihood(&self, dt: Option<f64>) -> bool {
+        let _ = dt;
+        false
+    }
+
     /// Whether estimates on a log are smoothed.
     fn smooths(&self) -> bool {
         false

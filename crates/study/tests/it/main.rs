@@ -60,6 +60,7 @@ mod table;
 mod templates;
 mod trajectories;
 mod truth;
+mod tune;
 mod units;
 mod unknown_input;
 mod varying_periods;

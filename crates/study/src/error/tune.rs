@@ -1,0 +1,84 @@
+//! Errors of fitting a filter to a log.
+
+use std::path::PathBuf;
+
+use luenberger_proof::wording::{counted, significant};
+
+/// Error of fitting a filter to a log.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TuneError {
+    /// The filter does not run with the values of the study.
+    #[error("{observer} has no likelihood on the log with the values of the study: {why}")]
+    NoStart {
+        /// The filter.
+        observer: String,
+        /// Why.
+        why: String,
+    },
+    /// A part of the logs has too few measurements.
+    #[error(
+        "{what} {} with {}, and at least {least} are needed: {advice}",
+        counted(*rows, "row"), counted(*measurements, "measurement")
+    )]
+    TooShort {
+        /// Which part: `the part that is held out has`.
+        what: &'static str,
+        /// Its rows.
+        rows: usize,
+        /// Its measurements.
+        measurements: usize,
+        /// How many are needed.
+        least: usize,
+        /// What can be done.
+        advice: &'static str,
+    },
+    /// The likelihood does not depend on a parameter.
+    #[error(
+        "the log says nothing of {name}: the log-likelihood is {} at {} and at {} as at {}{because}; leave it out of `parameters`, or use a log in which it matters",
+        significant(*log_likelihood, 9), significant(*low, 4), significant(*high, 4), significant(*value, 4)
+    )]
+    NoInformation {
+        /// The parameter.
+        name: String,
+        /// The log-likelihood.
+        log_likelihood: f64,
+        /// The value of the study.
+        value: f64,
+        /// A lower value.
+        low: f64,
+        /// A higher value.
+        high: f64,
+        /// What the log lacks, such as an input that is not constant.
+        because: String,
+    },
+    /// The likelihood grows without bound.
+    #[error(
+        "the likelihood has no maximum: it still grows where {name} {towards} {} ({} more over the last factor of 10): {advice}",
+        significant(*at, 4), significant(*gain, 3)
+    )]
+    NoMaximum {
+        /// The parameter.
+        name: String,
+        /// `falls to` or `rises to`.
+        towards: &'static str,
+        /// The value at the bound.
+        at: f64,
+        /// What the log-likelihood gains.
+        gain: f64,
+        /// What can be done.
+        advice: &'static str,
+    },
+    /// The file of the tuned study exists.
+    #[error("{} exists: --force writes over it", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The tuned study cannot be written as text.
+    #[error("the tuned values cannot be written into the text of the study: {why}")]
+    Text {
+        /// Why.
+        why: String,
+    },
+}

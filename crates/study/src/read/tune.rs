@@ -1,0 +1,203 @@
+//! The table [tune].
+
+use luenberger_expression::nearest;
+use nalgebra::DMatrix;
+
+use super::simulation_settings;
+use super::tuned::{noise_node, place_of};
+use crate::diagnostic::Diagnostic;
+use crate::model::PlantModel;
+use crate::reader::Reader;
+use crate::reader::check;
+use crate::reader::tree::{Entry, Node, Value};
+use crate::study::{Log, ObserverSpec, Tunable, TuneSpec, Tuned};
+
+/// The kinds whose innovations have a likelihood, for messages.
+const KINDS: &str = "expected one of the kinds extended-kalman, iterated-extended-kalman, ukf, and kalman of a plant in discrete time, whose innovations have a covariance";
+
+pub(super) fn tune(
+    (root, node): (&Node, &Node),
+    (plant, observers, log): (&PlantModel, Option<&[ObserverSpec]>, Option<&Log>),
+    reader: &mut Reader,
+) -> Option<TuneSpec> {
+    let Some(table) = root.get("log") else {
+        reader.absent(check::head(node), "[tune] without a [log]", "expected a [log] to fit");
+        return None;
+    };
+    let (log, observers) = (log?, observers?);
+    let names: Vec<String> = observers.iter().map(|observer| observer.name.clone()).collect();
+    let at = node.get("observer")?;
+    let observer = &observers[reader.position(at, "observer", &names)?];
+    if !observer.kind.has_likelihood(plant.dt) {
+        let message =
+            format!("the innovations of {:?}, of the kind {}, have no likelihood", observer.name, observer.kind.name());
+        return reader.refuse(at.span.clone(), message, KINDS);
+    }
+    let list = node.get("parameters")?;
+    let known = known(root, plant, observer)?;
+    let mut parameters = Vec::<Tuned>::new();
+    for entry in list.list()? {
+        for found in named(entry, &known, reader)? {
+            if parameters.iter().any(|other| other.name == found.name) {
+                let message = format!("{} is named twice", found.name);
+                return reader.refuse(entry.span.clone(), message, "expected each number once");
+            }
+            parameters.push(found);
+        }
+    }
+    for entry in node.get("bounds").map(Node::entries).unwrap_or_default() {
+        bounded(entry, &mut parameters, reader)?;
+    }
+    for one in parameters.iter().filter(|one| one.bounds.is_none() && one.value == 0.0) {
+        if !matches!(one.what, Tunable::Bias(_)) {
+            let message = format!("{} is 0 in the study, which is no start of a search without bounds", one.name);
+            let expected = format!("expected a value that is not 0, or {:?} in `bounds`", one.name);
+            return reader.refuse(list.span.clone(), message, expected);
+        }
+    }
+    let held_out = node.get("held_out").map_or(Some(0.3), Node::number)?;
+    if held_out > 0.9 {
+        let message = format!("`held_out` is {held_out}");
+        return reader.refuse(node.get("held_out")?.span.clone(), message, "expected a share from 0 to 0.9");
+    }
+    let file = table.get("file")?.text()?.to_owned();
+    let mut logs = vec![(file, log.clone())];
+    for entry in node.get("files").and_then(Node::list).unwrap_or_default() {
+        let name = entry.text()?.to_owned();
+        if logs.iter().any(|(other, _)| *other == name) {
+            let message = format!("the log {name:?} is named twice");
+            return reader.refuse(entry.span.clone(), message, "expected each log once");
+        }
+        logs.push((name, simulation_settings::log(&with_file(table, entry), plant, reader)?));
+    }
+    let count = |key: &str, default: usize| node.get(key).map_or(Some(default), Node::count);
+    Some(TuneSpec {
+        observer: observer.name.clone(),
+        parameters,
+        logs,
+        held_out,
+        starts: count("starts", 3)?,
+        seed: count("seed", 0)? as u64,
+        profile: count("profile", 4)?,
+    })
+}
+
+/// The table of the log with another file.
+fn with_file(table: &Node, file: &Node) -> Node {
+    let entry =
+        |entry: &Entry| if entry.key == "file" { Entry { node: file.clone(), ..entry.clone() } } else { entry.clone() };
+    Node { span: table.span.clone(), value: Value::Table(table.entries().iter().map(entry).collect()) }
+}
+
+/// Names, each with the numbers that it stands for.
+type Known = Vec<(String, Vec<Tuned>)>;
+
+/// Everything that can be fitted.
+fn known(root: &Node, plant: &PlantModel, observer: &ObserverSpec) -> Option<Known> {
+    let own = root.at(&place_of(root, &observer.name)?)?;
+    let mut known = Known::new();
+    let (n, p) = (plant.states.len(), plant.outputs.len());
+    for key in ["w", "v", "p0"] {
+        if key == "p0" && observer.kind.period().is_none() {
+            continue;
+        }
+        let (states, outputs) = (plant.states.clone(), plant.outputs.clone());
+        let numbered = |count: usize| (1..=count).map(|k| k.to_string()).collect::<Vec<_>>();
+        let node = noise_node(own, key);
+        // Noise that enters by a matrix G has entries without a name.
+        let entering = noise_node(own, "g").and_then(crate::reader::rows_of).map(|g| numbered(g.ncols()));
+        let names = if key == "v" { outputs } else { entering.filter(|_| key == "w").unwrap_or(states) };
+        let order = names.len();
+        let matrix = node.map_or_else(|| Some(DMatrix::identity(n, n)), |node| weight(node, order))?;
+        let one = |(i, name): (usize, &String)| Tuned {
+            what: match key {
+                "w" => Tunable::W(i),
+                "v" => Tunable::V(i),
+                _ => Tunable::P0(i),
+            },
+            name: format!("{key}[{name}]"),
+            value: matrix[(i, i)],
+            bounds: None,
+        };
+        let all: Vec<Tuned> = names.iter().enumerate().map(one).collect();
+        known.extend(all.iter().map(|one| (one.name.clone(), vec![one.clone()])));
+        known.push((key.to_owned(), all.into_iter().filter(|one| one.value > 0.0).collect()));
+    }
+    for (name, value) in &plant.parameters {
+        let what = Tunable::Parameter(name.clone());
+        known.push((name.clone(), vec![Tuned { what, name: name.clone(), value: *value, bounds: None }]));
+    }
+    for j in 0..p {
+        let name = format!("bias[{}]", plant.outputs[j]);
+        known.push((name.clone(), vec![Tuned { what: Tunable::Bias(j), name, value: 0.0, bounds: None }]));
+    }
+    // A parameter that is an expression of others follows from them.
+    let texts: Vec<&str> = root
+        .get("plant")?
+        .get("parameters")
+        .map(Node::entries)
+        .unwrap_or_default()
+        .iter()
+        .filter(|entry| entry.node.number().is_none())
+        .map(|entry| entry.key.as_str())
+        .collect();
+    known.retain(|(name, _)| !texts.contains(&name.as_str()));
+    Some(known)
+}
+
+/// A weight that was read without a mistake.
+pub(super) fn weight(node: &Node, order: usize) -> Option<DMatrix<f64>> {
+    if let Some(x) = node.number() {
+        return Some(DMatrix::identity(order, order) * x);
+    }
+    let matrix = match node.numbers() {
+        Some(diagonal) => DMatrix::from_diagonal(&diagonal.into()),
+        None => crate::reader::rows_of(node)?,
+    };
+    (matrix.shape() == (order, order)).then_some(matrix)
+}
+
+/// What a name stands for.
+fn named(entry: &Node, known: &Known, reader: &mut Reader) -> Option<Vec<Tuned>> {
+    let name = entry.text()?;
+    if let Some((_, found)) = known.iter().find(|(known, _)| known == name) {
+        if found.is_empty() {
+            let message = format!("`{name}` has no positive entry in its diagonal");
+            return reader.refuse(entry.span.clone(), message, "expected a variance that is positive in the study");
+        }
+        return Some(found.clone());
+    }
+    let names = || known.iter().map(|(name, _)| name.as_str());
+    let message = format!("`parameters` has {name:?}, which cannot be fitted");
+    let expected = format!("expected one of {}", names().collect::<Vec<_>>().join(", "));
+    let mut mistake = Diagnostic::new(entry.span.clone(), message, expected);
+    if let Some(near) = nearest(name, names()) {
+        mistake = mistake.help(format!("the nearest is {near:?}"));
+    }
+    reader.mistakes.push(mistake);
+    None
+}
+
+/// Puts bounds to a parameter, or to all of a name.
+fn bounded(entry: &Entry, parameters: &mut [Tuned], reader: &mut Reader) -> Option<()> {
+    let [low, high] = entry.node.numbers()?[..] else { return None };
+    let of = |one: &&mut Tuned| one.name == entry.key || one.name.starts_with(&format!("{}[", entry.key));
+    let mut found: Vec<&mut Tuned> = parameters.iter_mut().filter(of).collect();
+    if found.is_empty() {
+        let message = format!("`bounds` has {:?}, which is not among the parameters", entry.key);
+        return reader.refuse(entry.span.clone(), message, "expected a name in `parameters`");
+    }
+    for one in &mut found {
+        let is_right = low < high && low.is_finite() && high.is_finite();
+        if !is_right || !(low..=high).contains(&one.value) {
+            let message = format!("the bounds of {} are [{low}, {high}], and its value is {}", one.name, one.value);
+            return reader.refuse(entry.node.span.clone(), message, "expected finite bounds around the value");
+        }
+        if one.what.is_variance() && low <= 0.0 {
+            let message = format!("the lower bound of the variance {} is {low}", one.name);
+            return reader.refuse(entry.node.span.clone(), message, "expected a positive number");
+        }
+        one.bounds = Some((low, high));
+    }
+    Some(())
+}

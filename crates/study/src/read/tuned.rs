@@ -1,0 +1,246 @@
+//! A study with other values of what is tuned: read anew from its tree, so that everything that depends on a number
+//! follows, and where the numbers are in its text.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::tune::weight;
+use super::{assemble, json, toml};
+use crate::diagnostic::Diagnostic;
+use crate::reader::Reader;
+use crate::reader::tree::{Entry, Node, Step, Value};
+use crate::study::{Format, Study, Tunable, Tuned};
+use crate::tuning::Value as Keyed;
+
+/// The place of an observer among its tree.
+pub(super) fn place_of(root: &Node, name: &str) -> Option<Vec<Step>> {
+    let named = |node: &Node| node.get("name").or_else(|| node.get("kind")).and_then(Node::text) == Some(name);
+    let k = root.get("observer")?.list()?.iter().position(named)?;
+    Some(vec![Step::Key("observer".to_owned()), Step::Entry(k)])
+}
+
+/// W, V, G or P(0) of an observer: its own key, or that of its table `kalman`.
+pub(super) fn noise_node<'a>(own: &'a Node, key: &str) -> Option<&'a Node> {
+    own.get(key).or_else(|| own.get("kalman")?.get(key))
+}
+
+/// A new value.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum NewValue {
+    Keyed(Keyed),
+    Texts(Vec<String>),
+}
+
+impl NewValue {
+    fn node(&self) -> Node {
+        fn of(value: &Keyed) -> Value {
+            match value {
+                Keyed::Number(x) => Value::Number(*x, false),
+                Keyed::List(list) => Value::List(list.iter().map(|one| Node { span: 0..0, value: of(one) }).collect()),
+                Keyed::Table(_) => Value::Table(Vec::new()),
+            }
+        }
+        let value = match self {
+            Self::Keyed(value) => of(value),
+            Self::Texts(texts) => {
+                Value::List(texts.iter().map(|text| Node { span: 0..0, value: Value::Text(text.clone()) }).collect())
+            }
+        };
+        Node { span: 0..0, value }
+    }
+
+    /// As text, the same in TOML and in JSON.
+    pub(crate) fn text(&self) -> String {
+        match self {
+            Self::Keyed(value) => value.toml(),
+            Self::Texts(texts) => serde_json::Value::from(texts.clone()).to_string().replace("\",\"", "\", \""),
+        }
+    }
+}
+
+/// A value that is changed, or a key that is added.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Edit {
+    /// The table.
+    parent: Vec<Step>,
+    /// Its key.
+    pub(crate) key: String,
+    /// The key in front of which it is added if it is not there.
+    before: &'static str,
+    pub(crate) value: NewValue,
+    /// Which of the parameters it has.
+    pub(crate) of: Vec<usize>,
+}
+
+impl Edit {
+    fn place(&self) -> Vec<Step> {
+        self.parent.iter().cloned().chain([Step::Key(self.key.clone())]).collect()
+    }
+}
+
+/// The tree of a study, of which numbers are changed.
+#[derive(Debug)]
+pub(crate) struct Editable<'a> {
+    study: &'a Study,
+    root: Node,
+    /// The plant and the observer alone.
+    plain: Node,
+    observer: Vec<Step>,
+}
+
+/// The tables that the design of an observer depends on.
+const KEPT: [&str; 4] = ["plant", "operating_point", "solver", "observer"];
+
+impl<'a> Editable<'a> {
+    /// None if the text does not have the observer.
+    pub(crate) fn new(study: &'a Study, observer: &str) -> Option<Self> {
+        let text = study.source.text();
+        let (root, _) = match study.format {
+            Format::Toml => toml::tree(text),
+            Format::Json => json::tree(text),
+        };
+        let place = place_of(&root, observer)?;
+        let mut plain = root.clone();
+        let own = root.at(&place)?.clone();
+        if let Value::Table(entries) = &mut plain.value {
+            entries.retain(|entry| KEPT.contains(&entry.key.as_str()));
+            for entry in entries.iter_mut().filter(|entry| entry.key == "observer") {
+                entry.node.value = Value::List(vec![own.clone()]);
+            }
+        }
+        Some(Self { study, root, plain, observer: place })
+    }
+
+    /// The changes for these values; of a bias only where `is_written`, since otherwise the data are changed.
+    pub(crate) fn edits(&self, parameters: &[Tuned], values: &[f64], is_written: bool) -> Option<Vec<Edit>> {
+        let own = self.root.at(&self.observer)?;
+        let mut edits = Vec::new();
+        for key in ["w", "v", "p0"] {
+            let index = |what: &Tunable| match what {
+                Tunable::W(i) if key == "w" => Some(*i),
+                Tunable::V(i) if key == "v" => Some(*i),
+                Tunable::P0(i) if key == "p0" => Some(*i),
+                _ => None,
+            };
+            let of: Vec<usize> = (0..parameters.len()).filter(|k| index(&parameters[*k].what).is_some()).collect();
+            if of.is_empty() {
+                continue;
+            }
+            let (n, p) = (self.study.plant.states.len(), self.study.plant.outputs.len());
+            let entering =
+                noise_node(own, "g").and_then(Node::list).and_then(|rows| rows.first()?.list()).map(<[Node]>::len);
+            let order = if key == "v" { p } else { entering.filter(|_| key == "w").unwrap_or(n) };
+            let node = noise_node(own, key);
+            let matrix = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))?;
+            // Correlations stay as they are.
+            let mut factor = vec![1.0; order];
+            for &k in &of {
+                let i = index(&parameters[k].what)?;
+                factor[i] = (values[k] / matrix[(i, i)]).sqrt();
+            }
+            let mut scaled = DMatrix::from_fn(order, order, |i, j| matrix[(i, j)] * factor[i] * factor[j]);
+            for &k in &of {
+                let i = index(&parameters[k].what)?;
+                scaled[(i, i)] = values[k];
+            }
+            let is_inner = own.get(key).is_none() && node.is_some();
+            let inner = is_inner.then(|| Step::Key("kalman".to_owned()));
+            let parent = self.observer.iter().cloned().chain(inner).collect();
+            edits.push(Edit {
+                parent,
+                key: key.to_owned(),
+                before: "w",
+                value: NewValue::Keyed(Keyed::weight(&scaled)),
+                of,
+            });
+        }
+        let top = |key: &str| Step::Key(key.to_owned());
+        for (k, one) in parameters.iter().enumerate() {
+            if let Tunable::Parameter(name) = &one.what {
+                let parent = vec![top("plant"), top("parameters")];
+                let value = NewValue::Keyed(Keyed::Number(values[k]));
+                edits.push(Edit { parent, key: name.clone(), before: "", value, of: vec![k] });
+            }
+        }
+        let biased: Vec<usize> =
+            (0..parameters.len()).filter(|k| matches!(parameters[*k].what, Tunable::Bias(_))).collect();
+        if is_written && !biased.is_empty() {
+            let given = self.root.get("log")?.get("outputs").and_then(Node::texts);
+            let mut outputs: Vec<String> = given.map_or_else(
+                || self.study.plant.outputs.clone(),
+                |texts| texts.into_iter().map(str::to_owned).collect(),
+            );
+            for &k in &biased {
+                if let Tunable::Bias(j) = parameters[k].what {
+                    outputs[j] = less(&outputs[j], values[k]);
+                }
+            }
+            let value = NewValue::Texts(outputs);
+            edits.push(Edit { parent: vec![top("log")], key: "outputs".to_owned(), before: "file", value, of: biased });
+        }
+        Some(edits)
+    }
+
+    /// The study with these changes, of its plant and the observer alone.
+    ///
+    /// # Errors
+    /// Why it is no study.
+    pub(crate) fn study(&self, edits: &[Edit]) -> Result<Study, String> {
+        let mut tree = self.plain.clone();
+        let own = [Step::Key("observer".to_owned()), Step::Entry(0)];
+        // A gate rejects what does not fit, and a likelihood without it grows with what is rejected.
+        if let Some(Value::Table(entries)) = tree.at_mut(&own).map(|node| &mut node.value) {
+            entries.retain(|entry| entry.key != "gate");
+        }
+        for edit in edits {
+            let mut parent = edit.parent.clone();
+            if let Some(step) = parent.get_mut(1).filter(|_| edit.parent.starts_with(&self.observer)) {
+                *step = Step::Entry(0);
+            }
+            let Some(Value::Table(entries)) = tree.at_mut(&parent).map(|node| &mut node.value) else {
+                return Err(format!("the study has no place for {}", edit.key));
+            };
+            match entries.iter_mut().find(|entry| entry.key == edit.key) {
+                Some(entry) => entry.node = edit.value.node(),
+                None => entries.push(Entry { key: edit.key.clone(), span: 0..0, node: edit.value.node() }),
+            }
+        }
+        let mut reader = Reader::new(&self.study.folder, BTreeMap::new());
+        let study = assemble(&tree, &self.study.source, &mut reader);
+        let mistake = reader.mistakes.into_iter().chain(reader.absences).next();
+        match (study, mistake) {
+            (Some(study), None) => Ok(study),
+            (_, mistake) => {
+                Err(mistake.map_or_else(|| "it is no study".to_owned(), |Diagnostic { message, .. }| message))
+            }
+        }
+    }
+
+    /// What an edit does to the text: the bytes that it replaces, and by what. None if the text has no place for it.
+    pub(crate) fn replacement(&self, edit: &Edit) -> Option<(Range<usize>, String)> {
+        if let Some(node) = self.root.at(&edit.place()) {
+            return Some((node.span.clone(), edit.value.text()));
+        }
+        let (text, before) = (self.study.source.text(), self.root.at(&edit.parent)?.entry(edit.before)?);
+        let (start, value) = (before.span.start, edit.value.text());
+        let line = text[..start].rfind('\n').map_or(0, |k| k + 1);
+        let added = match self.study.format {
+            Format::Json => format!("{:?}: {value}, ", edit.key),
+            Format::Toml if text[line..start].trim().is_empty() => {
+                format!("{} = {value}\n{}", edit.key, &text[line..start])
+            }
+            Format::Toml => format!("{} = {value}, ", edit.key),
+        };
+        Some((start..start, added))
+    }
+}
+
+/// An output of a log less a bias.
+fn less(output: &str, bias: f64) -> String {
+    let is_name = output.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let column = if is_name { output.to_owned() } else { format!("({output})") };
+    let sign = if bias < 0.0 { '+' } else { '-' };
+    format!("{column} {sign} {}", Keyed::Number(bias.abs()).toml())
+}

@@ -1,0 +1,180 @@
+//! The fit as sections of a document, as text, as Markdown and as a page.
+
+use luenberger_figures::figure::static_figure;
+use luenberger_figures::{Cell, Grid, Report, Section};
+use luenberger_proof::wording::{counted, significant};
+
+use super::figure;
+use super::report::{HeldOut, Judged, TuneReport, TunedParameter};
+use crate::error::StudyError;
+use crate::results::{ConsistencyReport, whiteness, with_unit};
+
+impl TuneReport {
+    /// The fit as text.
+    pub fn text(&self) -> String {
+        let head = self.plant.headline(&self.title);
+        self.sections().iter().fold(head, |text, section| text + &section.text())
+    }
+
+    /// The fit as Markdown.
+    pub fn markdown(&self) -> String {
+        self.sections().into_iter().fold(Report::new(&self.title), Report::section).markdown()
+    }
+
+    fn page(&self) -> Report {
+        let page = self.sections().into_iter().fold(Report::new(format!("{}: tuned", self.title)), Report::section);
+        match figure::profiles(self) {
+            Some(figure) => page.section(Section::new("Profile likelihoods").figure("profiles", figure)),
+            None => page,
+        }
+    }
+
+    fn sections(&self) -> Vec<Section> {
+        let mut sections =
+            vec![self.fit(), Section::new("Parameters").grid(self.table()).list(self.remarks.iter().cloned())];
+        sections.extend(self.held_out.as_ref().map(|held_out| self.judged(held_out)));
+        sections
+    }
+
+    fn fit(&self) -> Section {
+        let logs = self.logs.iter().map(|log| {
+            let rest = if log.held_out > 0 {
+                format!("; the last {} are held out", counted(log.held_out, "row"))
+            } else {
+                String::new()
+            };
+            (
+                log.file.clone(),
+                format!("{}, {}{rest}", counted(log.fitted, "row"), counted(log.measurements, "measurement")),
+            )
+        });
+        let gain = self.log_likelihood - self.log_likelihood_before;
+        let likelihood = format!(
+            "{}, before {} (gain {})",
+            significant(self.log_likelihood, 8),
+            significant(self.log_likelihood_before, 8),
+            significant(gain, 4)
+        );
+        let found = format!(
+            "{} of {}, in {} of the likelihood",
+            self.agreeing,
+            counted(self.starts, "start"),
+            counted(self.evaluations, "evaluation")
+        );
+        let facts = [("log-likelihood".to_owned(), likelihood), ("found by".to_owned(), found)];
+        let title = format!("{} ({}), by the maximum likelihood of its innovations", self.observer, self.kind);
+        Section::new(title).facts(logs.chain(facts))
+    }
+
+    fn table(&self) -> Grid {
+        let has_profiles = !self.profiles.is_empty();
+        let mut head = vec!["parameter", "before", "after", "standard error", "95 % interval"];
+        if has_profiles {
+            head.push("95 % by the profile");
+        }
+        self.parameters.iter().fold(Grid::new(&head), |grid, one| {
+            let digits = |x: f64| significant(x, 4);
+            let mut cells = vec![
+                Cell::from(with_unit(&one.name, one.unit.as_ref())),
+                Cell::number(digits(one.before)),
+                Cell::number(digits(one.after)),
+                Cell::number(one.standard_error.map_or_else(|| "-".to_owned(), |x| significant(x, 2))),
+                Cell::from(interval(one)),
+            ];
+            if has_profiles {
+                cells.push(Cell::from(of_profile(one)));
+            }
+            grid.row(cells)
+        })
+    }
+
+    fn judged(&self, held_out: &HeldOut) -> Section {
+        let both = [("before", &held_out.before), ("after", &held_out.after)];
+        let rows: usize = self.logs.iter().map(|log| log.held_out).sum();
+        let consistency =
+            both.iter().fold(Grid::new(&["values", "log-likelihood", "NIS (innovations)"]), |grid, (which, judged)| {
+                let likelihood =
+                    judged.log_likelihood.map_or_else(|| "the filter failed".to_owned(), |x| significant(x, 8));
+                let nis = judged.nis.as_ref().map_or_else(|| "-".to_owned(), ConsistencyReport::in_words);
+                grid.row([Cell::from(*which), Cell::number(likelihood), Cell::from(nis)])
+            });
+        let has_logs = self.logs.len() > 1;
+        let mut head = vec!["values"];
+        if has_logs {
+            head.push("log");
+        }
+        head.extend(["output", "samples", "mean", "rms", "whiteness test p-value (Ljung-Box)"]);
+        let innovations = both.iter().fold(Grid::new(&head), |grid, (which, judged)| {
+            judged.innovations.iter().fold(grid, |grid, one| {
+                let white = one.white.map_or_else(|| "-".to_owned(), whiteness);
+                let mut cells = vec![Cell::from(*which)];
+                if has_logs {
+                    cells.push(Cell::from(one.file.as_str()));
+                }
+                cells.extend([
+                    Cell::from(with_unit(&one.output, self.plant.unit(&one.output))),
+                    Cell::number(one.samples.to_string()),
+                    Cell::number(significant(one.mean, 3)),
+                    Cell::number(significant(one.rms, 3)),
+                    Cell::from(white),
+                ]);
+                grid.row(cells)
+            })
+        });
+        let mut section = Section::new(format!("On the {} that were held out", counted(rows, "row")))
+            .grid(consistency)
+            .grid(innovations);
+        if !held_out.after.errors.is_empty() {
+            let head = ["values", "state", "samples", "rms error"];
+            let errors = |grid: Grid, (which, judged): &(&str, &Judged)| {
+                judged.errors.iter().fold(grid, |grid, one| {
+                    grid.row([
+                        Cell::from(*which),
+                        Cell::from(with_unit(&one.state, self.plant.unit(&one.state))),
+                        Cell::number(one.samples.to_string()),
+                        Cell::number(significant(one.rms, 4)),
+                    ])
+                })
+            };
+            section = section.grid(both.iter().fold(Grid::new(&head), errors));
+        }
+        section
+    }
+}
+
+fn interval(one: &TunedParameter) -> String {
+    match (one.interval, &one.without) {
+        (Some([low, high]), _) => format!("{} to {}", significant(low, 4), significant(high, 4)),
+        (None, Some(why)) => why.clone(),
+        (None, None) => "-".to_owned(),
+    }
+}
+
+fn of_profile(one: &TunedParameter) -> String {
+    let digits = |x: f64| significant(x, 4);
+    match one.profile_interval {
+        Some([Some(low), Some(high)]) => format!("{} to {}", digits(low), digits(high)),
+        Some([Some(low), None]) => format!("above {}", digits(low)),
+        Some([None, Some(high)]) => format!("below {}", digits(high)),
+        Some([None, None]) => "any".to_owned(),
+        None => "-".to_owned(),
+    }
+}
+
+/// The files of a results folder: the page, the figure, and every number.
+pub(super) fn files(report: &mut TuneReport) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
+    let failed = |what: &str, why: String| StudyError::Output { what: what.to_owned(), why };
+    let page = report.page().html().map_err(|why| failed("report.html", why.to_string()))?;
+    let mut files =
+        vec![(report.file.clone(), report.study.clone().into_bytes()), ("report.html".to_owned(), page.into_bytes())];
+    if let Some(figure) = figure::profiles(report) {
+        let name = "figures/profiles";
+        let svg = static_figure::svg(&figure).map_err(|why| failed(name, why.to_string()))?;
+        let png = static_figure::png(&figure).map_err(|why| failed(name, why.to_string()))?;
+        files.push((format!("{name}.svg"), svg.into_bytes()));
+        files.push((format!("{name}.png"), png));
+    }
+    report.files = files.iter().map(|(name, _)| name.clone()).chain(["tune.json".to_owned()]).collect();
+    files.push(("tune.json".to_owned(), (serde_json::to_string_pretty(&report)? + "\n").into_bytes()));
+    Ok(files)
+}

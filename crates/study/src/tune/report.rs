@@ -1,0 +1,154 @@
+//! The fit as data.
+
+use serde::Serialize;
+
+use crate::results::{ConsistencyReport, PlantSummary};
+
+/// What was fitted to the logs, and how good it is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TuneReport {
+    /// The title of the study.
+    pub title: String,
+    /// The plant.
+    pub plant: PlantSummary,
+    /// The filter.
+    pub observer: String,
+    /// Its kind.
+    pub kind: String,
+    /// The logs.
+    pub logs: Vec<TunedLog>,
+    /// Measurements that the gate of the filter rejects with the values of the study, left out for all values.
+    pub rejected: usize,
+    /// The log-likelihood of what is fitted, with the values of the study.
+    pub log_likelihood_before: f64,
+    /// The same, with the fitted values.
+    pub log_likelihood: f64,
+    /// Searches, and how many of them ended within 0.01 of the largest log-likelihood.
+    pub starts: usize,
+    /// See [`starts`](Self::starts).
+    pub agreeing: usize,
+    /// Evaluations of the likelihood.
+    pub evaluations: usize,
+    /// The parameters, as the study names them.
+    pub parameters: Vec<TunedParameter>,
+    /// What the data do not determine, and what else is to be known of the fit, in words.
+    pub remarks: Vec<String>,
+    /// The part of the logs that was not fitted; none if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOut>,
+    /// The profile likelihoods; empty if none were asked for.
+    pub profiles: Vec<Profile>,
+    /// The name of the file of the tuned study.
+    pub file: String,
+    /// The tuned study.
+    #[serde(skip)]
+    pub study: String,
+    /// The files that were written into the results folder.
+    pub files: Vec<String>,
+    /// Files that stood in the way: their names, and the names they have now.
+    #[serde(skip)]
+    pub renamed: Vec<(String, String)>,
+}
+
+/// A log.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TunedLog {
+    /// The file.
+    pub file: String,
+    /// Rows that are fitted.
+    pub fitted: usize,
+    /// Rows that are held out, the last ones.
+    pub held_out: usize,
+    /// Measurements that are fitted.
+    pub measurements: usize,
+}
+
+/// A parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TunedParameter {
+    /// Its name, such as `w[soc]`.
+    pub name: String,
+    /// Its unit, if the study gives one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Its value in the study.
+    pub before: f64,
+    /// The fitted value.
+    pub after: f64,
+    /// The standard error, from the observed information.
+    pub standard_error: Option<f64>,
+    /// The 95 % interval, from the observed information in the coordinate of the search.
+    pub interval: Option<[f64; 2]>,
+    /// The 95 % interval of the profile likelihood; an end is none where the profile does not reach it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_interval: Option<[Option<f64>; 2]>,
+    /// Why it has no interval.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without: Option<String>,
+}
+
+/// The filter on what was held out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// With the values of the study.
+    pub before: Judged,
+    /// With the fitted values.
+    pub after: Judged,
+}
+
+/// How good a filter is on what was held out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Judged {
+    /// The log-likelihood; none if the filter failed.
+    pub log_likelihood: Option<f64>,
+    /// Whether the innovations have the covariance that the filter computes.
+    pub nis: Option<ConsistencyReport>,
+    /// The innovations of each output of each log.
+    pub innovations: Vec<JudgedOutput>,
+    /// The root mean square errors of the states that the logs know.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<JudgedState>,
+}
+
+/// The innovations of an output.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JudgedOutput {
+    /// The log.
+    pub file: String,
+    /// The output.
+    pub output: String,
+    /// How many there are.
+    pub samples: usize,
+    /// Their mean.
+    pub mean: f64,
+    /// Their root mean square.
+    pub rms: f64,
+    /// The p-value of the whiteness test of Ljung and Box; none for too few.
+    pub white: Option<f64>,
+}
+
+/// The error of a state.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JudgedState {
+    /// The state.
+    pub state: String,
+    /// At how many rows it is known.
+    pub samples: usize,
+    /// The root mean square.
+    pub rms: f64,
+}
+
+/// The profile likelihood of a parameter: the largest log-likelihood for each of its values, less that of all.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Profile {
+    /// The parameter.
+    pub name: String,
+    /// Its values.
+    pub values: Vec<f64>,
+    /// The log-likelihood less the largest.
+    pub log_likelihood: Vec<f64>,
+    /// What a normal distribution with the standard error would have; empty without one.
+    pub parabola: Vec<f64>,
+    /// Whether the values are spaced by ratios.
+    pub is_log: bool,
+}

@@ -1,0 +1,125 @@
+//! The fit in words.
+
+use luenberger_proof::wording::{counted, significant};
+
+use super::coordinate::Coordinate;
+use super::information::Information;
+use super::likelihood::Criterion;
+use super::report::TunedParameter;
+use crate::study::{Study, Tunable};
+
+/// The unit of a parameter of the plant or of a bias, if the study gives it.
+pub(super) fn unit(study: &Study, what: &Tunable) -> Option<String> {
+    let name = match what {
+        Tunable::Parameter(name) => name,
+        Tunable::Bias(j) => &study.plant.outputs[*j],
+        _ => return None,
+    };
+    study.plant.unit(name).cloned()
+}
+
+/// Why a parameter at a bound has no interval.
+pub(super) fn at_bound(sign: f64, is_given: bool) -> &'static str {
+    match (is_given, sign < 0.0) {
+        (true, true) => "at its lower bound",
+        (true, false) => "at its upper bound",
+        (false, true) => "as small as the search allows",
+        (false, false) => "as large as the search allows",
+    }
+}
+
+/// Which inputs of the logs are constant, for a message.
+pub(super) fn constant_inputs(criterion: &Criterion<'_>) -> String {
+    let constant = |(j, input): (usize, &String)| {
+        let values: Option<Vec<f64>> = criterion.data.iter().map(|data| data.constant_input(j)).collect();
+        let first = *values.as_ref()?.first()?;
+        Some(format!("{input} = {}", significant(first, 4)))
+    };
+    let found: Vec<String> = criterion.study.plant.inputs.iter().enumerate().filter_map(constant).collect();
+    if found.is_empty() { String::new() } else { format!(" (inputs that are constant: {})", found.join(", ")) }
+}
+
+/// What else is to be known of a fit.
+pub(super) fn remarks(
+    criterion: &Criterion<'_>,
+    parameters: &[TunedParameter],
+    (free, coordinates): (&[usize], &[Coordinate]),
+    (information, starts, agreeing): (&Information, usize, usize),
+) -> Vec<String> {
+    let names: Vec<&str> = free.iter().map(|i| parameters[*i].name.as_str()).collect();
+    let mut words: Vec<String> =
+        information.flat.iter().map(|direction| undetermined(direction, &names, coordinates)).collect();
+    if words.is_empty() {
+        words.push("The log determines every parameter that is not at a bound.".to_owned());
+    }
+    for one in parameters.iter() {
+        if let Some(why) = one.without.as_ref().filter(|why| why.starts_with("as ") || why.starts_with("at ")) {
+            let tail =
+                if why.starts_with("as ") { "the likelihood is flat there" } else { "the likelihood grows beyond it" };
+            words.push(format!("{} = {} is {why}: {tail}.", one.name, significant(one.after, 4)));
+        }
+    }
+    if information.discrepancy > 0.1 {
+        words.push(format!(
+            "The log-likelihood is no parabola within a fraction of a standard error (second derivatives by two steps differ by {} %): the intervals of the profiles are better than those of the standard errors.",
+            significant(100.0 * information.discrepancy, 2)
+        ));
+    }
+    if starts > 1 && agreeing < starts {
+        words.push(format!(
+            "Searches from {agreeing} of {} found the largest likelihood; the others ended lower, in other maxima or too early.",
+            counted(starts, "start")
+        ));
+    }
+    if criterion.rejected > 0 {
+        words.push(format!(
+            "The gate of {} rejects {} with the values of the study; they are left out for all values.",
+            criterion.spec.observer,
+            counted(criterion.rejected, "measurement")
+        ));
+    }
+    words
+}
+
+/// An entry of a direction that is named.
+const NAMED: f64 = 0.1;
+
+/// A direction along which the likelihood hardly changes.
+fn undetermined(direction: &[f64], names: &[&str], coordinates: &[Coordinate]) -> String {
+    let mut entries: Vec<usize> = (0..direction.len()).filter(|&i| direction[i].abs() >= NAMED).collect();
+    entries.sort_by(|a, b| direction[*b].abs().total_cmp(&direction[*a].abs()));
+    match entries[..] {
+        [] => String::new(),
+        [one] => format!("The log does not determine {}: {}.", names[one], flat(coordinates[one].is_log())),
+        [a, b] if coordinates[a].is_log() && coordinates[b].is_log() => {
+            // Along the direction ln a = s, ln b = r s: what is left is ln b - r ln a.
+            let r = direction[b] / direction[a];
+            let power = |r: f64| if (r - 1.0).abs() < 0.05 { String::new() } else { format!("^{}", significant(r, 2)) };
+            let (name, other) = (format!("{}{}", names[a], power(r.abs())), names[b]);
+            let combination = if r < 0.0 { format!("{name} x {other}") } else { format!("{name} / {other}") };
+            format!("The log determines only {combination}, not {} and {} apart.", names[a], names[b])
+        }
+        _ => {
+            let all_logs = entries.iter().all(|&i| coordinates[i].is_log());
+            let term = |&i: &usize| {
+                let entry = significant(direction[i] * coordinates[i].vague() / coordinates[entries[0]].vague(), 2);
+                if all_logs { format!("{} by c^{entry}", names[i]) } else { format!("{} by {entry}", names[i]) }
+            };
+            let terms: Vec<String> = entries.iter().map(term).collect();
+            let what =
+                if all_logs { "multiplied at once" } else { "moved at once, positive ones in their logarithms," };
+            format!(
+                "The log does not determine one combination: the likelihood hardly changes where they are {what}, {}.",
+                terms.join(", ")
+            )
+        }
+    }
+}
+
+fn flat(is_log: bool) -> &'static str {
+    if is_log {
+        "the likelihood hardly changes over a factor of 10"
+    } else {
+        "the likelihood hardly changes over a quarter of its bounds"
+    }
+}

@@ -1,0 +1,346 @@
+//! `luenberger tune`: what is fitted, with which errors, and what is refused.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use luenberger_random::Random;
+use luenberger_study::tune::{TuneError, TuneOptions, TuneReport, TunedParameter, tune};
+use luenberger_study::{RunOptions, Study, StudyError};
+
+use crate::studies::{mistake, scratch, study_in};
+
+fn tuned(study: &Study) -> TuneReport {
+    tune(study, &TuneOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[track_caller]
+fn refused(study: &Study) -> TuneError {
+    match tune(study, &TuneOptions::default()) {
+        Err(StudyError::Tune(error)) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[track_caller]
+fn parameter<'a>(report: &'a TuneReport, name: &str) -> &'a TunedParameter {
+    report.parameters.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("{name} in {report:?}"))
+}
+
+/// Annual flow of the Nile at Aswan, 1871 to 1970 (Cobb, Biometrika 65, 1978).
+const NILE: [f64; 100] = [
+    1120.0, 1160.0, 963.0, 1210.0, 1160.0, 1160.0, 813.0, 1230.0, 1370.0, 1140.0, 995.0, 935.0, 1110.0, 994.0, 1020.0,
+    960.0, 1180.0, 799.0, 958.0, 1140.0, 1100.0, 1210.0, 1150.0, 1250.0, 1260.0, 1220.0, 1030.0, 1100.0, 774.0, 840.0,
+    874.0, 694.0, 940.0, 833.0, 701.0, 916.0, 692.0, 1020.0, 1050.0, 969.0, 831.0, 726.0, 456.0, 824.0, 702.0, 1120.0,
+    1100.0, 832.0, 764.0, 821.0, 768.0, 845.0, 864.0, 862.0, 698.0, 845.0, 744.0, 796.0, 1040.0, 759.0, 781.0, 865.0,
+    845.0, 944.0, 984.0, 897.0, 822.0, 1010.0, 771.0, 676.0, 649.0, 846.0, 812.0, 742.0, 801.0, 1040.0, 860.0, 874.0,
+    848.0, 890.0, 744.0, 749.0, 838.0, 1050.0, 918.0, 986.0, 797.0, 923.0, 975.0, 815.0, 1020.0, 906.0, 901.0, 1170.0,
+    912.0, 746.0, 919.0, 718.0, 714.0, 740.0,
+];
+
+const LEVEL: &str = r#"# The flow of the Nile.
+[plant]
+a = [[1]]  # a random walk
+c = [[1]]
+dt = 1
+states = ["level"]
+outputs = ["flow"]
+
+[log]
+file = "nile.csv"
+time = "year"
+
+# The local level model, nothing known of its first level.
+[[observer]]
+name = "level"
+kind = "extended-kalman"
+initial = [0]
+p0 = [1e9]
+w = [1000]
+v = [10000]  # by eye
+period = 1
+
+[tune]
+observer = "level"
+parameters = ["w", "v"]
+held_out = 0
+profile = 3
+"#;
+
+fn nile(folder: &Path) {
+    let mut log = "year,flow\n".to_owned();
+    for (k, flow) in NILE.iter().enumerate() {
+        writeln!(log, "{},{flow}", 1871 + k).unwrap();
+    }
+    std::fs::write(folder.join("nile.csv"), log).unwrap();
+}
+
+/// Durbin and Koopman, Time Series Analysis by State Space Methods, 2012, section 2.10.3: 15099 and 1469.1. The
+/// standard errors of the logarithms and the log-likelihood are those of statsmodels 0.14 with P(0) = 1e9.
+#[test]
+fn the_level_of_the_nile_has_the_published_variances() {
+    let folder = scratch("tune-nile");
+    nile(&folder);
+    let report = tuned(&study_in(&folder, LEVEL));
+    let (w, v) = (parameter(&report, "w[level]"), parameter(&report, "v[flow]"));
+    assert!((w.after - 1469.1).abs() < 1.0, "{w:?}");
+    assert!((v.after - 15099.0).abs() < 1.5, "{v:?}");
+    assert!((report.log_likelihood + 643.826_816_5).abs() < 1e-6, "{}", report.log_likelihood);
+    // The standard error of a value is that of its logarithm times the value.
+    assert!((w.standard_error.unwrap() / w.after - 0.871_5).abs() < 2e-3, "{w:?}");
+    assert!((v.standard_error.unwrap() / v.after - 0.208_34).abs() < 5e-4, "{v:?}");
+    assert_eq!((report.agreeing, report.starts), (3, 3));
+    // The two intervals of V are close; that of W is skew, and the profile says so.
+    let ([low, _], Some([Some(profile_low), Some(_)])) = (v.interval.unwrap(), v.profile_interval) else {
+        panic!("{v:?}");
+    };
+    assert!((low / profile_low - 1.0).abs() < 0.1, "{v:?}");
+}
+
+#[test]
+fn the_tuned_study_keeps_its_comments_and_says_where_numbers_come_from() {
+    let folder = scratch("tune-text");
+    nile(&folder);
+    let text = LEVEL.replace("profile = 3", "profile = 0").replace("\"v\"]", "\"v\", \"bias[flow]\"]");
+    let text = text.replace("held_out = 0", "held_out = 0\nbounds = { \"bias[flow]\" = [-1, 1] }");
+    let report = tuned(&study_in(&folder, &text.replace("initial = [0]\np0 = [1e9]", "initial = [1100]\np0 = [1e4]")));
+    let w = parameter(&report, "w[level]").after;
+    for line in [
+        "# The flow of the Nile.",
+        "a = [[1]]  # a random walk",
+        "# The local level model, nothing known of its first level.",
+        &format!("w = [{w}]"),
+        &format!("v = [{}]  # by eye", parameter(&report, "v[flow]").after),
+    ] {
+        assert!(report.study.lines().any(|other| other == line), "{line} in\n{}", report.study);
+    }
+    assert!(
+        report.study.contains(&format!("# luenberger tune: w[level] = {w}, before 1000; 95 % ")),
+        "{}",
+        report.study
+    );
+    assert!(report.study.contains("outputs = [\"flow "), "{}", report.study);
+    // What is written is what was fitted.
+    let again = study_in(&folder, &report.study);
+    let before = tuned(&again).log_likelihood_before;
+    assert!((before - report.log_likelihood).abs() < 1e-9 * before.abs(), "{before} {}", report.log_likelihood);
+}
+
+#[test]
+fn a_tuned_study_is_never_written_over_without_force() {
+    let folder = scratch("tune-file");
+    nile(&folder);
+    let study = study_in(&folder, &LEVEL.replace("profile = 3", "profile = 0\nstarts = 1"));
+    let write = |force| {
+        let run = RunOptions { force, ..RunOptions::default() };
+        tune(&study, &TuneOptions { run, write: true })
+    };
+    write(false).unwrap();
+    let found = write(false);
+    assert!(
+        matches!(&found, Err(StudyError::Tune(TuneError::Exists { path })) if path.ends_with("tuned.toml")),
+        "{found:?}"
+    );
+    write(true).unwrap();
+    // That of a tuned study is another file.
+    let again = Study::from_path(&folder.join("tuned.toml")).unwrap();
+    assert_eq!(tuned(&again).file, "tuned-2.toml");
+}
+
+#[test]
+fn the_results_do_not_depend_on_the_number_of_threads() {
+    let folder = scratch("tune-threads");
+    nile(&folder);
+    let study = study_in(&folder, LEVEL);
+    let with = |threads| {
+        let run = RunOptions { threads: Some(threads), ..RunOptions::default() };
+        let report = tune(&study, &TuneOptions { run, write: false }).unwrap();
+        serde_json::to_string(&report).unwrap()
+    };
+    assert_eq!(with(1), with(3));
+}
+
+/// x+ = a x + b u + w, y = x + v.
+const SCALAR: &str = r#"
+[plant]
+states = ["x"]
+inputs = ["u"]
+outputs = ["y"]
+parameters = { a = 0.7, b = 1.3 }
+f = ["a*x + b*u"]
+h = ["x"]
+dt = 1
+
+[log]
+file = "log.csv"
+
+[[observer]]
+name = "filter"
+kind = "extended-kalman"
+initial = [0]
+p0 = [1]
+w = [0.3]
+v = [0.5]
+period = 1
+
+[tune]
+observer = "filter"
+parameters = ["a", "b", "w", "v"]
+held_out = 0
+starts = 1
+profile = 0
+"#;
+
+/// A log of the plant with these numbers, the state with its first standard deviation 1.
+fn scalar(rows: usize, (a, b, w, v): (f64, f64, f64, f64), seed: u64, input: impl Fn(usize) -> f64) -> String {
+    let mut random = Random(seed);
+    let (mut log, mut x) = ("t,u,y\n".to_owned(), random.normal_pair()[0]);
+    for k in 0..rows {
+        let ([process, measurement], u) = (random.normal_pair(), input(k));
+        writeln!(log, "{k},{u},{}", x + v.sqrt() * measurement).unwrap();
+        x = a * x + b * u + w.sqrt() * process;
+    }
+    log
+}
+
+fn square_wave(k: usize) -> f64 {
+    if k / 10 % 2 == 0 { 1.0 } else { -1.0 }
+}
+
+/// The 95 % intervals contain what the log was made with in 95 % of all logs: of 200 of them the docs say how often. A
+/// share of 90 % is three standard deviations of 200 logs away; of the 40 logs here, 34 are.
+#[test]
+fn the_intervals_cover_the_truth() {
+    let count = if std::env::var_os("EVERY_CASE").is_some() { 200 } else { 40 };
+    let least = if count == 200 { 180 } else { 34 };
+    let truth = [("a", 0.8), ("b", 1.0), ("w[x]", 0.5), ("v[y]", 1.0)];
+    let folder = scratch("tune-coverage");
+    let mut inside = [0; 4];
+    for seed in 0..count {
+        std::fs::write(folder.join("log.csv"), scalar(400, (0.8, 1.0, 0.5, 1.0), seed, square_wave)).unwrap();
+        let report = tuned(&study_in(&folder, SCALAR));
+        for ((name, value), inside) in truth.iter().zip(&mut inside) {
+            let [low, high] = parameter(&report, name).interval.unwrap();
+            *inside += u64::from((low..=high).contains(value));
+        }
+    }
+    println!("of {count} logs, a, b, w, v are inside in {inside:?}");
+    assert!(inside.iter().all(|inside| *inside >= least && (count < 200 || *inside <= 196)), "{inside:?} of {count}");
+}
+
+/// The stationary filter of y: P of its Riccati equation is the root of a quadratic.
+#[test]
+fn a_stationary_filter_has_the_likelihood_of_its_closed_form() {
+    let folder = scratch("tune-stationary");
+    let log = scalar(60, (0.8, 1.0, 0.5, 1.0), 7, |_| 0.0);
+    std::fs::write(folder.join("log.csv"), &log).unwrap();
+    let text = r#"
+[plant]
+a = [[0.8]]
+c = [[1]]
+dt = 1
+[log]
+file = "log.csv"
+outputs = ["y"]
+[[observer]]
+name = "filter"
+kind = "kalman"
+initial = [0]
+w = [0.5]
+v = [1]
+[tune]
+observer = "filter"
+parameters = ["w", "v"]
+starts = 1
+profile = 0
+held_out = 0
+"#;
+    let report = tuned(&study_in(&folder, text));
+    let (a, w, v) = (0.8f64, 0.5f64, 1.0f64);
+    // P = a^2 P V/(P + V) + W.
+    let half = 0.5 * (a * a * v + w - v);
+    let p = half + (half * half + w * v).sqrt();
+    let (s, gain) = (p + v, p / (p + v));
+    let (mut predicted, mut expected) = (0.0, 0.0);
+    for line in log.lines().skip(1) {
+        let y: f64 = line.rsplit(',').next().unwrap().parse().unwrap();
+        let nu: f64 = y - predicted;
+        expected -= 0.5 * (std::f64::consts::TAU.ln() + s.ln() + nu * nu / s);
+        predicted = a * (predicted + gain * nu);
+    }
+    assert!((report.log_likelihood_before - expected).abs() < 1e-9, "{} {expected}", report.log_likelihood_before);
+    assert!(report.log_likelihood > expected);
+}
+
+#[test]
+fn what_the_log_determines_only_together_is_named() {
+    let folder = scratch("tune-together");
+    std::fs::write(folder.join("log.csv"), scalar(200, (0.8, 1.0, 0.5, 1.0), 3, square_wave)).unwrap();
+    // Only the product of the two gains enters.
+    let text = SCALAR.replace("b = 1.3", "b = 1.3, c = 1").replace("b*u", "b*c*u");
+    let text = text.replace("\"a\", \"b\", \"w\", \"v\"", "\"b\", \"c\"");
+    let report = tuned(&study_in(&folder, &text));
+    assert!(
+        report.remarks.iter().any(|words| words.contains("determines only") && words.contains(" x ")),
+        "{report:?}"
+    );
+    assert!(parameter(&report, "b").interval.is_none() && parameter(&report, "c").interval.is_none());
+    let product = parameter(&report, "b").after * parameter(&report, "c").after;
+    assert!((product - 1.0).abs() < 0.3, "{product}");
+}
+
+#[test]
+fn logs_that_say_nothing_are_refused() {
+    let folder = scratch("tune-refused");
+    let write = |log: String| std::fs::write(folder.join("log.csv"), log).unwrap();
+    // Without an input, its gain does not matter.
+    write(scalar(200, (0.8, 1.0, 0.5, 1.0), 3, |_| 0.0));
+    let error = refused(&study_in(&folder, SCALAR));
+    assert!(matches!(&error, TuneError::NoInformation { name, .. } if name == "b"), "{error}");
+    assert!(error.to_string().contains("inputs that are constant: u = 0"), "{error}");
+    // A log without noise is fitted ever better by less of it.
+    write(scalar(200, (0.7, 1.3, 0.0, 0.0), 3, square_wave).replacen("\n0,", "\n0,", 1));
+    let text = SCALAR.replace("\"a\", \"b\", \"w\", \"v\"", "\"w\", \"v\"");
+    let error = refused(&study_in(&folder, &text));
+    assert!(matches!(&error, TuneError::NoMaximum { towards: "falls to", .. }), "{error}");
+    // Parts that are too short.
+    write(scalar(50, (0.8, 1.0, 0.5, 1.0), 3, square_wave));
+    let error = refused(&study_in(&folder, &SCALAR.replace("held_out = 0", "held_out = 0.2")));
+    assert!(matches!(&error, TuneError::TooShort { rows: 10, measurements: 10, least: 20, .. }), "{error}");
+    let error = refused(&study_in(&folder, &SCALAR.replace("held_out = 0", "held_out = 0.9")));
+    assert!(matches!(&error, TuneError::TooShort { measurements: 5, least: 20, .. }), "{error}");
+    // A filter that does not run.
+    write(scalar(50, (0.8, 1.0, 0.5, 1.0), 3, square_wave));
+    let error = refused(&study_in(&folder, &SCALAR.replace("h = [\"x\"]", "h = [\"sqrt(x - 5) + x\"]")));
+    assert!(matches!(&error, TuneError::NoStart { .. }), "{error}");
+}
+
+#[test]
+fn a_table_that_cannot_be_fitted_is_refused_where_it_is_written() {
+    let folder = scratch("tune-mistakes");
+    nile(&folder);
+    let file = folder.join("nile.csv");
+    let text = LEVEL.replace("\"nile.csv\"", &format!("{:?}", file.to_str().unwrap()));
+    let changed = |from: &str, to: &str| {
+        let changed = text.replace(from, to);
+        assert_ne!(changed, text);
+        mistake(&changed)
+    };
+    let wrong = changed("[\"w\", \"v\"]", "[\"w\", \"v[flaw]\"]");
+    assert!(wrong.message.contains("cannot be fitted") && wrong.help.unwrap().contains("v[flow]"));
+    assert!(changed("[\"w\", \"v\"]", "[\"w\", \"w[level]\"]").message.contains("named twice"));
+    assert!(changed("held_out = 0", "held_out = 0.95").message.contains("`held_out` is 0.95"));
+    assert!(changed("observer = \"level\"", "observer = \"lever\"").message.contains("no observer named"));
+    assert!(changed("profile = 3", "bounds = { w = [0, 1e4] }").message.contains("lower bound of the variance"));
+    assert!(changed("profile = 3", "bounds = { w = [2000, 1e4] }").message.contains("its value is 1000"));
+    assert!(changed("profile = 3", "bounds = { p0 = [1, 2] }").message.contains("not among the parameters"));
+    assert!(changed("w = [1000]", "w = [0]").message.contains("no positive entry"));
+    let gain = "kind = \"luenberger\"\ngain = [[0.3]]\ninitial = [0]";
+    let start = text.find("kind = \"extended-kalman\"").unwrap();
+    let end = text.find("period = 1").unwrap() + "period = 1".len();
+    let other = mistake(&format!("{}{gain}{}", &text[..start], &text[end..]));
+    assert!(other.message.contains("have no likelihood"), "{}", other.message);
+    let without = text.replace("[log]", "[simulation]\nx0 = [0]\nduration = 10").replace("time = \"year\"", "");
+    let without: String =
+        without.lines().filter(|line| !line.starts_with("file =")).map(|line| format!("{line}\n")).collect();
+    assert!(mistake(&without).message.contains("[tune] without a [log]"));
+}
