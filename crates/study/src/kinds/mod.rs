@@ -269,7 +269,14 @@ pub(crate) fn with_covariance(plan: &Plan<'_>) -> Result<Designed, NoObserver> {
     let Some(kind) = kind_of(&plan.requested.kind) else {
         return Err(NoObserver::new(format!("there is no kind {}", plan.requested.kind.name())));
     };
+    for_angles(kind, plan)?;
     kind.with_covariance(plan)
+}
+
+/// Whether outputs that are angles, if there are some, are taken modulo a full turn.
+fn for_angles(kind: &dyn Kind, plan: &Plan<'_>) -> Result<(), NoObserver> {
+    let plant = &plan.study.plant;
+    if kind.wraps_angles() || plant.turns_of(&plant.outputs).is_none() { Ok(()) } else { Err(plan.not_for_angles()) }
 }
 
 /// The design of an observer.
@@ -279,15 +286,12 @@ pub(crate) fn design(plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         return Err(NoObserver::new(hypothesis).at(plan.requested.place.line));
     };
     let time = kind.plant().time();
-    let designed = match plan.study.plant.dt {
-        _ if !kind.wraps_angles() && plan.study.plant.turns_of(&plan.study.plant.outputs).is_some() => {
-            Err(plan.not_for_angles())
-        }
+    let designed = for_angles(kind, plan).and_then(|()| match plan.study.plant.dt {
         Some(dt) if !time.discrete => Err(plan.only_in_continuous_time(dt)),
         Some(dt) => kind.design_in_discrete_time(plan, dt),
         None if time.feedthrough => kind.design(plan),
         None => explain::output_of_the_state(plan.study, plan.requested).and_then(|()| kind.design(plan)),
-    };
+    });
     designed.map_err(|none| {
         let own = none.cause.as_deref().and_then(|cause| kind.advice(plan, cause));
         explain::explained(plan, none, own).at(plan.requested.place.line)
