@@ -34,7 +34,7 @@ pub(crate) const ADVISE: &str = r"Example, for a study with a plant and its nois
   $ luenberger run advice/study.toml -o results";
 
 pub(crate) const TUNE: &str = r"Example, for a study with a log and a table [tune]:
-  $ luenberger tune cell.toml -o fit
+  $ luenberger tune motor.toml -o fit
   $ luenberger run tuned.toml -o results";
 
 pub(crate) const SWEEP: &str = r"Examples:

@@ -13,6 +13,7 @@ const COMMANDS: &[&str] = &[
     "simulate",
     "compare",
     "advise",
+    "tune",
     "sweep",
     "export",
     "lyap",

@@ -191,7 +191,9 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
         Type::Bound => bound(node, &format!("`{name}`"), mistakes),
         Type::NamedBounds => match &node.value {
             Value::Table(entries) => {
-                entries.iter().for_each(|entry| bound(&entry.node, &format!("`{}`", entry.key), mistakes));
+                for entry in entries {
+                    bound(&entry.node, &format!("`{}`", entry.key), mistakes);
+                }
             }
             _ => wrong(node, other(node), expected()),
         },

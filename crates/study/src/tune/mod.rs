@@ -25,7 +25,7 @@ mod words;
 
 pub use report::{HeldOut, Judged, JudgedOutput, JudgedState, Profile, TuneReport, TunedLog, TunedParameter};
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use luenberger_random::Random;
@@ -108,6 +108,7 @@ pub fn tune(study: &Study, options: &TuneOptions<'_>) -> Result<TuneReport, Stud
     let spec = study.tune.as_ref().ok_or_else(missing)?;
     let name = file_name(study);
     let path = study.folder.join(&name);
+    let path = path.strip_prefix(".").map_or_else(|_| path.clone(), Path::to_owned);
     if options.write && !options.run.force && path.exists() {
         return Err(TuneError::Exists { path }.into());
     }
@@ -123,7 +124,7 @@ pub fn tune(study: &Study, options: &TuneOptions<'_>) -> Result<TuneReport, Stud
     Ok(report)
 }
 
-fn write(path: &PathBuf, text: &str) -> Result<(), StudyError> {
+fn write(path: &Path, text: &str) -> Result<(), StudyError> {
     std::fs::write(path, text).map_err(|error| StudyError::io(path, error))
 }
 
@@ -158,7 +159,7 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
     is_long_enough(&criterion)?;
     let start = criterion.start();
     let before = criterion.log_likelihood(&start).map_err(no_start)?;
-    let coordinates = coordinates(study, spec)?;
+    let coordinates = coordinates(study, spec);
     let x: Vec<f64> = start.iter().zip(&coordinates).map(|(value, of)| of.of(*value)).collect();
     let values = |x: &[f64]| -> Vec<f64> { x.iter().zip(&coordinates).map(|(x, of)| of.value(*x)).collect() };
     let evaluations = AtomicUsize::new(0);
@@ -288,7 +289,7 @@ fn is_long_enough(criterion: &Criterion<'_>) -> Result<(), TuneError> {
 }
 
 /// The coordinates of the search.
-fn coordinates(study: &Study, spec: &TuneSpec) -> Result<Vec<Coordinate>, StudyError> {
+fn coordinates(study: &Study, spec: &TuneSpec) -> Vec<Coordinate> {
     // The deviation of an output from its mean, where nothing better is known.
     let deviation = |j: usize| {
         let outputs = spec.logs[0].1.recording.outputs();
@@ -298,7 +299,7 @@ fn coordinates(study: &Study, spec: &TuneSpec) -> Result<Vec<Coordinate>, StudyE
         if square > 0.0 { square.sqrt() } else { 1.0 }
     };
     let deviations: Vec<f64> = (0..study.plant.outputs.len()).map(deviation).collect();
-    Ok(spec.parameters.iter().map(|one| Coordinate::new(one, &deviations)).collect())
+    spec.parameters.iter().map(|one| Coordinate::new(one, &deviations)).collect()
 }
 
 /// Whether each parameter matters for the likelihood.

@@ -1,5 +1,7 @@
 //! The tuned study as text: the study with other numbers, each with a comment that says where it comes from.
 
+use std::fmt::Write;
+
 use luenberger_proof::wording::{counted, significant};
 
 use super::report::TuneReport;
@@ -60,11 +62,11 @@ fn head(study: &Study, report: &TuneReport) -> String {
         logs.join(" and the first ")
     );
     let [before, after] = [report.log_likelihood_before, report.log_likelihood].map(|x| significant(x, 8));
-    text += &format!("# Log-likelihood {after}, before {before}.");
+    _ = write!(text, "# Log-likelihood {after}, before {before}.");
     if let Some(held_out) = &report.held_out {
         let [before, after] = [&held_out.before, &held_out.after]
             .map(|judged| judged.log_likelihood.map_or_else(|| "none".to_owned(), |x| significant(x, 8)));
-        text += &format!(" On the rows that were held out {after}, before {before}.");
+        _ = write!(text, " On the rows that were held out {after}, before {before}.");
     }
     text + "\n"
 }

@@ -52,7 +52,7 @@ pub(super) fn remarks(
     if words.is_empty() {
         words.push("The log determines every parameter that is not at a bound.".to_owned());
     }
-    for one in parameters.iter() {
+    for one in parameters {
         if let Some(why) = one.without.as_ref().filter(|why| why.starts_with("as ") || why.starts_with("at ")) {
             let tail =
                 if why.starts_with("as ") { "the likelihood is flat there" } else { "the likelihood grows beyond it" };
