@@ -1,5 +1,5 @@
 //! The commands on study files: `new`, and the steps `run`, `observe`, `design`, `certify`, `simulate`, `compare`,
-//! `sweep`; and `advise`.
+//! `sweep`; and `advise`, `export` and `stream`.
 
 mod advise;
 mod cost;
@@ -8,6 +8,7 @@ mod file;
 mod interrupt;
 mod new;
 mod step;
+mod stream;
 mod sweep;
 mod sweep_script;
 mod text_report;
@@ -16,4 +17,5 @@ pub(crate) use advise::advise;
 pub(crate) use export::export;
 pub(crate) use new::new;
 pub(crate) use step::{run, step};
+pub(crate) use stream::stream;
 pub(crate) use sweep::sweep;
