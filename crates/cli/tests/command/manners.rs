@@ -15,6 +15,7 @@ const COMMANDS: &[&str] = &[
     "advise",
     "sweep",
     "export",
+    "stream",
     "lyap",
     "dlyap",
     "sylv",
