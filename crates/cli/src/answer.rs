@@ -14,18 +14,25 @@ pub(crate) struct Answer {
     json: String,
     /// Whether the answer is negative: exit code 1.
     is_negative: bool,
+    /// The exit code of a command that has printed its result itself.
+    delivered: Option<ExitCode>,
 }
 
 impl Answer {
     /// A successful result. Numbers in `json` are printed with enough digits to be read back exactly; non-finite
     /// numbers are null.
     pub(crate) fn new(text: String, json: &impl Serialize) -> Result<Self, serde_json::Error> {
-        Ok(Self { text, json: serde_json::to_string(json)?, is_negative: false })
+        Ok(Self { text, json: serde_json::to_string(json)?, is_negative: false, delivered: None })
     }
 
     /// A result whose JSON object is already serialized.
     pub(crate) fn written(text: String, json: String) -> Self {
-        Self { text, json, is_negative: false }
+        Self { text, json, is_negative: false, delivered: None }
+    }
+
+    /// A result that has been printed, with its exit code.
+    pub(crate) fn delivered(code: ExitCode) -> Self {
+        Self { delivered: Some(code), ..Self::written(String::new(), String::new()) }
     }
 
     /// The same result, marked as negative if `is_negative`.
@@ -45,6 +52,9 @@ impl Answer {
 
     /// Prints it.
     pub(crate) fn deliver(&self, json: bool) -> ExitCode {
+        if let Some(code) = self.delivered {
+            return code;
+        }
         let printed = if json { output::line(&self.json) } else { output::text(&self.text) };
         let code = if self.is_negative { ExitCode::from(NEGATIVE) } else { ExitCode::SUCCESS };
         printed.map_or_else(|error| output::failed(&error, code), |()| code)

@@ -112,6 +112,15 @@ pub(crate) enum Command {
     /// "statement", "digest"}.
     #[command(after_help = examples::EXPORT)]
     Export(ExportInput),
+    /// An observer on rows from standard input, as they arrive: a line with the estimate for each
+    ///
+    /// The rows are CSV with a line that names the columns, or JSON objects, one a line; the answers have the same form.
+    /// The columns are those of [log] in the study, or the names of the plant's inputs and outputs and the time t. Each
+    /// row is one sample of the step that `luenberger export` writes. A row that cannot be used is reported with its
+    /// line and passed over; --strict ends at it. Ends with the input, with exit code 0. With --json an error is an
+    /// object on standard output as well.
+    #[command(after_help = examples::STREAM)]
+    Stream(StreamInput),
     /// Lyapunov equation A X + X A' + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
@@ -544,6 +553,45 @@ pub(crate) struct ExportInput {
     /// Use a folder that has other files; they are kept
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct StreamInput {
+    /// Study file: TOML, or JSON with the same keys (.json)
+    #[arg(value_name = "STUDY")]
+    pub(crate) study: Source,
+    /// Name of the observer [default: the only one of the study]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) observer: Option<String>,
+    /// Form of the rows, and of the answers [default: by the first row, an object begins with a brace]
+    #[arg(long, value_enum, value_name = "FORM")]
+    pub(crate) format: Option<RowFormat>,
+    /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
+    #[arg(long, value_name = "PERIOD", value_parser = period, allow_negative_numbers = true)]
+    pub(crate) period: Option<f64>,
+    /// Runge-Kutta steps per period of a nonlinear observer [default: as `luenberger export`]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) substeps: Option<u16>,
+    /// Rows without a time: each is the next sample
+    #[arg(long)]
+    pub(crate) untimed: bool,
+    /// Of filters, too, the estimate for the next sample, which the step on the target returns
+    #[arg(long)]
+    pub(crate) predicted: bool,
+    /// Go on from the state in this file, if it is there, and save the state to it at the end and every 1000 rows
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state: Option<PathBuf>,
+    /// End at the first row that cannot be used
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum RowFormat {
+    /// Comma-separated values, with a line that names the columns
+    Csv,
+    /// JSON objects, one a line
+    Json,
 }
 
 /// A positive finite number.

@@ -64,6 +64,12 @@ pub(crate) const EXPORT: &str = r"Example:
   $ luenberger new -o cart.toml
   $ luenberger export cart.toml --observer sampled --to c --format f32 -o firmware";
 
+pub(crate) const STREAM: &str = r"Examples:
+  $ luenberger new -o cart.toml
+  $ printf 't,force,measured\n0,0.1,3\n0.02,0.1,2.99\n' | luenberger stream cart.toml --observer sampled
+  t,position_hat,velocity_hat
+  [..]";
+
 pub(crate) const LYAP: &str = r#"Examples:
   $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap -
   A X + X A' + Q = 0

@@ -10,6 +10,7 @@ use luenberger_proof::wording::counted;
 use luenberger_study::deployment::ExportRefusal;
 use luenberger_study::error::is_storage;
 use luenberger_study::import::ImportError;
+use luenberger_study::stream::{ResumeError, StreamError};
 use luenberger_study::{Diagnostics, StudyError, SweepError};
 use serde_json::{Map, Value};
 use std::io::{self, Write};
@@ -62,6 +63,15 @@ pub(crate) enum Failure {
     /// An observer that is not exported.
     #[error(transparent)]
     Export(ExportRefusal),
+    /// A row of a stream that cannot be used.
+    #[error(transparent)]
+    Row(#[from] StreamError),
+    /// A line that is too long for a row.
+    #[error("line {line} is longer than {limit} bytes")]
+    Line { line: u64, limit: usize },
+    /// A state from which a stream does not go on.
+    #[error("{path}: {error}. The file is as it was; without it the stream begins anew")]
+    State { path: String, error: ResumeError },
     /// The output file exists already.
     #[error("{path} exists: choose another name, or overwrite it with --force")]
     Exists { path: String },
@@ -128,6 +138,8 @@ impl Failure {
                 ExportRefusal::Numbers { .. } => "data",
                 _ => "usage",
             },
+            Self::Row(StreamError::Diverged { .. }) => "no-solution",
+            Self::Row(_) | Self::Line { .. } | Self::State { .. } => "data",
             Self::Usage(_) | Self::Given(_) => "usage",
             Self::Unwritable(_) => "output",
         }

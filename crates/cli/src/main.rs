@@ -59,6 +59,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Tune(input) => study::tune(&input),
         Command::Sweep(input) => study::sweep(&input),
         Command::Export(input) => study::export(&input),
+        Command::Stream(input) => study::stream(&input),
         Command::Lyap(input) => matrix::lyapunov::lyap(&input),
         Command::Dlyap(input) => matrix::lyapunov::dlyap(&input),
         Command::Sylv(input) => matrix::sylvester::sylv(input.data.given()),

@@ -70,6 +70,21 @@ pub(crate) fn file(path: &Path, text: &str, force: bool) -> io::Result<()> {
     written
 }
 
+/// Puts a file in the place of an older one: whoever reads it finds the one or the other, complete.
+pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
+    let aside = path.with_file_name(format!(".{}.partial", name.to_string_lossy()));
+    let written = File::create(&aside).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        file.sync_all()
+    });
+    let replaced = written.and_then(|()| std::fs::rename(&aside, path));
+    if replaced.is_err() {
+        _ = std::fs::remove_file(&aside);
+    }
+    replaced
+}
+
 /// Whether to use colours: on a terminal, unless `NO_COLOR` is set.
 pub(crate) fn is_coloured(stream: &impl IsTerminal) -> bool {
     stream.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())

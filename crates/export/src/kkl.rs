@@ -536,6 +536,35 @@ impl<T: RealField + Copy> crate::cast::Stepper<T> for Kkl<T> {
     }
 }
 
+/// Its state is z with the estimate behind it.
+impl<T: RealField + Copy> SampledObserver<T> for Kkl<T> {
+    type State = DVector<T>;
+    type Input = DVector<T>;
+    type Output = DVector<T>;
+    type Estimate = DVector<T>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let size = self.any().dimensions();
+        ObserverDimensions { state: size.state + size.estimate, ..size }
+    }
+
+    fn period(&self) -> T {
+        crate::cast::Stepper::period(self)
+    }
+
+    fn step(&self, t: T, state: &mut DVector<T>, u: &DVector<T>, y: &DVector<T>) {
+        crate::cast::Stepper::step(self, t, state, u, y);
+    }
+
+    fn estimate(&self, state: &DVector<T>) -> DVector<T> {
+        crate::cast::Stepper::estimate(self, state)
+    }
+
+    fn initial(&self, _t: T, estimate: &DVector<T>, _u: &DVector<T>, _y: &DVector<T>) -> DVector<T> {
+        crate::cast::Stepper::start(self, estimate)
+    }
+}
+
 /// Why there is no such observer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]

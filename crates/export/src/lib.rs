@@ -253,6 +253,21 @@ impl Export {
         Self { title: Some(title), ..self }
     }
 
+    /// The gain K of the measurement update, of an observer in filter form.
+    pub fn update_gain(&self) -> Option<&DMatrix<f64>> {
+        self.update.as_ref()
+    }
+
+    /// The first estimate, as stored in the format.
+    pub fn first_estimate(&self) -> &[f64] {
+        &self.initial
+    }
+
+    /// The names of the entries of the estimate.
+    pub fn states(&self) -> &[String] {
+        &self.names.states
+    }
+
     /// Whether the estimate uses the measurement of its sample.
     pub fn is_filter(&self) -> bool {
         self.update.is_some()

@@ -106,10 +106,17 @@ impl Table {
         let rows = self.check()?;
         let mut writer = csv::Writer::from_writer(to);
         writer.write_record(self.columns.iter().map(|(name, _)| name))?;
+        let mut cell = String::new();
         for row in 0..rows {
-            // `{:?}` of an f64 is the shortest decimal that reads back as the same number.
-            let cell = |x: f64| if x.is_nan() { String::new() } else { format!("{x:?}") };
-            writer.write_record(self.columns.iter().map(|(_, values)| cell(values[row])))?;
+            for (_, values) in &self.columns {
+                cell.clear();
+                // `{:?}` of an f64 is the shortest decimal that reads back as the same number.
+                if !values[row].is_nan() {
+                    _ = std::fmt::Write::write_fmt(&mut cell, format_args!("{:?}", values[row]));
+                }
+                writer.write_field(&cell)?;
+            }
+            writer.write_record(None::<&[u8]>)?;
         }
         writer.flush()?;
         Ok(())

@@ -72,8 +72,10 @@ pub enum Type {
     Numbers(Range),
     /// A list of texts, not empty.
     Texts,
-    /// A list of names, not empty.
-    Names,
+    /// A list of texts, which may be empty.
+    Columns,
+    /// A list of at least so many names.
+    Names(usize),
     /// A list of texts from this set.
     Choices(&'static [(&'static str, &'static str)]),
     /// A matrix as a list of rows.
@@ -149,7 +151,7 @@ impl Type {
             Self::Number(range) => format!("a {}", range.words()),
             Self::Count(least) => format!("a whole number of at least {least}"),
             Self::Numbers(range) => format!("a list of numbers, each a {}", range.words()),
-            Self::Texts | Self::Names => "a list of texts".to_owned(),
+            Self::Texts | Self::Columns | Self::Names(_) => "a list of texts".to_owned(),
             Self::Choices(choices) => format!("a list from {}", names(choices)),
             Self::Rows => "a matrix as a list of rows, [[1, 2], [3, 4]]".to_owned(),
             Self::Expressions => "a list of expressions, [\"x1^2\", \"x2\"]".to_owned(),

@@ -19,6 +19,7 @@
 //! | `trajectory`, `operation` | the plant with its observers in a simulation; bounds of its magnitudes |
 //! | [`maps`] | phi, Lambda, B and the other maps of observers as expressions |
 //! | [`deployment`] | observers of a study as they run on a target |
+//! | [`stream`] | an observer on rows that arrive one after the other |
 //! | [`closed_loop`] | the feedback of a study on a target |
 //! | [`execute`](mod@execute), [`results`] | the steps; their results |
 //! | [`statistics`] | moments, percentiles and the Pareto front of scores |
@@ -50,6 +51,7 @@ pub mod schema;
 pub mod signal;
 pub mod statistics;
 mod steps;
+pub mod stream;
 pub mod structure;
 pub mod study;
 mod synthesis;
@@ -77,6 +79,7 @@ pub use template::{TEMPLATES, Template};
 #[doc(hidden)]
 pub mod internals {
     pub use crate::advise::ranking::{Ranked, preferred, rank, tied};
+    pub use crate::execute::pictures::drawn;
     pub use crate::execute::sweep::percentiles::Percentiles;
     pub use crate::tuning::{chain_settling, compositions};
 }

@@ -15,7 +15,7 @@ use crate::diagnostic::Source;
 use crate::digest::FileDigest;
 use crate::model::PlantModel;
 use crate::signal::Input;
-use crate::table::Suspicion;
+use crate::table::{LogColumns, Suspicion};
 
 pub(crate) use kind::{NUMBER, unknowns};
 pub use kind::{ObserverKind, PlantClass, Setting, Specification, Time};
@@ -361,6 +361,8 @@ impl Tunable {
 /// A measured log.
 #[derive(Debug, Clone)]
 pub struct Log {
+    /// Its columns.
+    pub columns: LogColumns,
     /// Inputs and outputs at the times of the log.
     pub recording: Recording,
     /// The true states at these times, of which values may be missing; none if the log has no column of a state.

@@ -12,6 +12,7 @@ mod mistakes;
 mod pages;
 mod results;
 mod sdp;
+mod stream;
 mod study;
 mod sweep;
 mod terminal;

@@ -16,6 +16,7 @@ const COMMANDS: &[&str] = &[
     "tune",
     "sweep",
     "export",
+    "stream",
     "lyap",
     "dlyap",
     "sylv",

@@ -63,13 +63,18 @@ const PARTS: [(&str, &str, &str); 20] = [
 ];
 
 /// Blocks that no test of this file runs, by their page and first line, with the reason.
-const ELSEWHERE: [(&str, &str, &str); 22] = [
+const ELSEWHERE: [(&str, &str, &str); 24] = [
     ("../README.md", "import control", "crates/python/tests/test_pages.py runs it"),
     ("../README.md", "cargo xtask reproduce", "continuous integration runs it; a test of xtask reads the arguments"),
     ("certificates.md", "cargo run --example certificate ", "builds programs that the tests of luenberger-proof run"),
     ("certificates.md", "cargo run --release -p luenberger-lmi", "builds programs that the tests of their crates run"),
     ("certificates.md", "{", "the tests of luenberger-proof compare it with a file that they write"),
     ("commands/index.md", "cargo install --locked", "builds the program under test"),
+    (
+        "commands/stream.md",
+        "stty -F /dev/ttyUSB0",
+        "needs a serial port and another machine; the tests of `stream` pipe rows",
+    ),
     ("commands/sweep.md", "import glob, numpy as np", "needs numpy; the tests of `sweep` read the same arrays"),
     ("cubic-or-linear.md", "cargo run --release -p luenberger-study", "computes the figure of the page, in minutes"),
     ("deploy.md", "cd tanks-c", "`cargo xtask deploy` does the same, with several compilers"),
@@ -80,6 +85,7 @@ const ELSEWHERE: [(&str, &str, &str); 22] = [
     ("deploy.md", "void link_step(", "declarations, which the tests of luenberger-export compile"),
     ("deploy.md", "block_input(&state, r, u);", "two lines of a program"),
     ("guide.md", "cargo install --locked", "builds the program under test"),
+    ("log.md", "nc -l 9000", "needs another machine; the tests of `stream` pipe rows"),
     ("proofs.md", "RUSTC_BOOTSTRAP=1", "builds a fuzzer, a workspace of its own"),
     ("python.md", "$ pip install ./crates/python", "`cargo xtask python` installs the package"),
     ("python.md", "import control", "crates/python/tests/test_pages.py runs it"),

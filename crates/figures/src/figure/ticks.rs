@@ -24,6 +24,19 @@ pub struct Ticks {
     pub factor: String,
 }
 
+/// Areas may extend the curves' range by so many times its length to either side; the rest of them is cut off, so that
+/// a wide band does not flatten the curves.
+const ROOM_OF_AREAS: f64 = 2.0;
+
+/// How far areas extend the axis of these ordinates of curves.
+fn bounds_of_areas(curves: &[f64], scale: Scale) -> (f64, f64) {
+    let low = curves.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = curves.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let room = ROOM_OF_AREAS * (high - low);
+    let is_bounded = scale == Scale::Linear && room > 0.0 && room.is_finite();
+    if is_bounded { (low - room, high + room) } else { (f64::NEG_INFINITY, f64::INFINITY) }
+}
+
 impl Axis {
     /// Where `value` lies: 0 at the beginning of the axis, 1 at its end.
     pub fn place(&self, value: f64) -> f64 {
@@ -58,9 +71,10 @@ impl Axis {
             .flat_map(|s| s.x.iter().zip(&s.y))
             .filter_map(|(&x, &y)| within(x).then_some(y))
             .collect();
+        let bounds = bounds_of_areas(&values, panel.y_scale);
         for area in &panel.areas {
             let ends = area.x.iter().zip(area.low.iter().zip(&area.high)).filter(|(x, _)| within(**x));
-            values.extend(ends.flat_map(|(_, (low, high))| [*low, *high]));
+            values.extend(ends.flat_map(|(_, (low, high))| [*low, *high]).map(|y| y.clamp(bounds.0, bounds.1)));
         }
         if values.is_empty() {
             values = panel.series.iter().flat_map(|s| s.y.iter().copied()).collect();

@@ -100,7 +100,7 @@ fn curves_are_clipped_to_their_axes() {
 fn areas_are_translucent_and_enclosed_by_the_axes() {
     let x = [0.0, 1.0, 2.0];
     let band = Area::between("filter \u{b1} 2 sigma", &x, &[-9.0, -2.0, -1.0], &[9.0, 2.0, 1.0]).hue(Hue::Palette(0));
-    let curve = Series::line("filter", &x, &[0.0, 0.5, 0.0]).hue(Hue::Palette(0));
+    let curve = Series::line("filter", &x, &[-2.0, 2.0, 0.0]).hue(Hue::Palette(0));
     let figure = |panel: Panel| Figure::new("").panel(panel.series(curve.clone()).area(band.clone()));
     let svg = static_figure::svg(&figure(panel())).unwrap();
     let drawn = |svg: &str| -> Vec<String> {
@@ -124,6 +124,24 @@ fn areas_are_translucent_and_enclosed_by_the_axes() {
     let cut = heights(&static_figure::svg(&figure(panel().y_range(-2.0, 2.0))).unwrap());
     assert!(cut[0] == cut[1] && cut[0] < cut[2] && cut[4] == cut[5], "{cut:?}");
     static_figure::png(&figure(panel())).unwrap();
+}
+
+/// A band that is much wider than the curves are high is cut off at two of their heights beyond them.
+#[test]
+fn a_wide_band_does_not_flatten_the_curves() {
+    let x = [0.0, 1.0, 2.0];
+    let range = |half: f64, curve: [f64; 3]| {
+        let band = Area::between("band", &x, &[-half, -half, -half], &[half, half, half]);
+        let figure = Figure::new("").panel(panel().series(Series::line("curve", &x, &curve)).area(band));
+        static_figure::png(&figure).unwrap();
+        let json = interactive::plotly(&figure).unwrap();
+        json["layout"]["yaxis"]["range"].as_array().unwrap().iter().map(|end| end.as_f64().unwrap()).collect::<Vec<_>>()
+    };
+    // From -2 to 3, and 5 % of room.
+    assert_eq!(range(100.0, [0.0, 1.0, 0.5]), [-2.25, 3.25]);
+    assert_eq!(range(1.5, [0.0, 1.0, 0.5]), [-1.65, 1.65]);
+    // A constant curve has no height.
+    assert_eq!(range(100.0, [0.5, 0.5, 0.5]), [-110.0, 110.0]);
 }
 
 /// Curves over the same abscissas have them once.

@@ -4,7 +4,7 @@ use luenberger_observers::{CovarianceFilter, ObserverDimensions};
 use luenberger_plants::Column;
 
 use super::innovation::NormalisedSquare;
-use super::smoother::Passage;
+use super::smoother::Record;
 use crate::erased::sized;
 use crate::error::SimError;
 
@@ -27,8 +27,8 @@ pub(super) trait AnyFilter {
     fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<Updated>;
     /// How many steps take it over a duration.
     fn pieces(&self, duration: f64) -> f64;
-    /// The prediction; NaN where it has no result. With `passages`, those of its steps.
-    fn predict(&self, t: f64, state: &mut [f64], u: &[f64], duration: f64, passages: Option<&mut Vec<Passage>>);
+    /// The prediction; NaN where it has no result. With `record`, its steps are recorded.
+    fn predict(&self, t: f64, state: &mut [f64], u: &[f64], duration: f64, record: Option<&mut Record>);
 }
 
 /// What an update has of its innovation.
@@ -108,30 +108,26 @@ impl<F: CovarianceFilter<f64>> AnyFilter for Any<F> {
         if self.0.is_discrete() { 1.0 } else { (duration / self.0.period() - 1e-9).ceil().max(1.0) }
     }
 
-    fn predict(&self, t: f64, state: &mut [f64], u: &[f64], duration: f64, passages: Option<&mut Vec<Passage>>) {
+    fn predict(&self, t: f64, state: &mut [f64], u: &[f64], duration: f64, record: Option<&mut Record>) {
         let pieces = self.pieces(duration);
         let (Some(mut filter_state), Some(u)) = (F::State::try_from_slice(state), Column::try_from_slice(u)) else {
             return;
         };
         let tau = duration / pieces;
-        let mut passages = passages;
+        let mut record = record;
         for k in 0..pieces as u64 {
             let now = t + tau * k as f64;
-            let is_right = match &mut passages {
+            let is_right = match &mut record {
                 None => self.0.advance(now, &mut filter_state, &u, tau),
-                Some(passages) => {
+                Some(record) => {
                     let n = self.0.dimensions().estimate;
-                    let before = (self.0.estimate(&filter_state), self.covariance(filter_state.as_slice()));
                     let mut cross = vec![f64::NAN; n * n];
+                    record.add(self.0.estimate(&filter_state).as_slice());
+                    record.add(&self.covariance(filter_state.as_slice()));
                     let is_right = self.0.advance_across(now, &mut filter_state, &u, tau, &mut cross);
-                    passages.push(Passage {
-                        before: (before.0.as_slice().to_vec(), before.1),
-                        after: (
-                            self.0.estimate(&filter_state).as_slice().to_vec(),
-                            self.covariance(filter_state.as_slice()),
-                        ),
-                        cross,
-                    });
+                    record.add(self.0.estimate(&filter_state).as_slice());
+                    record.add(&self.covariance(filter_state.as_slice()));
+                    record.add(&cross);
                     is_right
                 }
             };

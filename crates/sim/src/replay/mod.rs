@@ -28,6 +28,7 @@ mod replayed;
 mod run;
 mod smoother;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use luenberger_observers::{
@@ -71,10 +72,24 @@ pub use smoother::Smoothed;
 /// ```
 pub struct Replay<'a> {
     plant: Box<dyn AnyPlant + 'a>,
-    recording: Recording,
+    recording: Cow<'a, Recording>,
     observers: Vec<Entry<'a>>,
     settings: Settings,
     turns: Vec<f64>,
+    keeps: Keeps,
+    progress: Option<Progress<'a>>,
+}
+
+/// What is told how many rows are done, of how many.
+type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
+/// What is recorded beside the estimates.
+#[derive(Clone, Copy)]
+struct Keeps {
+    /// The estimates and covariances before the measurements.
+    predictions: bool,
+    /// The covariances, and not the standard deviations alone.
+    covariances: bool,
 }
 
 enum Kind<'a> {
@@ -95,9 +110,40 @@ struct Entry<'a> {
 impl<'a> Replay<'a> {
     /// A replay of the recording; the plant is asked for h, and for f where an output moves with the
     /// model between the rows.
-    pub fn new(plant: impl Plant<f64> + Send + Sync + 'a, recording: Recording) -> Self {
+    pub fn new(plant: impl Plant<f64> + Send + Sync + 'a, recording: impl Into<Cow<'a, Recording>>) -> Self {
         let settings = Settings { rtol: 1e-9, ..Settings::default() };
-        Self { plant: Box::new(Erased(plant)), recording, observers: Vec::new(), settings, turns: Vec::new() }
+        let (recording, keeps) = (recording.into(), Keeps { predictions: true, covariances: true });
+        Self {
+            plant: Box::new(Erased(plant)),
+            recording,
+            observers: Vec::new(),
+            settings,
+            turns: Vec::new(),
+            keeps,
+            progress: None,
+        }
+    }
+
+    /// Without the estimates and covariances before the measurements, which take as much memory as those after them.
+    #[must_use]
+    pub fn without_predictions(mut self) -> Self {
+        self.keeps.predictions = false;
+        self
+    }
+
+    /// With the standard deviations of filters in place of their covariances, n numbers in place of n^2: without a test
+    /// of the errors (NEES). Not for smoothed estimates, which need the covariances.
+    #[must_use]
+    pub fn deviations_only(mut self) -> Self {
+        self.keeps.covariances = false;
+        self
+    }
+
+    /// Tells from time to time how many rows are done, and how many there are.
+    #[must_use]
+    pub fn progress(mut self, tell: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
+        self.progress = Some(tell);
+        self
     }
 
     /// An observer in continuous time, with its estimate at the first time of the log.
@@ -284,6 +330,7 @@ impl<'a> Replay<'a> {
         }
         check(&format!("the initial estimate of observer {name:?}"), &entry.initial, own.estimate)?;
         let mut run = ReplayRun::new(self.plant.as_ref(), &self.recording, self.settings, entry);
+        run.keep(self.keeps, self.progress);
         match &entry.kind {
             Kind::Filter(filter) => run.filter(filter.as_ref())?,
             Kind::Observer(observer) => match observer.period() {

@@ -1,5 +1,7 @@
 //! Recorded inputs and outputs at the times of a log.
 
+use std::borrow::Cow;
+
 use luenberger_plants::Dimensions;
 use nalgebra::DMatrix;
 
@@ -30,6 +32,18 @@ pub enum BetweenRows {
     Held,
     /// Straight lines from row to row: not causal. They are for observers of a fixed period, too.
     Linear,
+}
+
+impl From<Recording> for Cow<'_, Recording> {
+    fn from(recording: Recording) -> Self {
+        Self::Owned(recording)
+    }
+}
+
+impl<'a> From<&'a Recording> for Cow<'a, Recording> {
+    fn from(recording: &'a Recording) -> Self {
+        Self::Borrowed(recording)
+    }
 }
 
 impl Recording {

@@ -28,7 +28,7 @@ pub struct ReplayedObserver {
     /// measurements of that time, of a sampled-data observer of a fixed period what is known before them.
     pub estimate: DMatrix<f64>,
     /// The estimates before the measurements of that time, where those of `estimate` are after them; otherwise the
-    /// same.
+    /// same. Without rows for a replay [without predictions](super::Replay::without_predictions).
     pub predicted: DMatrix<f64>,
     /// The innovation of the measurements of that time: of a filter that of its update, otherwise `y - h(xhat)` before
     /// them; none for an observer of some states only. An entry is none where that output was not measured.
@@ -59,8 +59,10 @@ pub struct FilterConsistency {
     pub passed_over: Vec<usize>,
     /// The measurements that the gate of the filter rejected: index of the time, and output.
     pub rejected: Vec<(usize, usize)>,
-    /// The covariances by columns, one time after the other.
+    /// The covariances by columns, one time after the other; empty if only the deviations are kept.
     pub(super) covariances: Vec<f64>,
+    /// The standard deviations, one time after the other, if only they are kept.
+    pub(super) deviations: Vec<f64>,
     /// Those before the measurements.
     pub(super) predicted: Vec<f64>,
     pub(super) order: usize,
@@ -68,34 +70,36 @@ pub struct FilterConsistency {
 
 impl FilterConsistency {
     pub(super) fn new(order: usize) -> Self {
-        let (covariances, predicted) = (Vec::new(), Vec::new());
-        Self {
-            nis: Vec::new(),
-            log_likelihood: Vec::new(),
-            passed_over: Vec::new(),
-            rejected: Vec::new(),
-            covariances,
-            predicted,
-            order,
-        }
+        let (covariances, deviations, predicted) = (Vec::new(), Vec::new(), Vec::new());
+        let (nis, log_likelihood, passed_over, rejected) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { nis, log_likelihood, passed_over, rejected, covariances, deviations, predicted, order }
     }
 
-    /// The same with the covariances before the measurements.
-    fn of_predictions(&self) -> Self {
-        Self { covariances: self.predicted.clone(), ..self.clone() }
-    }
-
-    /// The covariance P of the error of the estimate at the time of this index, n x n; none beyond the last.
+    /// The covariance P of the error of the estimate at the time of this index, n x n; none beyond the last, and of a
+    /// replay that keeps [deviations only](super::Replay::deviations_only).
     pub fn covariance(&self, index: usize) -> Option<DMatrix<f64>> {
         let size = self.order * self.order;
         let entries = self.covariances.get(index * size..(index + 1) * size)?;
         Some(DMatrix::from_column_slice(self.order, self.order, entries))
     }
 
+    /// The standard deviations `sqrt(P_ii)` at the last time; none without a time.
+    pub fn last_deviation(&self) -> Option<Vec<f64>> {
+        let last = self.nis.len().checked_sub(1)?;
+        Some((0..self.order).map(|i| self.deviation_at(last, i)).collect())
+    }
+
     /// The standard deviations `sqrt(P_ii)`, one row for each time.
     pub fn deviation(&self) -> DMatrix<f64> {
-        let (n, size) = (self.order, self.order * self.order);
-        DMatrix::from_fn(self.nis.len(), n, |k, i| self.covariances[k * size + i * n + i].max(0.0).sqrt())
+        DMatrix::from_fn(self.nis.len(), self.order, |k, i| self.deviation_at(k, i))
+    }
+
+    fn deviation_at(&self, k: usize, i: usize) -> f64 {
+        let n = self.order;
+        match self.covariances.get(k * n * n + i * n + i) {
+            Some(variance) => variance.max(0.0).sqrt(),
+            None => self.deviations.get(k * n + i).copied().unwrap_or(f64::NAN),
+        }
     }
 }
 
@@ -121,12 +125,15 @@ impl ReplayedObserver {
     pub fn statistics(&self, from: f64) -> Result<Vec<InnovationStatistics>, SimError> {
         let first = self.first(from)?;
         let Some(innovation) = &self.innovation else { return Ok(Vec::new()) };
-        let mut used = innovation.clone();
-        for &(k, j) in self.consistency.iter().flat_map(|consistency| &consistency.rejected) {
-            used[(k, j)] = None;
-        }
-        let of = |j: usize| used.column(j).iter().skip(first).filter_map(|nu| *nu).collect::<Vec<f64>>();
-        Ok((0..used.ncols()).map(|j| InnovationStatistics::of(&of(j))).collect())
+        let of = |j: usize| {
+            // In the order of the times, as they were rejected.
+            let all = self.consistency.iter().flat_map(|consistency| &consistency.rejected);
+            let mut rejected = all.filter(|(_, of)| *of == j).map(|(k, _)| *k).peekable();
+            let column = innovation.column(j);
+            let used = column.iter().enumerate().filter(|(k, _)| rejected.next_if_eq(k).is_none());
+            used.skip_while(|(k, _)| *k < first).filter_map(|(_, nu)| *nu).collect::<Vec<f64>>()
+        };
+        Ok((0..innovation.ncols()).map(|j| InnovationStatistics::of(&of(j))).collect())
     }
 
     /// Whether the innovations of a filter have, from the time `from` on, the covariance that it computes (NIS);
@@ -158,10 +165,14 @@ impl ReplayedObserver {
     }
 
     /// The same with the estimates and covariances before the measurements of each time in place of those after them.
+    /// Not of a replay [without predictions](super::Replay::without_predictions).
     #[must_use]
     pub fn with_predictions(&self) -> Self {
-        let consistency = self.consistency.as_ref().map(FilterConsistency::of_predictions);
-        Self { estimate: self.predicted.clone(), consistency, ..self.clone() }
+        let mut of_predictions = Self { estimate: self.predicted.clone(), ..self.clone() };
+        if let Some(consistency) = &mut of_predictions.consistency {
+            consistency.covariances.clone_from(&consistency.predicted);
+        }
+        of_predictions
     }
 
     /// The same with the smoothed estimates in place of those of the filter; none if they were not asked for.
@@ -170,7 +181,7 @@ impl ReplayedObserver {
         let smoothed = self.smoothed.as_ref()?;
         let covariances = (0..self.t.len()).filter_map(|k| smoothed.covariance(k));
         let consistency = self.consistency.as_ref().map(|consistency| FilterConsistency {
-            covariances: covariances.flat_map(|p| p.iter().copied()).collect(),
+            covariances: covariances.flat_map(|p| p.data.as_vec().clone()).collect(),
             ..consistency.clone()
         });
         Some(Self { estimate: smoothed.estimate.clone(), consistency, ..self.clone() })

@@ -6,7 +6,7 @@ use super::filter::AnyFilter;
 use super::hold::{Between, Hold, Source, reach};
 use super::replayed::{FilterConsistency, ReplayedObserver};
 use super::smoother::Record;
-use super::{BetweenRows, Entry, Recording};
+use super::{BetweenRows, Entry, Keeps, Progress, Recording};
 use crate::erased::{AnyObserver, AnyPlant};
 use crate::error::{SimError, check_finite, check_positive};
 use crate::integrate::{Settings, Stepper};
@@ -39,7 +39,13 @@ pub(super) struct ReplayRun<'r> {
     record: Option<Record>,
     interpolated: usize,
     steps: usize,
+    keeps: Keeps,
+    progress: Option<Progress<'r>>,
 }
+
+/// It is told how many rows are done of a log of at least so many, in so many parts.
+const TOLD: usize = 20_000;
+const PARTS: usize = 50;
 
 impl<'r> ReplayRun<'r> {
     pub(super) fn new(
@@ -66,7 +72,14 @@ impl<'r> ReplayRun<'r> {
             record: entry.is_smoothed.then(Record::default),
             interpolated: 0,
             steps: 0,
+            keeps: Keeps { predictions: true, covariances: true },
+            progress: None,
         }
+    }
+
+    /// Sets what is kept, and what is told of the rows.
+    pub(super) fn keep(&mut self, keeps: Keeps, progress: Option<Progress<'r>>) {
+        (self.keeps, self.progress) = (keeps, progress);
     }
 
     /// Input and output of row k: what was measured of it, the rest as it was.
@@ -124,8 +137,16 @@ impl<'r> ReplayRun<'r> {
         self.check_state(t, estimate)?;
         self.t.push(t);
         self.row.push(row);
-        self.predicted.extend_from_slice(predicted);
+        if self.keeps.predictions {
+            self.predicted.extend_from_slice(predicted);
+        }
         self.estimates.extend_from_slice(estimate);
+        let rows = self.recording.times().len();
+        if let (Some(tell), Some(row), true) = (self.progress, row, rows >= TOLD)
+            && (row + 1) * PARTS / rows > row * PARTS / rows
+        {
+            tell(row + 1, rows);
+        }
         Ok(())
     }
 
@@ -328,8 +349,7 @@ impl<'r> ReplayRun<'r> {
     }
 
     fn predict(&mut self, filter: &dyn AnyFilter, t: f64, state: &mut [f64], duration: f64) {
-        let passages = self.record.as_mut().map(|record| &mut record.passages);
-        filter.predict(t, state, &self.u, duration, passages);
+        filter.predict(t, state, &self.u, duration, self.record.as_mut());
     }
 
     /// The update at `t` by what was measured.
@@ -362,11 +382,18 @@ impl<'r> ReplayRun<'r> {
             }
             consistency.nis.push(update.map(|update| update.square));
             consistency.log_likelihood.push(update.and_then(|update| update.log_likelihood()));
-            consistency.predicted.extend_from_slice(&before);
-            consistency.covariances.extend_from_slice(&covariance);
+            if self.keeps.predictions {
+                consistency.predicted.extend_from_slice(&before);
+            }
+            if self.keeps.covariances {
+                consistency.covariances.extend_from_slice(&covariance);
+            } else {
+                let n = estimate.len();
+                consistency.deviations.extend((0..n).map(|i| covariance[i * n + i].max(0.0).sqrt()));
+            }
         }
         if let Some(record) = &mut self.record {
-            record.places.push(record.passages.len());
+            record.places.push(record.steps());
             record.last = (estimate, covariance);
         }
         Ok(())
@@ -374,11 +401,15 @@ impl<'r> ReplayRun<'r> {
 
     pub(super) fn finish(self, estimate: usize) -> ReplayedObserver {
         let (rows, outputs) = (self.t.len(), self.y.len());
+        // One after the other: what has been copied is given back.
+        let by_rows = |numbers: Vec<f64>| DMatrix::from_row_slice(numbers.len() / estimate.max(1), estimate, &numbers);
+        let (estimate, predicted) = (by_rows(self.estimates), by_rows(self.predicted));
+        let innovations = self.innovations;
         ReplayedObserver {
             name: self.entry.name.clone(),
-            estimate: DMatrix::from_row_slice(rows, estimate, &self.estimates),
-            predicted: DMatrix::from_row_slice(rows, estimate, &self.predicted),
-            innovation: self.entry.whole.then(|| DMatrix::from_row_slice(rows, outputs, &self.innovations)),
+            estimate,
+            predicted,
+            innovation: self.entry.whole.then(|| DMatrix::from_row_slice(rows, outputs, &innovations)),
             consistency: self.consistency,
             smoothed: self.record.map(Record::smooth),
             interpolated: self.interpolated,

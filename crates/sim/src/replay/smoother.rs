@@ -18,69 +18,84 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// One step of the prediction of a filter: estimate and covariance (by columns) before and after it.
-#[derive(Clone, Debug)]
-pub(super) struct Passage {
-    pub(super) before: (Vec<f64>, Vec<f64>),
-    pub(super) after: (Vec<f64>, Vec<f64>),
-    /// `E e e-'`, by columns.
-    pub(super) cross: Vec<f64>,
-}
-
 /// Smoothed estimates with their covariances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
     /// The estimates from the whole log, one row for each time.
     pub estimate: DMatrix<f64>,
-    covariances: Vec<DMatrix<f64>>,
+    /// By columns, one time after the other.
+    covariances: Vec<f64>,
 }
 
 impl Smoothed {
     /// The covariance of the error of the estimate at the time of this index, n x n; none beyond the last.
-    pub fn covariance(&self, index: usize) -> Option<&DMatrix<f64>> {
-        self.covariances.get(index)
+    pub fn covariance(&self, index: usize) -> Option<DMatrix<f64>> {
+        let n = self.estimate.ncols();
+        let entries = self.covariances.get(index * n * n..(index + 1) * n * n)?;
+        Some(DMatrix::from_column_slice(n, n, entries))
     }
 
     /// The standard deviations, one row for each time.
     pub fn deviation(&self) -> DMatrix<f64> {
-        let at = |k: usize, i: usize| self.covariances[k][(i, i)].max(0.0).sqrt();
-        DMatrix::from_fn(self.covariances.len(), self.estimate.ncols(), at)
+        let n = self.estimate.ncols();
+        let at = |k: usize, i: usize| self.covariances[k * n * n + i * n + i].max(0.0).sqrt();
+        DMatrix::from_fn(self.estimate.nrows(), n, at)
     }
 }
 
 /// The record of a filter on its way: its times, and the steps between them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Record {
-    pub(super) passages: Vec<Passage>,
-    /// Before which passage each time lies.
+    /// Of each step of the prediction one after the other: estimate and covariance before it, those after it, and
+    /// `E e e-'`; matrices by columns.
+    numbers: Vec<f64>,
+    /// Before which step each time lies.
     pub(super) places: Vec<usize>,
     /// Estimate and covariance at the last time.
     pub(super) last: (Vec<f64>, Vec<f64>),
 }
 
 impl Record {
+    /// Adds numbers of a step.
+    pub(super) fn add(&mut self, numbers: &[f64]) {
+        self.numbers.extend_from_slice(numbers);
+    }
+
+    /// Numbers of a step of a filter of order n.
+    fn size(n: usize) -> usize {
+        2 * n + 3 * n * n
+    }
+
+    /// How many steps there are.
+    pub(super) fn steps(&self) -> usize {
+        // Before the first step the order is not known, nor needed.
+        self.numbers.len() / Self::size(self.last.0.len()).max(1)
+    }
+
     /// Smooths.
     pub(super) fn smooth(self) -> Smoothed {
         let n = self.last.0.len();
         let column = |x: &[f64]| DVector::from_column_slice(x);
         let matrix = |p: &[f64]| DMatrix::from_column_slice(n, n, p);
         let mut estimate = DMatrix::zeros(self.places.len(), n);
-        let mut covariances = vec![DMatrix::zeros(0, 0); self.places.len()];
+        let mut covariances = vec![0.0; self.places.len() * n * n];
         let (mut x, mut p) = (column(&self.last.0), matrix(&self.last.1));
-        let mut place = self.passages.len();
+        let mut place = self.steps();
         for k in (0..self.places.len()).rev() {
             while place > self.places[k] {
                 place -= 1;
-                let Passage { before, after, cross } = &self.passages[place];
-                let predicted = matrix(&after.1);
+                let step = &self.numbers[place * Self::size(n)..(place + 1) * Self::size(n)];
+                let (before, rest) = step.split_at(n + n * n);
+                let (after, cross) = rest.split_at(n + n * n);
+                let predicted = matrix(&after[n..]);
                 // G' = (P-)^-1 (E e e-')'.
                 let gain = solve(&predicted, &matrix(cross).transpose()).transpose();
-                x = column(&before.0) + &gain * (x - column(&after.0));
-                let next = matrix(&before.1) + &gain * (p - predicted) * gain.transpose();
+                x = column(&before[..n]) + &gain * (x - column(&after[..n]));
+                let next = matrix(&before[n..]) + &gain * (p - predicted) * gain.transpose();
                 p = (&next + next.transpose()) * 0.5;
             }
             estimate.set_row(k, &x.transpose());
-            covariances[k].clone_from(&p);
+            covariances[k * n * n..(k + 1) * n * n].copy_from_slice(p.as_slice());
         }
         Smoothed { estimate, covariances }
     }

@@ -15,8 +15,8 @@ pub(crate) mod feedback;
 mod linear;
 mod record;
 
-pub(crate) use export::prepared;
 pub use export::{ExportOptions, ExportRefusal, ExportedObserver, Language, Precision, export, program};
+pub(crate) use export::{Prepared, chosen, prepared};
 pub use exported::exported;
 pub use record::{Difference, Record, record};
 

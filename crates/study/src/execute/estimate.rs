@@ -1,13 +1,21 @@
-//! Estimates of the cost of an execution, to an order of magnitude: time from a short part of the run, memory from the
-//! sizes.
+//! Estimates of the cost of an execution: time from short parts of the runs, memory from the sizes.
+//!
+//! A study of seconds is estimated by its plant and by the operations of its observers, to an order of magnitude. Where
+//! that says more, each observer whose design is quick is run over a part of the simulation or of the log.
 
-use std::time::Instant;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
-use super::{Step, sweep};
+use luenberger_sim::replay::Recording;
+use luenberger_sim::{SampleInterpolation, Samples, SimError};
+use nalgebra::DMatrix;
+
+use super::{Step, log, sweep};
+use crate::design::{Designed, attempt};
 use crate::limits::{Excess, Limits};
 use crate::signal::Input;
-use crate::study::{NUMBER, ObserverSpec, Simulation, Study};
-use crate::trajectory::{self, Variation};
+use crate::study::{Log, NUMBER, ObserverSpec, Simulation, Study};
+use crate::trajectory::{self, Member, Variation};
 
 /// Estimated cost of an execution.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,10 +89,16 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
     };
     let memory = memory(study, step, threads);
     let simulated = study.simulation.as_ref().filter(|_| own + swept > 0);
-    let (each, written) = simulated.map_or((0.0, 0.0), |s| (one_run(study, s), writing(study, s)));
-    let runs = own + swept;
+    let on_log = study.log.as_ref().filter(|_| matches!(step, Step::Simulate | Step::Compare | Step::Run));
+    let runs = simulated.map_or(0, |_| own + swept) + on_log.map_or(0, |_| study.observers.len());
     // Of the runs of a sweep only the scores are written.
-    let running = each * runs as f64 + if step == Step::Sweep { 0.0 } else { written * own as f64 };
+    let is_written = step != Step::Sweep;
+    let running = simulated.map_or(0.0, |simulation| {
+        let written = if is_written { writing(study, simulation.samples) } else { 0.0 };
+        (each_run(study, simulation, own + swept) + written) * own as f64
+            + each_run(study, simulation, own + swept) * swept as f64
+    });
+    let running = running + on_log.map_or(0.0, |log| all_on_log(study, log));
     let mostly = if running > designs + again { "simulations" } else { "designs" };
     Estimate { runs, seconds: designs + again + running, mostly: mostly.to_owned(), memory }
 }
@@ -111,6 +125,9 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> MemoryEstimat
         let running = active * samples * ((columns + n as f64 + 1.0) * NUMBER + columns * text);
         parts.push((kept + running, "the trajectories (reduce simulation.samples)"));
     }
+    if let (Some(log), Step::Simulate | Step::Compare | Step::Run) = (&study.log, step) {
+        parts.push((of_log(study, log, threads), "the estimates on the log (a part of it, or fewer observers)"));
+    }
     if let (Some(sweep), Step::Sweep | Step::Run) = (&study.sweep, step) {
         parts.push((sweep::memory(study, sweep), "the percentiles of the sweep"));
     }
@@ -119,11 +136,123 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> MemoryEstimat
     MemoryEstimate { bytes, mostly }
 }
 
-/// Seconds of one run with an observer.
-fn one_run(study: &Study, simulation: &Simulation) -> f64 {
-    const SHARE: f64 = 0.02;
+/// Bytes for the log and the runs of its observers: what is shown of each, and what is recorded of those in progress.
+fn of_log(study: &Study, log: &Log, threads: usize) -> f64 {
+    let (n, m, p) =
+        (study.plant.states.len() as f64, study.plant.inputs.len() as f64, study.plant.outputs.len() as f64);
+    let observers = study.observers.len() as f64;
+    let own = |requested: &ObserverSpec| {
+        let covariances = if log.estimates == luenberger_sim::Estimates::Predicted { 2.0 } else { 1.0 };
+        let all = if log.truth.is_some() || requested.kind.smooths() { covariances } else { 0.0 };
+        let smoothed = if requested.kind.smooths() { 4.0 * n * n + 5.0 * n } else { 0.0 };
+        all * n * n + smoothed
+    };
+    let recorded = study.observers.iter().map(own).fold(0.0, f64::max) + 4.0 * n + 5.0 * p + 9.0;
+    let kept = 1.0 + 3.0 * n + m + 2.0 * p;
+    let active = observers.min(threads as f64);
+    log.recording.times().len() as f64 * NUMBER * (2.0 * (2.0 + m + p) + observers * kept + active * (recorded + kept))
+}
+
+/// An estimate of so many seconds is looked at more closely.
+const CLOSELY: f64 = 2.0;
+
+/// No observer is looked at for longer.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// A design of so many seconds is quick.
+const QUICK: f64 = 0.05;
+
+/// A design that is quick.
+fn quick(study: &Study, requested: &ObserverSpec) -> Option<Designed> {
+    let is_quick = requested.kind.seconds(study) < QUICK;
+    is_quick.then(|| attempt(study, requested, &AtomicBool::new(false), Some(Instant::now() + LOOK)).ok()).flatten()
+}
+
+/// Mean seconds of one of so many runs with an observer.
+fn each_run(study: &Study, simulation: &Simulation, runs: usize) -> f64 {
+    let alone = of_plant(study, simulation);
     // An observer costs about as much as the plant, and its transient about as much again.
     const WITH_OBSERVER: f64 = 4.0;
+    // Filters step with their own period, independent of the integrator.
+    let counted =
+        |requested: &ObserverSpec| alone * WITH_OBSERVER + requested.kind.seconds_of_steps(simulation.duration);
+    let count = study.observers.len().max(1) as f64;
+    let roughly = study.observers.iter().map(counted).sum::<f64>() / count;
+    if roughly * runs as f64 <= CLOSELY || trajectory::fed(study).is_some() {
+        return roughly;
+    }
+    let one = |requested: &ObserverSpec| measured(study, simulation, requested).unwrap_or_else(|| counted(requested));
+    study.observers.iter().map(one).sum::<f64>() / count
+}
+
+/// Seconds of a run with an observer, from a part of it.
+fn measured(study: &Study, simulation: &Simulation, requested: &ObserverSpec) -> Option<f64> {
+    // Long enough for the window of an estimator to fill.
+    const PERIODS: f64 = 60.0;
+    let designed = quick(study, requested)?;
+    let member = Member { requested, designed: &designed };
+    let period = requested.kind.period().unwrap_or(0.0);
+    let duration = (SHARE * simulation.duration).max(PERIODS * period).min(simulation.duration);
+    let short = Simulation { duration, samples: 2, ..simulation.clone() };
+    let began = Instant::now();
+    let run = trajectory::run(study, &short, &[member], Some(&member), Variation::NONE, Some(began + LOOK));
+    let seconds = began.elapsed().as_secs_f64();
+    match run {
+        Ok(_) => Some(seconds * simulation.duration / duration),
+        Err(SimError::TimeLimit { time }) if time > 0.0 => Some(seconds * simulation.duration / time),
+        // The run itself says why.
+        Err(_) => None,
+    }
+}
+
+/// Seconds of all observers on a log, with their tables.
+fn all_on_log(study: &Study, log: &Log) -> f64 {
+    // Of a row, without knowing the observer.
+    const ROW: f64 = 1e-5;
+    const ROWS: usize = 2000;
+    let rows = log.recording.times().len();
+    let roughly = |requested: &ObserverSpec| {
+        let times = log.recording.times();
+        let span = times[rows - 1] - times[0];
+        ROW * rows as f64 + requested.kind.seconds_of_steps(span)
+    };
+    let written = writing(study, rows) * study.observers.len() as f64;
+    let sum: f64 = study.observers.iter().map(roughly).sum();
+    if rows <= ROWS || sum <= CLOSELY {
+        return sum + written;
+    }
+    let Some(first) = first_rows(log, ROWS) else { return sum + written };
+    let one = |requested: &ObserverSpec| {
+        let designed = quick(study, requested)?;
+        let began = Instant::now();
+        let run = log::replay_one(study, &first, &Member { requested, designed: &designed }, Some(began + LOOK));
+        let seconds = began.elapsed().as_secs_f64();
+        let times = log.recording.times();
+        let done = match run {
+            Ok(_) => ROWS,
+            Err(SimError::TimeLimit { time }) => times.partition_point(|t| *t <= time).max(1),
+            Err(_) => return None,
+        };
+        Some(seconds * rows as f64 / done as f64)
+    };
+    study.observers.iter().map(|requested| one(requested).unwrap_or_else(|| roughly(requested))).sum::<f64>() + written
+}
+
+/// The first rows of a log.
+fn first_rows(log: &Log, rows: usize) -> Option<Log> {
+    let of = |samples: &Samples| DMatrix::from_fn(rows, samples.values().ncols(), |k, j| samples.value(k, j));
+    let recording = &log.recording;
+    let times = recording.times()[..rows].to_vec();
+    let short = Recording::with_missing(times, &of(recording.inputs()), &of(recording.outputs())).ok()?;
+    let short = short.between(SampleInterpolation::ZeroOrderHold, recording.outputs_between());
+    Some(Log { recording: short, truth: None, suspicions: Vec::new(), columns: log.columns.clone(), ..*log })
+}
+
+/// The part of a run that is measured.
+const SHARE: f64 = 0.02;
+
+/// Seconds of one run of the plant.
+fn of_plant(study: &Study, simulation: &Simulation) -> f64 {
     // The first is slower than those that follow, and the machine may be busy.
     const REPETITIONS: usize = 5;
     let mut short = simulation.clone();
@@ -133,23 +262,20 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
         law @ Input::Law { .. } => law.clone(),
         other => other.program().cloned().map_or(Input::Zero, Input::Program),
     };
-    let plant = Study { input, ..study.clone() };
+    let plant = Study { input, log: None, ..study.clone() };
     let once = || {
         let began = Instant::now();
         // A plant that cannot be simulated is estimated as zero; the run itself reports the error.
         let _ = trajectory::run(&plant, &short, &[], None, Variation::NONE, None);
         began.elapsed().as_secs_f64()
     };
-    let least = (0..REPETITIONS).map(|_| once()).fold(f64::INFINITY, f64::min);
-    // Filters step with their own period, independent of the integrator.
-    let step = |requested: &ObserverSpec| requested.kind.seconds_of_steps(simulation.duration);
-    least / SHARE * WITH_OBSERVER + study.observers.iter().map(step).fold(0.0, f64::max)
+    (0..REPETITIONS).map(|_| once()).fold(f64::INFINITY, f64::min) / SHARE
 }
 
-/// Seconds to write and draw one run.
-fn writing(study: &Study, simulation: &Simulation) -> f64 {
+/// Seconds to write and draw a run with so many rows.
+fn writing(study: &Study, rows: usize) -> f64 {
     // Of a number as text.
     const EACH: f64 = 3e-7;
     let size = study.plant.model.size();
-    simulation.samples as f64 * (1 + 2 * size.states + size.inputs + size.outputs) as f64 * EACH
+    rows as f64 * (1 + 2 * size.states + size.inputs + size.outputs) as f64 * EACH
 }

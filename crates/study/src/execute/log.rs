@@ -22,12 +22,26 @@ use crate::results::{
 use crate::study::{Log, Study};
 use crate::trajectory::Member;
 
-fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<ReplayedObserver, SimError> {
+fn replay(
+    study: &Study,
+    log: &Log,
+    member: &Member<'_>,
+    until: Option<Instant>,
+    tell: &(dyn Fn(usize, usize) + Sync),
+) -> Result<ReplayedObserver, SimError> {
     let settings =
         Settings { rtol: 1e-9, end: until, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
-    let replay = Replay::new(&study.plant.model, log.recording.clone())
+    let mut replay = Replay::new(&study.plant.model, &log.recording)
         .settings(settings)
-        .angles(&study.plant.turns_of(&study.plant.states).unwrap_or_default());
+        .angles(&study.plant.turns_of(&study.plant.states).unwrap_or_default())
+        .progress(tell);
+    // A long log is kept with what is shown of it only.
+    if log.estimates == Estimates::Filtered {
+        replay = replay.without_predictions();
+        if log.truth.is_none() && !member.requested.kind.smooths() {
+            replay = replay.deviations_only();
+        }
+    }
     let name = member.requested.name.as_str();
     let (runnable, initial) = (&member.designed.runnable, &member.requested.initial);
     let replay = if member.requested.kind.smooths() {
@@ -35,7 +49,8 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>)
     } else {
         runnable.replay(replay, name, initial)
     };
-    replay.run()?.observer(name).cloned().map(|replayed| shown(log, replayed))
+    let unknown = || SimError::UnknownName { name: name.to_owned() };
+    replay.run()?.observers.pop().map(|replayed| shown(log, replayed)).ok_or_else(unknown)
 }
 
 /// The run of one observer.
@@ -45,7 +60,7 @@ pub(super) fn replay_one(
     member: &Member<'_>,
     until: Option<Instant>,
 ) -> Result<Run, SimError> {
-    replay(study, log, member, until).map(|replayed| run(log, member, replayed))
+    replay(study, log, member, until, &|_, _| ()).map(|replayed| run(log, member, replayed))
 }
 
 /// With the estimates that the log asks for in the place of the filtered ones.
@@ -81,6 +96,7 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
         observer: replayed.name.clone(),
         outputs: outputs.collect(),
         estimate: replayed.estimate.row(last).iter().copied().collect(),
+        deviation: replayed.consistency.as_ref().and_then(|own| own.last_deviation()).unwrap_or_default(),
         normalised: nis.as_ref().map(|nis| nis.mean),
         nis,
         nees: nees.map(ConsistencyReport::from),
@@ -213,7 +229,9 @@ pub(super) fn replay_all<'a>(
         if options.interrupted() {
             return None;
         }
-        let outcome = replay(study, log, member, options.until).and_then(|replayed| {
+        let name = &member.requested.name;
+        let tell = |done: usize, rows: usize| options.tell("log", &format!("{name}, rows"), done, rows);
+        let outcome = replay(study, log, member, options.until, &tell).and_then(|replayed| {
             let report = InnovationReport {
                 sampling: sampling::on_log(study, member, log.recording.outputs()),
                 ..report(study, log, &replayed)?
@@ -229,6 +247,7 @@ pub(super) fn replay_all<'a>(
             observer: member.requested.name.clone(),
             outputs: Vec::new(),
             estimate: Vec::new(),
+            deviation: Vec::new(),
             normalised: None,
             nis: None,
             nees: None,

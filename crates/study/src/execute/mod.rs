@@ -9,7 +9,7 @@ mod log;
 mod observe;
 mod options;
 mod pareto;
-mod pictures;
+pub(crate) mod pictures;
 mod rows;
 mod sampling;
 mod scores;

@@ -27,8 +27,13 @@ pub(super) struct Runs<'a> {
 }
 
 impl Runs<'_> {
-    /// The rows within the time window of the plot.
-    fn rows(&self, run: &Run) -> Vec<usize> {
+    /// The rows within the time window of the plot, in stretches between gaps.
+    fn rows(&self, run: &Run) -> Vec<Vec<usize>> {
+        let rows = self.rows_of_window(run);
+        stretches(&run.t, &rows).into_iter().map(<[usize]>::to_vec).collect()
+    }
+
+    fn rows_of_window(&self, run: &Run) -> Vec<usize> {
         let plot = &self.study.plot;
         let within = |t: &f64| plot.from.is_none_or(|from| *t >= from) && plot.to.is_none_or(|to| *t <= to);
         let rows: Vec<usize> = (0..run.t.len()).filter(|k| within(&run.t[*k])).collect();
@@ -72,33 +77,59 @@ impl Runs<'_> {
     }
 }
 
+/// Points of a curve, about: a figure is a few hundred points wide.
+const POINTS: usize = 1500;
+
+/// The rows of a stretch that are drawn, of `count` rows in all: of many the largest and the smallest value of each part,
+/// so that no peak is lost, and the last row.
+pub fn drawn(stretch: &[usize], count: usize, y: impl Fn(usize) -> f64) -> Vec<usize> {
+    let step = count.div_ceil(POINTS).max(1);
+    if step == 1 {
+        return stretch.to_vec();
+    }
+    let mut kept: Vec<usize> = Vec::new();
+    for part in stretch.chunks(2 * step) {
+        let finite = || part.iter().copied().filter(|k| y(*k).is_finite());
+        let least = finite().min_by(|a, b| y(*a).total_cmp(&y(*b)));
+        let largest = finite().max_by(|a, b| y(*a).total_cmp(&y(*b)));
+        let (least, largest) = (least.unwrap_or(part[0]), largest.unwrap_or(part[0]));
+        kept.extend([least.min(largest), least.max(largest)]);
+    }
+    kept.extend(stretch.first().into_iter().chain(stretch.last()));
+    kept.sort_unstable();
+    kept.dedup();
+    kept
+}
+
 /// The curve of a quantity; one for each stretch of a log between gaps.
-fn lines(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Vec<Series> {
-    // A figure is a few hundred points wide; the data are decimated to about that, including the last sample.
-    let step = rows.len().div_ceil(1500).max(1);
+fn lines(name: &str, run: &Run, rows: &[Vec<usize>], y: impl Fn(usize) -> f64) -> Vec<Series> {
+    let count = rows.iter().map(Vec::len).sum();
     let mut curves = Vec::new();
-    for stretch in stretches(&run.t, rows) {
-        let kept = stretch.iter().copied().step_by(step).chain(stretch.last().copied());
-        let (mut xs, mut ys): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        for k in kept {
-            let value = y(k);
-            if value.is_finite() && xs.last().is_none_or(|last| *last < run.t[k]) {
-                xs.push(run.t[k]);
-                ys.push(value);
-            }
-        }
-        if xs.len() > 1 {
-            curves.push(Series::line(name, &xs, &ys));
-        }
+    for stretch in rows {
+        curves.extend(line(name, run, &drawn(stretch, count, &y), &y));
     }
     curves
+}
+
+/// The curve through these rows; none through fewer than two points.
+fn line(name: &str, run: &Run, rows: &[usize], y: impl Fn(usize) -> f64) -> Option<Series> {
+    let (mut xs, mut ys): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    for &k in rows {
+        let value = y(k);
+        if value.is_finite() && xs.last().is_none_or(|last| *last < run.t[k]) {
+            xs.push(run.t[k]);
+            ys.push(value);
+        }
+    }
+    (xs.len() > 1).then(|| Series::line(name, &xs, &ys))
 }
 
 /// Rows without a gap in between: none is later than the one before it by more than five median periods.
 fn stretches<'r>(t: &[f64], rows: &'r [usize]) -> Vec<&'r [usize]> {
     let mut periods: Vec<f64> = rows.windows(2).map(|pair| t[pair[1]] - t[pair[0]]).collect();
-    periods.sort_by(f64::total_cmp);
-    let usual = periods.get(periods.len() / 2).copied().unwrap_or(f64::INFINITY);
+    let middle = periods.len() / 2;
+    let usual =
+        if periods.is_empty() { f64::INFINITY } else { *periods.select_nth_unstable_by(middle, f64::total_cmp).1 };
     rows.chunk_by(|&k, &next| t[next] - t[k] <= 5.0 * usual).collect()
 }
 
@@ -265,16 +296,21 @@ fn bands(
     of: impl Fn(usize) -> f64,
     i: usize,
 ) -> Panel {
-    let (name, half) = match (&run.deviation, &run.half_width) {
-        (Some(deviation), _) => (format!("{} \u{b1} 2 sigma", member.requested.name), deviation * 2.0),
-        (None, Some(half)) => (format!("{} bounds", member.requested.name), half.clone()),
+    let (name, matrix, factor) = match (&run.deviation, &run.half_width) {
+        (Some(deviation), _) => (format!("{} \u{b1} 2 sigma", member.requested.name), deviation, 2.0),
+        (None, Some(half)) => (format!("{} bounds", member.requested.name), half, 1.0),
         (None, None) => return panel,
     };
+    let half = |k: usize| factor * matrix[(k, i)];
     let rows = runs.rows(run);
-    let side = |side: f64| lines(&name, run, &rows, |k| of(k) + side * half[(k, i)]);
-    // Both sides are known at the same rows.
-    for (low, high) in side(-1.0).into_iter().zip(side(1.0)) {
-        panel = panel.area(Area::between(&name, &low.x, &low.y, &high.y).hue(Hue::Palette(number)));
+    let count = rows.iter().map(Vec::len).sum();
+    for stretch in &rows {
+        // Both sides at the same rows, where the band is widest and narrowest.
+        let kept = drawn(stretch, count, half);
+        let side = |side: f64| line(&name, run, &kept, |k| of(k) + side * half(k));
+        if let (Some(low), Some(high)) = (side(-1.0), side(1.0)) {
+            panel = panel.area(Area::between(&name, &low.x, &low.y, &high.y).hue(Hue::Palette(number)));
+        }
     }
     panel
 }

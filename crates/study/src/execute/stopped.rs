@@ -34,7 +34,7 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
                 .and_then(|kind| kind.period())
             {
                 Some(_) => format!(
-                    ": on the way to the next one f or its Jacobian is not finite, or more than {MOST_STEPS} steps are needed"
+                    ": on the way to the next one f or its Jacobian is not finite, or more than {MOST_STEPS} steps are needed. {REMEDIES}"
                 ),
                 None => String::new(),
             };
@@ -66,6 +66,9 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
         other => other.to_string(),
     }
 }
+
+/// What may help a filter whose prediction has no result.
+const REMEDIES: &str = "Its steps are as long as their error allows; `substeps` is for targets and changes none of them. What may help: a smaller `p0` or `w`, an `initial` nearer to the state, a shorter `period`, or an f that is defined beyond its region, as by max(x, 0)";
 
 /// Maximal number of states that are quoted.
 const SHOWN: usize = 8;

@@ -6,17 +6,22 @@ use crate::model::PlantModel;
 use crate::reader::Reader;
 use crate::reader::tree::Node;
 use crate::study::Log;
-use crate::table::{Table, TableError};
+use crate::table::{LogColumns, Table, TableError};
 
 /// The result of reading a file, or its mistake at the key that names it.
 fn read<T>(node: &Node, reader: &mut Reader, made: impl Fn(Table) -> Result<T, TableError>) -> Option<T> {
     let name = node.text()?;
     // The name as in the study: a message should not depend on the folder.
     let message = match reader.file(name) {
-        Ok(bytes) => match Table::from_bytes(&bytes).and_then(&made) {
-            Ok(made) => return Some(made),
-            Err(error) => format!("{name}: {error}"),
-        },
+        Ok(bytes) => {
+            let table = Table::from_bytes(&bytes);
+            // A long log is in memory once.
+            drop(bytes);
+            match table.and_then(&made) {
+                Ok(made) => return Some(made),
+                Err(error) => format!("{name}: {error}"),
+            }
+        }
         Err(error) => format!("{name} cannot be read: {error}"),
     };
     reader.refuse(node.span.clone(), message, "expected a CSV file with a header, relative to the folder of the study")
@@ -28,36 +33,31 @@ pub(super) fn input(node: &Node, plant: &PlantModel, linear: bool, reader: &mut 
     read(node, reader, |table| table.samples("t", &plant.inputs, between))
 }
 
-/// The columns of a log.
-pub(super) struct Columns {
-    pub(super) time: String,
-    pub(super) inputs: Vec<String>,
-    pub(super) outputs: Vec<String>,
-    /// The true states, if there are any; none for an unknown one.
-    pub(super) states: Option<Vec<Option<String>>>,
-}
+/// The columns of the true states of a log, if there are any; none for an unknown state.
+pub(super) type TrueStates = Option<Vec<Option<String>>>;
 
 /// A log, with what is between its rows, and which estimates are scored on it.
 pub(super) fn log(
     node: &Node,
-    columns: &Columns,
+    (columns, states): (&LogColumns, &TrueStates),
     (between, estimates): (BetweenRows, Estimates),
     every_row: bool,
     reader: &mut Reader,
 ) -> Option<Log> {
-    let Columns { time, inputs, outputs, states } = columns;
+    let LogColumns { time, inputs, outputs } = columns;
     read(node, reader, |table| {
         let table = if every_row { table.counting_repeats() } else { table };
-        let recording = table.recording(time, inputs, outputs)?;
+        let (recording, suspicions) = table.recording_with_suspicions(time, inputs, outputs)?;
         let truth = states.as_ref().map(|states| {
             let states: Vec<Option<&str>> = states.iter().map(Option::as_deref).collect();
             table.samples_with_missing(time, &states)
         });
         Ok(Log {
+            columns: columns.clone(),
             recording: recording.between(SampleInterpolation::ZeroOrderHold, between),
             truth: truth.transpose()?,
             estimates,
-            suspicions: table.suspicions(time, inputs, outputs)?,
+            suspicions,
         })
     })
 }

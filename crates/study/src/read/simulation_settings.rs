@@ -15,6 +15,7 @@ use crate::reader::{Reader, check, gain, maps, region};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
 use crate::study::{GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, SamplingSpec, Simulation};
+use crate::table::LogColumns;
 
 pub(super) fn input(
     node: Option<&Node>,
@@ -293,19 +294,19 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
     let (inputs, outputs) = (columns("inputs", &plant.inputs, "input"), columns("outputs", &plant.outputs, "output"));
     let states = node.given("states", |_| columns("states", &plant.states, "state"))?;
     let known = |name: String| (name != "-").then_some(name);
-    let columns = super::csv::Columns {
+    let columns = LogColumns {
         time: node.get("time").map_or(Some("t"), Node::text)?.to_owned(),
         inputs: inputs?,
         outputs: outputs?,
-        states: states.map(|states| states.into_iter().map(known).collect()),
     };
+    let states = states.map(|states| states.into_iter().map(known).collect());
     let between = match node.get("interpolation").and_then(Node::text) {
         Some("linear") => BetweenRows::Linear,
         Some("held") => BetweenRows::Held,
         _ => BetweenRows::Predicted,
     };
     let every_row = node.get("repeats").and_then(Node::text) == Some("measured");
-    super::csv::log(node.get("file")?, &columns, (between, estimates(node)), every_row, reader)
+    super::csv::log(node.get("file")?, (&columns, &states), (between, estimates(node)), every_row, reader)
 }
 
 /// Which estimates of filters are scored.

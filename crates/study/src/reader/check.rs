@@ -117,7 +117,8 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
                 a_name(&entry.node, &format!("the unit of `{}`", entry.key), mistakes);
             }
         }
-        Type::Names | Type::Units => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+        Type::Columns | Type::Names(0) if node.list().is_some_and(<[Node]>::is_empty) => {}
+        Type::Names(_) | Type::Units => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
             a_name(x, &format!("entry {} of `{name}`", i + 1), mistakes);
         }),
         Type::Choice(choices) => choice(node, name, choices, mistakes),
@@ -137,7 +138,7 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
             };
             list(node, name, &expected(), mistakes, each);
         }
-        Type::Texts => list(node, name, &expected(), mistakes, |(i, x), mistakes| match x.text() {
+        Type::Texts | Type::Columns => list(node, name, &expected(), mistakes, |(i, x), mistakes| match x.text() {
             Some(text) if !text.trim().is_empty() => {}
             Some(_) => mistakes.push(Diagnostic::new(
                 x.span.clone(),

@@ -49,6 +49,9 @@ pub struct InnovationReport {
     pub outputs: Vec<InnovationOf>,
     /// The estimate at the end time.
     pub estimate: Vec<f64>,
+    /// For a Kalman filter: the standard deviations of this estimate.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub deviation: Vec<f64>,
     /// For a Kalman filter: the mean of nu' S^-1 nu, as in `nis`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normalised: Option<f64>,

@@ -94,11 +94,15 @@ const PLANT: Table = Table {
         optional("builtin", Type::Choice(BUILTIN), "A built-in plant."),
         optional(
             "states",
-            Type::Names,
+            Type::Names(1),
             "Names of the states in expressions, figures, tables and messages (default x1, x2, ...). Expressions may use x1, x2, ... in any case.",
         ),
-        optional("inputs", Type::Names, "Names of the inputs, likewise (default u1, u2, ..., as many as f and h use)."),
-        optional("outputs", Type::Names, "Names of the outputs (default y1, y2, ...)."),
+        optional(
+            "inputs",
+            Type::Names(0),
+            "Names of the inputs, likewise (default u1, u2, ..., as many as f and h use).",
+        ),
+        optional("outputs", Type::Names(1), "Names of the outputs (default y1, y2, ...)."),
         optional(
             "units",
             Type::Units,
@@ -106,7 +110,7 @@ const PLANT: Table = Table {
         ),
         optional(
             "angles",
-            Type::Names,
+            Type::Names(1),
             "States and outputs that are angles, in rad or in their `units` (rad, mrad, deg, gon, rev): differences of readings, sigma points and errors are taken modulo a full turn. A state that is measured itself and its output need to be named once.",
         ),
         optional(
@@ -371,7 +375,7 @@ const LOG: Table = Table {
         ),
         optional(
             "inputs",
-            Type::Texts,
+            Type::Columns,
             "The columns of the inputs, or expressions of columns (default: the names of the plant's inputs).",
         ),
         optional(

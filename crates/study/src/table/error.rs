@@ -96,6 +96,24 @@ pub enum TableError {
         /// What is there.
         value: f64,
     },
+    /// A time that is not of the kind of those before it.
+    #[error("line {line}, column {column} ({name}): expected a date or a time of day of the form of those above")]
+    NoMoment {
+        /// The line.
+        line: u64,
+        /// The column.
+        column: usize,
+        /// Name of the column.
+        name: String,
+    },
+    /// A line that is no JSON object.
+    #[error("line {line}: expected a JSON object such as {{\"t\": 0.1, \"y\": 2}}: {why}")]
+    Json {
+        /// The line.
+        line: u64,
+        /// Why not.
+        why: String,
+    },
     /// A blank cell where every value is needed.
     #[error("line {line}, column {column} ({name}): the value is missing")]
     Missing {

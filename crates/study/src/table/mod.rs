@@ -14,6 +14,7 @@ mod cell;
 mod error;
 mod moment;
 mod repeats;
+mod rows;
 mod suspicion;
 
 use std::borrow::Cow;
@@ -29,6 +30,8 @@ use cell::{Cell, Decimal};
 use moment::Moment;
 
 pub use error::TableError;
+pub use rows::{Form, LogColumns};
+pub(crate) use rows::{LogRow, LogRows};
 pub use suspicion::Suspicion;
 
 /// The maximal number of values: 400 MB.
@@ -37,8 +40,25 @@ const LARGEST: usize = 50_000_000;
 /// The line number of a record: the reader's position is before the empty lines and comments that it skips.
 fn line_of(text: &str, position: &csv::Position) -> u64 {
     let rest = usize::try_from(position.byte()).ok().and_then(|byte| text.get(byte..)).unwrap_or("");
-    let left_out = rest.lines().take_while(|line| line.is_empty() || line.starts_with('#')).count();
+    let left_out = rest.lines().take_while(|line| is_left_out(line)).count();
     position.line() + left_out as u64
+}
+
+/// Whether a line, without the spaces before it, has no cells: it is blank or a comment.
+fn is_left_out(line: &str) -> bool {
+    line.is_empty() || line.starts_with('#')
+}
+
+/// The separator of the cells, by the line that names the columns.
+fn separator_of(line: &str) -> u8 {
+    [b'\t', b';'].into_iter().find(|separator| line.as_bytes().contains(separator)).unwrap_or(b',')
+}
+
+/// What reads the cells of lines.
+fn records(separator: u8) -> ReaderBuilder {
+    let mut records = ReaderBuilder::new();
+    records.has_headers(false).flexible(true).delimiter(separator).comment(Some(b'#')).trim(Trim::All);
+    records
 }
 
 /// A name without the unit in brackets after it.
@@ -87,6 +107,30 @@ impl Column {
     }
 }
 
+/// What stands for a column: the column itself, or an expression of columns.
+#[derive(Clone, Debug)]
+enum Reader {
+    Column(usize),
+    Expression {
+        text: String,
+        expression: Expression,
+        /// The column of the name `t`, if that occurs.
+        time: Option<usize>,
+        /// The columns in it.
+        used: Vec<usize>,
+    },
+}
+
+impl Reader {
+    /// The column, or the first one in the expression.
+    fn first(&self) -> usize {
+        match self {
+            Self::Column(k) => *k,
+            Self::Expression { used, .. } => used.first().copied().unwrap_or(0),
+        }
+    }
+}
+
 /// The place of a column, and its values.
 type Reading<'a> = (usize, Cow<'a, [Option<f64>]>);
 
@@ -128,17 +172,9 @@ impl Table {
     pub fn parse(text: &str) -> Result<Self, TableError> {
         // Spreadsheets begin a file with a byte-order mark, and some use semicolons.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let first = text.lines().map(str::trim_start).find(|line| !line.is_empty() && !line.starts_with('#'));
-        let first = first.ok_or(TableError::Empty)?;
-        let separator =
-            [b'\t', b';'].into_iter().find(|separator| first.as_bytes().contains(separator)).unwrap_or(b',');
-        let mut reader = ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .delimiter(separator)
-            .comment(Some(b'#'))
-            .trim(Trim::All)
-            .from_reader(text.as_bytes());
+        let first = text.lines().map(str::trim_start).find(|line| !is_left_out(line));
+        let separator = separator_of(first.ok_or(TableError::Empty)?);
+        let mut reader = records(separator).from_reader(text.as_bytes());
         let mut table: Option<Self> = None;
         let mut record = StringRecord::new();
         while reader.read_record(&mut record)? {
@@ -231,6 +267,17 @@ impl Table {
         Ok(())
     }
 
+    /// Reads a line in place of all that were read before.
+    fn only(&mut self, line: u64, record: &StringRecord) -> Result<(), TableError> {
+        self.lines.clear();
+        for column in &mut self.columns {
+            column.values.clear();
+            column.moments.clear();
+            (column.wrong, column.is_settled) = (None, false);
+        }
+        self.row(line, record)
+    }
+
     /// The names of the columns.
     pub fn names(&self) -> &[String] {
         &self.names
@@ -261,7 +308,11 @@ impl Table {
     /// # Errors
     /// [`TableError::MissingColumn`], [`TableError::NotANumber`], [`TableError::NotFinite`].
     pub fn values(&self, name: &str) -> Result<&[Option<f64>], TableError> {
-        let k = self.index(name)?;
+        self.values_at(self.index(name)?)
+    }
+
+    /// The column at this place.
+    fn values_at(&self, k: usize) -> Result<&[Option<f64>], TableError> {
         let column = &self.columns[k];
         let Some((line, text)) = &column.wrong else { return Ok(&column.values) };
         let (line, name) = (*line, self.names[k].clone());
@@ -281,11 +332,10 @@ impl Table {
         self.complete(name, self.values(name)?)
     }
 
-    /// The column of that name or the values of an expression of columns, in which values may be missing; and the place
-    /// of the column, or of the first one in the expression.
-    fn reading(&self, name: &str) -> Result<Reading<'_>, TableError> {
+    /// The column of that name or an expression of columns.
+    fn reader(&self, name: &str) -> Result<Reader, TableError> {
         let missing = match self.index(name) {
-            Ok(k) => return Ok((k, self.values(name)?.into())),
+            Ok(k) => return Ok(Reader::Column(k)),
             Err(missing) => missing,
         };
         let is_expression = |c: char| "+-*/^()".contains(c);
@@ -306,11 +356,22 @@ impl Table {
         let time = if expression.uses_time() { Some(self.index("t")?) } else { None };
         let is_used = |k: &usize| time == Some(*k) || expression.depends_on_state(*k);
         let used: Vec<usize> = (0..self.names.len()).filter(is_used).collect();
-        let Some(first) = used.first().copied() else {
+        if used.is_empty() {
             let why = "no column occurs in it".to_owned();
             return Err(TableError::Expression { text: name.to_owned(), why });
+        }
+        Ok(Reader::Expression { text: name.to_owned(), expression, time, used })
+    }
+
+    /// The values of a column or of an expression of columns, in which values may be missing; and the place of the
+    /// column, or of the first one in the expression.
+    fn read_by(&self, reader: &Reader) -> Result<Reading<'_>, TableError> {
+        let (text, expression, time, used) = match reader {
+            Reader::Column(k) => return Ok((*k, self.values_at(*k)?.into())),
+            Reader::Expression { text, expression, time, used } => (text, expression, time, used),
         };
-        let columns = used.iter().map(|k| self.values(&self.names[*k])).collect::<Result<Vec<_>, _>>()?;
+        let first = reader.first();
+        let columns = used.iter().map(|k| self.values_at(*k)).collect::<Result<Vec<_>, _>>()?;
         let mut x = vec![f64::NAN; self.names.len()];
         let value = |i: usize| {
             for (k, column) in used.iter().zip(&columns) {
@@ -318,11 +379,14 @@ impl Table {
                 x[*k] = value;
             }
             let value = expression.evaluate(time.map_or(f64::NAN, |k| x[k]), &x, &[]);
-            let wrong =
-                || TableError::NotFinite { line: self.lines[i], column: first + 1, name: name.to_owned(), value };
+            let wrong = || TableError::NotFinite { line: self.lines[i], column: first + 1, name: text.clone(), value };
             if value.is_finite() { Ok(Some(value)) } else { Err(wrong()) }
         };
         Ok((first, (0..self.rows()).map(value).collect::<Result<Vec<_>, _>>()?.into()))
+    }
+
+    fn reading(&self, name: &str) -> Result<Reading<'_>, TableError> {
+        self.read_by(&self.reader(name)?)
     }
 
     /// The values of the column of that name, or of an expression, of which none may be missing.
@@ -501,9 +565,20 @@ impl Table {
         inputs: &[S],
         outputs: &[S],
     ) -> Result<Vec<Suspicion>, TableError> {
+        Ok(self.recording_with_suspicions(time, inputs, outputs)?.1)
+    }
+
+    /// [`recording`](Self::recording) and [`suspicions`](Self::suspicions).
+    pub(crate) fn recording_with_suspicions<S: AsRef<str>>(
+        &self,
+        time: &str,
+        inputs: &[S],
+        outputs: &[S],
+    ) -> Result<(Recording, Vec<Suspicion>), TableError> {
         let (recording, repeated) = self.log(time, inputs, outputs)?;
         let inputs: Vec<&str> = inputs.iter().map(AsRef::as_ref).collect();
         let outputs: Vec<&str> = outputs.iter().map(AsRef::as_ref).collect();
-        Ok(suspicion::suspicions(&recording, time, (&inputs, &outputs), &repeated))
+        let suspicions = suspicion::suspicions(&recording, time, (&inputs, &outputs), &repeated);
+        Ok((recording, suspicions))
     }
 }

@@ -54,24 +54,64 @@ fn days(date: Date) -> i64 {
     365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + before + day - 1
 }
 
-/// Seconds since the first of the moments; none if they are not all of one kind. A time of day that is more than half a
-/// day earlier than the one before is taken for one of the next day.
+/// Seconds since the first of the moments; none if they are not all of one kind.
 pub(super) fn seconds(moments: &[Moment]) -> Option<Vec<f64>> {
-    let first = moments.first()?;
-    if moments.iter().any(|moment| moment.origin != first.origin) {
-        return None;
+    let mut clock = Clock::at(*moments.first()?);
+    moments.iter().map(|moment| clock.seconds(*moment)).collect()
+}
+
+/// A clock that shows seconds since its first moment, one moment after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Clock {
+    first: Moment,
+    /// The last one, without its midnights.
+    before: i128,
+    midnights: i128,
+}
+
+impl Clock {
+    /// A clock that begins at a moment.
+    pub(super) fn at(first: Moment) -> Self {
+        Self { first, before: first.nanoseconds, midnights: 0 }
     }
-    let mut midnights = 0;
-    let mut before = first.nanoseconds;
-    let since = moments.iter().map(|moment| {
-        let now = moment.nanoseconds;
-        if first.origin == Origin::Midnight && before - now > DAY / 2 {
-            midnights += 1;
+
+    /// Seconds since the first moment; none for a moment of another kind. A time of day that is more than half a day
+    /// earlier than the one before is taken for one of the next day.
+    pub(super) fn seconds(&mut self, moment: Moment) -> Option<f64> {
+        if moment.origin != self.first.origin {
+            return None;
         }
-        before = now;
+        let now = moment.nanoseconds;
+        if self.first.origin == Origin::Midnight && self.before - now > DAY / 2 {
+            self.midnights += 1;
+        }
+        self.before = now;
         // Rounded once: the difference is an integer below 2^53 for a hundred days, and the quotient is exact to an
         // ulp.
-        (now + midnights * DAY - first.nanoseconds) as f64 / SECOND as f64
-    });
-    Some(since.collect())
+        Some((now + self.midnights * DAY - self.first.nanoseconds) as f64 / SECOND as f64)
+    }
+
+    /// Its content as words, from which [`from_words`](Self::from_words) makes it.
+    pub(super) fn words(&self) -> String {
+        let origin = match self.first.origin {
+            Origin::Universal => "universal",
+            Origin::Local => "local",
+            Origin::Midnight => "midnight",
+        };
+        format!("{origin} {} {} {}", self.first.nanoseconds, self.before, self.midnights)
+    }
+
+    /// The clock of [`words`](Self::words).
+    pub(super) fn from_words(words: &str) -> Option<Self> {
+        let mut words = words.split(' ');
+        let origin = match words.next()? {
+            "universal" => Origin::Universal,
+            "local" => Origin::Local,
+            "midnight" => Origin::Midnight,
+            _ => return None,
+        };
+        let mut number = || words.next()?.parse::<i128>().ok();
+        let (nanoseconds, before, midnights) = (number()?, number()?, number()?);
+        Some(Self { first: Moment { origin, nanoseconds }, before, midnights })
+    }
 }

@@ -418,7 +418,7 @@ fn observers_that_contain_the_plant_have_the_bits_of_their_export() {
 }
 
 /// Kinds and forms that no template has.
-fn others() -> Vec<(&'static str, String)> {
+pub(crate) fn others() -> Vec<(&'static str, String)> {
     let pendulum = |observer: &str| {
         format!("[plant]\nf = [\"x2\", \"-9.81*sin(x1) - 0.3*x2 + u1\"]\nh = [\"x1\"]\n[[observer]]\n{observer}\n")
     };

@@ -71,7 +71,7 @@ pub struct ExportedObserver {
 
 /// An observer of a study, sampled, and the program of its step.
 pub(crate) struct Prepared {
-    sampled: Sampled,
+    pub(crate) sampled: Sampled,
     numbers: Numbers,
     pub(crate) export: Export,
 }
@@ -238,7 +238,7 @@ pub(crate) fn prepared(
 }
 
 /// The observer of that name; without a name the only one.
-fn chosen<'a>(study: &'a Study, name: Option<&str>) -> Result<&'a ObserverSpec, ExportRefusal> {
+pub(crate) fn chosen<'a>(study: &'a Study, name: Option<&str>) -> Result<&'a ObserverSpec, ExportRefusal> {
     let known = || study.observers.iter().map(|observer| observer.name.clone()).collect::<Vec<_>>().join(", ");
     match (name, &study.observers[..]) {
         (_, []) => Err(StudyError::Missing { step: "export", needs: "an [[observer]]" }.into()),

@@ -62,7 +62,7 @@ fn lines(advice: &[String]) -> String {
 }
 
 impl ExportRefusal {
-    pub(super) fn design(observer: &ObserverSpec, why: NoObserver) -> Self {
+    pub(crate) fn design(observer: &ObserverSpec, why: NoObserver) -> Self {
         Self::Design { observer: observer.name.clone(), why: Box::new(why.at(observer.place.line)) }
     }
 

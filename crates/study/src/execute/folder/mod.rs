@@ -8,12 +8,14 @@ mod manifest;
 mod replace;
 
 use std::fs::{File, TryLockError};
-use std::io::{self, BufWriter, Cursor, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use luenberger_figures::figure::static_figure;
+use luenberger_figures::table::TableError;
 use luenberger_figures::{Figure, Table};
+use zip::result::ZipError;
 
 use crate::digest;
 use crate::error::StudyError;
@@ -46,11 +48,38 @@ pub(super) struct Stream {
 
 impl Stream {
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), StudyError> {
-        let Some((file, path)) = &mut self.to else { return Ok(()) };
-        file.write_all(bytes).map_err(io_error(path))?;
-        self.digest.add(bytes);
-        self.bytes += bytes.len() as u64;
-        Ok(())
+        let path = self.to.as_ref().map_or_else(PathBuf::new, |(_, path)| path.clone());
+        self.write_all(bytes).map_err(io_error(&path))
+    }
+}
+
+impl Write for Stream {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if let Some((file, _)) = &mut self.to {
+            file.write_all(bytes)?;
+            self.digest.add(bytes);
+            self.bytes += bytes.len() as u64;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.as_mut().map_or(Ok(()), |(file, _)| file.flush())
+    }
+}
+
+/// Why a table is not in its file.
+fn of_table(path: &Path, name: &str, error: TableError) -> StudyError {
+    match error {
+        TableError::Io(error) | TableError::Zip(ZipError::Io(error)) => StudyError::io(path, error),
+        TableError::Csv(error) if error.is_io_error() => {
+            let why = error.to_string();
+            match error.into_kind() {
+                csv::ErrorKind::Io(error) => StudyError::io(path, error),
+                _ => StudyError::Output { what: name.to_owned(), why },
+            }
+        }
+        error => StudyError::Output { what: name.to_owned(), why: error.to_string() },
     }
 }
 
@@ -141,19 +170,27 @@ impl Folder {
         replace::replace(root, aside, before.as_ref(), &new)
     }
 
-    /// A table as CSV and npz: `NAME.csv`, `NAME.npz`.
+    /// A table as CSV and npz: `NAME.csv`, `NAME.npz`. Both are written piece by piece: as text a long table is several
+    /// times its size.
     pub(super) fn table(&self, name: &str, table: &Table) -> Result<(), StudyError> {
-        let failed = |why: luenberger_figures::table::TableError| StudyError::Output {
-            what: name.to_owned(),
-            why: why.to_string(),
-        };
-        let mut csv = Vec::new();
-        table.write_csv(&mut csv).map_err(failed)?;
-        self.write(&format!("{name}.csv"), &csv)?;
-        drop(csv);
-        let mut npz = Cursor::new(Vec::new());
-        table.write_npz(&mut npz).map_err(failed)?;
-        self.write(&format!("{name}.npz"), &npz.into_inner())
+        let Some(Open { root, aside, .. }) = &self.open else { return Ok(()) };
+        let (csv, npz) = (format!("{name}.csv"), format!("{name}.npz"));
+        if let Some(parent) = aside.join(name).parent() {
+            std::fs::create_dir_all(parent).map_err(io_error(parent))?;
+        }
+        let mut stream = self.stream(&csv)?;
+        table.write_csv(&mut stream).map_err(|error| of_table(&root.join(&csv), name, error))?;
+        self.finish_stream(stream)?;
+        let (path, known) = (aside.join(&npz), root.join(&npz));
+        let mut to = BufWriter::new(File::create(&path).map_err(io_error(&known))?);
+        table.write_npz(&mut to).map_err(|error| of_table(&known, name, error))?;
+        to.flush().map_err(io_error(&known))?;
+        let bytes = to.get_ref().metadata().map_err(io_error(&known))?.len();
+        let sha256 = digest::of_file(&path).map_err(io_error(&known))?;
+        let mut entries = self.entries();
+        entries.retain(|entry| entry.name != npz);
+        entries.push(Entry { name: npz, bytes, sha256 });
+        Ok(())
     }
 
     /// A figure as SVG and PNG.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use luenberger_figures::{Cell, Grid, Section};
 use luenberger_proof::wording::{counted, significant};
 
-use super::number;
+use super::{SCORED, number};
 use crate::results::{
     ConsistencyReport, CoverageReport, FilterReport, InnovationReport, IntervalReport, LogReport, PlantSummary,
 };
@@ -129,6 +129,7 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         }
         section = section.grid(grid);
     }
+    section = last_estimates(section, log, plant);
     if log.rows.iter().any(|row| row.smoothed.is_some()) {
         let head = ["observer", "state", "filtered", "smoothed"];
         let mut grid = Grid::new(&head)
@@ -150,6 +151,32 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         section = section.prose("Ended early:").list(ended);
     }
     section
+}
+
+/// The estimates at the end of the log, of the states without a true value: estimated parameters are among them.
+fn last_estimates(section: Section, log: &LogReport, plant: &PlantSummary) -> Section {
+    let mut grid = Grid::new(&["observer", "state", "last estimate", "± 2 sigma"])
+        .caption("Estimates at the end of the log, of the states of which it has no true value.");
+    let (mut count, mut omitted) = (0, 0);
+    for row in log.rows.iter().filter(|row| row.estimate.len() == plant.states.len()) {
+        let is_unknown = |state: &String| row.errors.iter().all(|error| error.state != *state);
+        let unknown = plant.states.iter().enumerate().filter(|(_, state)| is_unknown(state));
+        omitted = unknown.clone().count().saturating_sub(SCORED).max(omitted);
+        for (i, state) in unknown.take(SCORED) {
+            count += 1;
+            grid = grid.row([
+                Cell::from(row.observer.as_str()),
+                Cell::from(plant.labelled(state).as_str()),
+                number(row.estimate[i]),
+                row.deviation.get(i).map_or_else(|| Cell::from("-"), |sigma| size(2.0 * sigma)),
+            ]);
+        }
+    }
+    match (count, omitted) {
+        (0, _) => section,
+        (_, 0) => section.grid(grid),
+        _ => section.grid(grid).prose(format!("`study.json` has the other {}.", counted(omitted, "state"))),
+    }
 }
 
 /// What a log consists of, in sentences: rows, periods, outputs that are not always measured, interpolation.
