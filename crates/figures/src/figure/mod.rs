@@ -475,6 +475,12 @@ impl Series {
         Self { look, ..Self::line(name, x, y) }
     }
 
+    /// Sets colour and dash to those of this number, for a name that has the same in several figures.
+    #[must_use]
+    pub fn numbered(self, number: usize) -> Self {
+        self.hue(Hue::Palette(number)).dash(Dash::numbered(number))
+    }
+
     /// Sets the colour.
     #[must_use]
     pub fn hue(mut self, hue: Hue) -> Self {

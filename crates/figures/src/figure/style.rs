@@ -58,6 +58,11 @@ pub(crate) fn hex([r, g, b]: Rgb) -> String {
 }
 
 impl Dash {
+    /// The dash of this number; from the sixth on they repeat.
+    pub fn numbered(number: usize) -> Self {
+        DASHES[number % DASHES.len()]
+    }
+
     /// Strokes and gaps in multiples of the line width.
     pub(crate) fn pattern(self) -> &'static [f64] {
         match self {
@@ -129,7 +134,7 @@ fn resolve_one<'a>(series: &'a Series, names: &mut Vec<&'a str>) -> Resolved {
     });
     Resolved {
         rgb: series.look.hue.unwrap_or_else(|| place.map_or(Hue::Grey, Hue::Palette)).rgb(),
-        dash: series.look.dash.unwrap_or_else(|| place.map_or(Dash::Solid, |k| DASHES[k % DASHES.len()])),
+        dash: series.look.dash.unwrap_or_else(|| place.map_or(Dash::Solid, Dash::numbered)),
         width: series.look.width.unwrap_or(if place.is_some() { 1.2 } else { 0.7 }),
         marker: series.look.marker,
         line: !series.look.points_only,

@@ -41,11 +41,14 @@ impl Runs<'_> {
         if rows.is_empty() { (0..run.t.len()).collect() } else { rows }
     }
 
-    fn shown(&self) -> impl Iterator<Item = &(&Member<'_>, &Run)> {
+    /// The observers to draw, each with its place in the study.
+    fn shown(&self) -> impl Iterator<Item = (usize, &Member<'_>, &Run)> {
         let names = &self.study.plot.observers;
-        self.of
-            .iter()
-            .filter(move |(member, _)| names.as_ref().is_none_or(|names| names.contains(&member.requested.name)))
+        let drawn = move |name: &String| names.as_ref().is_none_or(|names| names.contains(name));
+        self.of.iter().filter_map(move |(member, run)| {
+            let name = &member.requested.name;
+            drawn(name).then(|| (place(self.study, name), *member, *run))
+        })
     }
 
     fn states(&self) -> Vec<usize> {
@@ -99,6 +102,11 @@ pub fn drawn(stretch: &[usize], count: usize, y: impl Fn(usize) -> f64) -> Vec<u
     kept.sort_unstable();
     kept.dedup();
     kept
+}
+
+/// The place of an observer in the study: its colour and dash in all figures.
+fn place(study: &Study, name: &str) -> usize {
+    study.observers.iter().position(|observer| observer.name == name).unwrap_or_default()
 }
 
 /// The curve of a quantity; one for each stretch of a log between gaps.
@@ -161,14 +169,14 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
 /// Functions of the state and their estimates, of the observers of functions.
 fn functions(runs: &Runs<'_>) -> Named {
     let mut panels = Vec::new();
-    for (number, (member, run)) in runs.shown().enumerate() {
+    for (number, member, run) in runs.shown() {
         let Some((names, functions, estimate)) = &run.functions else { continue };
         let (name, rows) = (&member.requested.name, runs.rows(run));
         for (i, function) in names.iter().enumerate() {
             let truth = lines("plant", run, &rows, |k| functions[(k, i)]).into_iter();
             let truth = truth.map(|curve| curve.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
             let estimated = lines(name, run, &rows, |k| estimate[(k, i)]).into_iter();
-            let curves = truth.chain(estimated.map(|curve| curve.hue(Hue::Palette(number))));
+            let curves = truth.chain(estimated.map(|curve| curve.numbered(number)));
             panels.push(curves.fold(Panel::new(runs.time(), format!("{function} of {name}")), Panel::series));
         }
     }
@@ -179,14 +187,14 @@ fn functions(runs: &Runs<'_>) -> Named {
 fn samples(runs: &Runs<'_>) -> Named {
     let mut panel = Panel::new(runs.time(), "time since the last sample that arrived");
     let mut marks: Vec<f64> = Vec::new();
-    for (number, (member, run)) in runs.shown().enumerate() {
+    for (number, member, run) in runs.shown() {
         let Some(periods) = member.requested.kind.varying_periods() else { continue };
         let arrived = run.samples.iter().filter(|sample| sample.arrives);
         let (t, elapsed): (Vec<f64>, Vec<f64>) = arrived.map(|sample| (sample.time, sample.elapsed)).unzip();
         if t.is_empty() {
             continue;
         }
-        panel = panel.series(Series::points(member.requested.name.as_str(), &t, &elapsed).hue(Hue::Palette(number)));
+        panel = panel.series(Series::points(member.requested.name.as_str(), &t, &elapsed).numbered(number));
         marks.extend([periods.shortest, (periods.misses + 1) as f64 * periods.longest]);
     }
     marks.sort_by(f64::total_cmp);
@@ -198,15 +206,15 @@ fn samples(runs: &Runs<'_>) -> Named {
 
 /// The estimates of disturbances, of the observers that have some.
 fn disturbances(runs: &Runs<'_>) -> Named {
-    let estimated = runs.shown().filter_map(|(_, run)| run.disturbance.as_ref());
+    let estimated = runs.shown().filter_map(|(_, _, run)| run.disturbance.as_ref());
     let names = estimated.map(|(names, _)| names).max_by_key(|names| names.len())?;
     let panel = |name: &String| {
         let mut panel = Panel::new(runs.time(), name.clone());
-        for (number, (member, run)) in runs.shown().enumerate() {
+        for (number, member, run) in runs.shown() {
             let Some((own, found)) = &run.disturbance else { continue };
             let Some(j) = own.iter().position(|own| own == name) else { continue };
             for curve in lines(&member.requested.name, run, &runs.rows(run), |k| found[(k, j)]) {
-                panel = panel.series(curve.hue(Hue::Palette(number)));
+                panel = panel.series(curve.numbered(number));
             }
         }
         panel
@@ -239,10 +247,10 @@ fn states(runs: &Runs<'_>) -> Named {
         for truth in truth.into_iter().flatten() {
             panel = panel.series(truth.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
         }
-        for (number, (member, run)) in runs.shown().enumerate() {
+        for (number, member, run) in runs.shown() {
             let Some(estimate) = &run.estimate else { continue };
             for curve in lines(&member.requested.name, run, &runs.rows(run), |k| estimate[(k, i)]) {
-                panel = panel.series(curve.hue(Hue::Palette(number)));
+                panel = panel.series(curve.numbered(number));
             }
             panel = bands(panel, runs, (number, member, run), |k| estimate[(k, i)], i);
             panel = smoothed(panel, runs, (number, member, run), |estimate, k| estimate[(k, i)]);
@@ -269,20 +277,22 @@ fn smoothed(
     let Some((estimate, _)) = &run.smoothed else { return panel };
     let name = format!("{}, smoothed", member.requested.name);
     let curves = lines(&name, run, &runs.rows(run), |k| of(estimate, k));
-    curves.into_iter().fold(panel, |panel, curve| panel.series(curve.hue(Hue::Palette(number)).dash(Dash::Dashed)))
+    curves
+        .into_iter()
+        .fold(panel, |panel, curve| panel.series(curve.numbered(number).dash(Dash::LongDashed).width(0.9)))
 }
 
 /// What the bands are, where there are some.
 fn shaded(runs: &Runs<'_>) -> String {
-    let any = |choose: &dyn Fn(&(&Member<'_>, &Run)) -> bool| runs.shown().any(choose);
+    let any = |choose: &dyn Fn(&Member<'_>, &Run) -> bool| runs.shown().any(|(_, member, run)| choose(member, run));
     let mut bands = Vec::new();
-    if any(&|(member, run)| run.deviation.is_some() && is_filter(member)) {
+    if any(&|member, run| run.deviation.is_some() && is_filter(member)) {
         bands.push("two standard deviations of a filter to either side, by its covariance P");
     }
-    if any(&|(member, run)| run.deviation.is_some() && !is_filter(member)) {
+    if any(&|member, run| run.deviation.is_some() && !is_filter(member)) {
         bands.push("two standard deviations of a stationary Kalman filter to either side, after its initial transient");
     }
-    if any(&|(_, run)| run.half_width.is_some()) {
+    if any(&|_, run| run.half_width.is_some()) {
         bands.push("from the lower to the upper bound of an interval observer");
     }
     if bands.is_empty() { String::new() } else { format!(" Shaded: {}.", bands.join("; ")) }
@@ -325,18 +335,18 @@ fn errors(runs: &Runs<'_>) -> Named {
         if runs.first.x.column(i).iter().all(|x| x.is_nan()) {
             return panel;
         }
-        for (number, (member, run)) in runs.shown().enumerate() {
+        for (number, member, run) in runs.shown() {
             let Some(estimate) = &run.estimate else { continue };
             let error = |xhat: f64, k: usize| runs.study.plant.error(i, run.x[(k, i)], xhat);
             for curve in lines(&member.requested.name, run, &runs.rows(run), |k| error(estimate[(k, i)], k)) {
-                panel = panel.series(curve.hue(Hue::Palette(number)));
+                panel = panel.series(curve.numbered(number));
             }
             panel = bands(panel, runs, (number, member, run), |_| 0.0, i);
             panel = smoothed(panel, runs, (number, member, run), |estimate, k| error(estimate[(k, i)], k));
         }
         panel
     };
-    let sampled = runs.shown().any(|(member, _)| member.designed.runnable.period().is_some());
+    let sampled = runs.shown().any(|(_, member, _)| member.designed.runnable.period().is_some());
     let caption = if sampled && !runs.measured {
         "The errors e = x - xhat; those of sampled observers at their samples."
     } else {
@@ -353,7 +363,7 @@ fn norm(runs: &Runs<'_>) -> Named {
     // Without a scale there is no norm.
     let scale = super::scores::scale(runs.study, runs.study.simulation.as_ref()?)?;
     let mut panel = Panel::new(runs.time(), "|e| in units of scale").log_y();
-    for (number, (member, run)) in runs.shown().enumerate() {
+    for (number, member, run) in runs.shown() {
         let Some(estimate) = &run.estimate else { continue };
         let size = |k: usize| {
             let entry = |(i, scale): (usize, &f64)| {
@@ -364,7 +374,7 @@ fn norm(runs: &Runs<'_>) -> Named {
             if norm > 0.0 { norm } else { f64::NAN }
         };
         for curve in lines(&member.requested.name, run, &runs.rows(run), size) {
-            panel = panel.series(curve.hue(Hue::Palette(number)));
+            panel = panel.series(curve.numbered(number));
         }
     }
     figure(
@@ -409,14 +419,16 @@ pub(super) fn innovation(study: &Study, run: &Run) -> Option<DMatrix<f64>> {
 }
 
 fn innovations(runs: &Runs<'_>) -> Named {
-    let all: Vec<_> =
-        runs.shown().filter_map(|(member, run)| Some((member, run, innovation(runs.study, run)?))).collect();
+    let all: Vec<_> = runs
+        .shown()
+        .filter_map(|(number, member, run)| Some((number, member, run, innovation(runs.study, run)?)))
+        .collect();
     let panel = |(j, name): (usize, &String)| {
         let mut panel =
             Panel::new(runs.time(), format!("innovation of {}", runs.label(name))).mark(Mark::horizontal(0.0));
-        for (number, (member, run, innovation)) in all.iter().enumerate() {
+        for (number, member, run, innovation) in &all {
             for curve in lines(&member.requested.name, run, &runs.rows(run), |k| innovation[(k, j)]) {
-                panel = panel.series(curve.hue(Hue::Palette(number)));
+                panel = panel.series(curve.numbered(*number));
             }
         }
         panel
@@ -448,13 +460,13 @@ pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
     }
     let panel = |(label, score): (String, Score<'_>)| {
         let mut panel = Panel::new(parameter(&report.parameter), label).log_x();
-        for (number, name) in observers.iter().enumerate() {
+        for name in &observers {
             let of = report.rows.iter().filter(|row| row.observer == **name);
             let mut points: Vec<(f64, f64)> = of.filter_map(|row| Some((row.value, score(row)?))).collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             if points.len() > 1 {
                 let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-                let curve = Series::line(name.as_str(), &x, &y).hue(Hue::Palette(number));
+                let curve = Series::line(name.as_str(), &x, &y).numbered(place(study, name));
                 panel = panel.series(curve.marker(luenberger_figures::Marker::Circle));
             }
         }

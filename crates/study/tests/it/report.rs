@@ -127,3 +127,56 @@ fn small_units_are_no_rounding() {
     assert_eq!(found, [vec![false, false, true], vec![false; 3], vec![true, false, false]]);
     assert_eq!(is_about_zero(&[vec![1.0, 1e-17, 0.0]]), [vec![false, true, false]]);
 }
+
+/// The second observer of a study has one colour and one dash in all figures, drawn beside the first or alone: those of
+/// the second place of the palette.
+#[test]
+fn an_observer_looks_the_same_in_all_figures() {
+    let text = r#"
+[plant]
+a = [[0, 1], [-2, -3]]
+c = [[1, 0]]
+[simulation]
+x0 = [1, 0]
+duration = 3
+samples = 31
+scale = [1, 1]
+[[observer]]
+name = "first"
+kind = "luenberger"
+poles = [-4, -5]
+[[observer]]
+name = "second"
+kind = "luenberger"
+poles = [-6, -7]
+[plot]
+show = ["states", "errors", "error-norm", "innovations"]
+"#;
+    let blue = "#0072b2";
+    let vermilion = "#d55e00";
+    // The vermilion curves of a figure, with what is said of their dashes.
+    let looks = |folder: &std::path::Path, figure: &str| -> std::collections::BTreeSet<String> {
+        let svg = std::fs::read_to_string(folder.join(format!("figures/{figure}.svg"))).unwrap();
+        let element = |part: &&str| part.contains(vermilion);
+        let dash = |part: &str| {
+            part.split("stroke-dasharray=\"").nth(1).and_then(|rest| rest.split('"').next()).map(str::to_owned)
+        };
+        svg.split('<').filter(element).map(|part| dash(part).unwrap_or_default()).collect()
+    };
+    let run = |name: &str, text: &str| {
+        let folder = scratch(&format!("report/looks-{name}"));
+        let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+        execute(&study(text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"));
+        folder
+    };
+    let both = run("both", text);
+    let alone = run("alone", &format!("{text}observers = [\"second\"]\n"));
+    let expected = looks(&both, "states");
+    assert_eq!(expected.len(), 1, "{expected:?}");
+    for figure in ["states", "errors", "error-norm", "innovations"] {
+        assert_eq!(looks(&both, figure), expected, "{figure}");
+        assert_eq!(looks(&alone, figure), expected, "{figure}, alone");
+        let svg = std::fs::read_to_string(alone.join(format!("figures/{figure}.svg"))).unwrap();
+        assert!(!svg.contains(blue), "{figure}: the colour of the first");
+    }
+}

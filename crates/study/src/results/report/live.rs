@@ -4,10 +4,19 @@ use luenberger_figures::{Section, colours};
 use luenberger_live::{Experiment, page};
 
 use crate::error::StudyError;
+use crate::results::ObserverReport;
 
-/// Sliders, figures, scores and verdicts, and which observers are not among them.
-pub(super) fn section(experiment: &Experiment, omitted: &[String]) -> Result<Section, StudyError> {
-    let block = page::html_block("live", experiment, &colours())
+/// Sliders, figures, scores and verdicts, and which observers are not among them. `observers` are those of the study, in
+/// whose order the figures of the report have their colours.
+pub(super) fn section(
+    experiment: &Experiment,
+    omitted: &[String],
+    observers: &[ObserverReport],
+) -> Result<Section, StudyError> {
+    let palette = colours();
+    let place = |name: &str| observers.iter().position(|of| of.name == name).unwrap_or_default();
+    let own = experiment.observers.iter().map(|of| palette[place(&of.name) % palette.len()].clone());
+    let block = page::html_block("live", experiment, &own.collect::<Vec<_>>())
         .map_err(|why| StudyError::Output { what: "report.html".to_owned(), why: why.to_string() })?;
     let section = Section::new("Live simulation").prose(
         "This page contains the simulation, the observers and the verification of their certificates, compiled to \

@@ -53,7 +53,7 @@ pub(crate) fn html(
     }
     match live {
         Some(Ok((experiment, omitted))) => {
-            let section = live::section(experiment, omitted)?;
+            let section = live::section(experiment, omitted, &results.observers)?;
             report = report.section(section).with(STYLE, SCRIPT).packed("live-module", MODULE);
         }
         Some(Err(why)) => report = report.section(live::absent(why)),
