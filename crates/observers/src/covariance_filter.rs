@@ -24,8 +24,8 @@ pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
     /// [`measure`](Self::measure), and beside its square `ln det S` of the outputs that the update used; none where
     /// the update has no S (default).
     ///
-    /// The log-likelihood of the measurement, given those before it, is `-(p ln(2 pi) + ln det S + y~' S^-1 y~)/2`, with
-    /// p outputs.
+    /// The log-likelihood of the measurement, given those before it, is `-(p ln(2 pi) + ln det S + y~' S^-1 y~)/2`,
+    /// with p outputs.
     fn measure_with_determinant(
         &self,
         t: T,
