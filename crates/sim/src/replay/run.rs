@@ -361,7 +361,11 @@ impl<'r> ReplayRun<'r> {
         state: &mut [f64],
     ) -> Result<(), SimError> {
         self.check_state(t, state)?;
-        let (predicted, before) = (filter.estimate(state), filter.covariance(state));
+        let (predicted, before) = if self.keeps.predictions {
+            (filter.estimate(state), filter.covariance(state))
+        } else {
+            (Vec::new(), Vec::new())
+        };
         self.innovate(t, row, filter, state)?;
         let rejected: Vec<usize> =
             (0..self.y.len()).filter(|&j| self.measured[j] && filter.rejects(t, state, &self.u, &self.y, j)).collect();

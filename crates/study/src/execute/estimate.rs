@@ -170,9 +170,9 @@ fn quick(study: &Study, requested: &ObserverSpec) -> Option<Designed> {
 
 /// Mean seconds of one of so many runs with an observer.
 fn each_run(study: &Study, simulation: &Simulation, runs: usize) -> f64 {
-    let alone = of_plant(study, simulation);
     // An observer costs about as much as the plant, and its transient about as much again.
     const WITH_OBSERVER: f64 = 4.0;
+    let alone = of_plant(study, simulation);
     // Filters step with their own period, independent of the integrator.
     let counted =
         |requested: &ObserverSpec| alone * WITH_OBSERVER + requested.kind.seconds_of_steps(simulation.duration);

@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use luenberger_proof::wording::significant;
-use luenberger_sim::replay::{Replay, ReplayedObserver};
+use luenberger_sim::replay::{FilterConsistency, Replay, ReplayedObserver};
 use luenberger_sim::{BetweenRows, Estimates, Settings, SimError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -96,7 +96,7 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
         observer: replayed.name.clone(),
         outputs: outputs.collect(),
         estimate: replayed.estimate.row(last).iter().copied().collect(),
-        deviation: replayed.consistency.as_ref().and_then(|own| own.last_deviation()).unwrap_or_default(),
+        deviation: replayed.consistency.as_ref().and_then(FilterConsistency::last_deviation).unwrap_or_default(),
         normalised: nis.as_ref().map(|nis| nis.mean),
         nis,
         nees: nees.map(ConsistencyReport::from),
@@ -122,7 +122,7 @@ fn smoothed_report(
     let middle = log.recording.times()[log.recording.times().len() / 2];
     let nees = log.truth.as_ref().map(|truth| smoothed.nees(truth, middle)).transpose()?.flatten();
     let rms = |of: &ReplayedObserver, i: usize| {
-        let deviation = of.consistency.as_ref().map(luenberger_sim::replay::FilterConsistency::deviation);
+        let deviation = of.consistency.as_ref().map(FilterConsistency::deviation);
         deviation.map_or(0.0, |deviation| deviation.column(i).norm() / (deviation.nrows() as f64).sqrt())
     };
     let deviation = |(i, state): (usize, &String)| SmoothedDeviation {

@@ -55,7 +55,7 @@ impl Saved {
     }
 }
 
-fn digits(x: &f64) -> String {
+fn digits(x: f64) -> String {
     format!("{:016x}", x.to_bits())
 }
 
@@ -66,14 +66,14 @@ fn number(digits: &String) -> Option<f64> {
 
 impl Position {
     pub(super) fn saved(&self, subject: &str, observer: &str) -> String {
-        let all = |numbers: &[f64]| numbers.iter().map(digits).collect();
+        let all = |numbers: &[f64]| numbers.iter().copied().map(digits).collect();
         let mut saved = Saved {
             form: FORM.to_owned(),
             observer: observer.to_owned(),
             subject: subject.to_owned(),
             samples: self.samples,
             state: all(&self.state),
-            time: self.time.as_ref().map(digits),
+            time: self.time.map(digits),
             inputs: all(&self.inputs),
             outputs: all(&self.outputs),
             has_missed: self.has_missed,

@@ -58,12 +58,15 @@ pub(super) struct StepOfStream {
 
 impl fmt::Debug for StepOfStream {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("StepOfStream").field("observer", &self.observer).field("any", &self.any).finish()
+        f.debug_struct("StepOfStream").field("observer", &self.observer).field("any", &self.any).finish_non_exhaustive()
     }
 }
 
-/// The observer of an export as it is stepped, and its covariance if it has one.
-fn stepped(export: &Export) -> Result<(Arc<dyn AnyObserver>, Option<Box<dyn Filter + Send>>), ObserverError> {
+/// An observer as it is stepped, and its covariance if it has one.
+type Stepped = (Arc<dyn AnyObserver>, Option<Box<dyn Filter + Send>>);
+
+/// The observer of an export.
+fn stepped(export: &Export) -> Result<Stepped, ObserverError> {
     let any: Arc<dyn AnyObserver> = match (export.observer().clone(), export.update_gain()) {
         (ExportableObserver::Linear(of), Some(k)) => Arc::new(Sampled(StationaryKalmanFilter::new(of, k.clone())?)),
         (ExportableObserver::Linear(of), None) => Arc::new(Sampled(of)),
@@ -99,7 +102,7 @@ impl StepOfStream {
         let band = match (filter, design, stationary) {
             (Some(filter), ..) => Band::Covariance(filter),
             (None, SampledDesign::Interval(_), _) => Band::HalfWidths,
-            (None, _, Some(deviation)) => Band::Stationary(deviation.iter().copied().collect()),
+            (None, _, Some(deviation)) => Band::Stationary(deviation),
             _ => Band::Nothing,
         };
         Ok(Self {
@@ -135,10 +138,9 @@ impl StepOfStream {
         let all = |ending: &str| self.names.iter().map(|name| format!("{name}{ending}")).collect::<Vec<_>>();
         let bands: &[&str] = match &self.band {
             Band::Nothing => &[],
-            Band::Covariance(_) => &["_2sigma"],
             // Its covariance is that of the estimate with the measurement.
             Band::Stationary(_) if estimates == Estimates::Predicted => &[],
-            Band::Stationary(_) => &["_2sigma"],
+            Band::Covariance(_) | Band::Stationary(_) => &["_2sigma"],
             Band::HalfWidths => &["_lower", "_upper"],
         };
         let bands = bands.iter().flat_map(|ending| all(ending));

@@ -38,11 +38,14 @@ fn numbers(answers: &[Result<String, String>]) -> Vec<Vec<Option<f64>>> {
     answers[1..].iter().map(row).collect()
 }
 
+/// Inputs and outputs.
+type Samples = Vec<(Vec<f64>, Vec<f64>)>;
+
 /// Rows of smooth inputs and outputs, with the numbers that they have.
-fn rows(study: &Study, count: usize, period: f64) -> (String, Vec<(Vec<f64>, Vec<f64>)>) {
+fn rows(study: &Study, count: usize, period: f64) -> (String, Samples) {
     let smooth = |k: usize, j: usize| 0.4 + 0.3 * (0.37 * k as f64 + 1.3 * j as f64).sin();
     let (m, p) = (study.plant.inputs.len(), study.plant.outputs.len());
-    let samples: Vec<(Vec<f64>, Vec<f64>)> = (0..count)
+    let samples: Samples = (0..count)
         .map(|k| ((0..m).map(|j| smooth(k, j + 3)).collect(), (0..p).map(|j| smooth(k, j)).collect()))
         .collect();
     let names = study.plant.inputs.iter().chain(&study.plant.outputs).cloned();
