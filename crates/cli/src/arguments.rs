@@ -114,11 +114,11 @@ pub(crate) enum Command {
     Export(ExportInput),
     /// An observer on rows from standard input, as they arrive: a line with the estimate for each
     ///
-    /// The rows are CSV with a line that names the columns, or JSON objects, one a line; the answers have the same form.
-    /// The columns are those of [log] in the study, or the names of the plant's inputs and outputs and the time t. Each
-    /// row is one sample of the step that `luenberger export` writes. A row that cannot be used is reported with its
-    /// line and passed over; --strict ends at it. Ends with the input, with exit code 0. With --json an error is an
-    /// object on standard output as well.
+    /// The rows are CSV with a line that names the columns, or JSON objects, one a line; the answers have the same
+    /// form. The columns are those of [log] in the study, or the names of the plant's inputs and outputs and the time
+    /// t. Each row is one sample of the step that `luenberger export` writes. A row that cannot be used is reported
+    /// with its line and passed over; --strict ends at it. Ends with the input, with exit code 0. With --json an error
+    /// is an object on standard output as well.
     #[command(after_help = examples::STREAM)]
     Stream(StreamInput),
     /// Lyapunov equation A X + X A' + Q = 0

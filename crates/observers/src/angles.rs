@@ -1,7 +1,8 @@
 //! Angles among outputs and states: full turns, modulo which differences are taken.
 //!
 //! A column of turns has the full turn of each entry that is an angle, in its unit (2 pi or 360), and 0 for the others.
-//! Differences are [wrapped](luenberger_plants::angle) into half a turn to either side; the estimates themselves are not.
+//! Differences are [wrapped](luenberger_plants::angle) into half a turn to either side; the estimates themselves are
+//! not.
 
 use luenberger_plants::wrap;
 use nalgebra::allocator::Allocator;
@@ -14,8 +15,8 @@ pub(crate) type Turns<T, D> = Option<OVector<T, D>>;
 
 /// The turns of a column of this length, after a check.
 ///
-/// # Errors
-/// [`ObserverError::Table`] for another length, [`ObserverError::NotPositive`] for a turn that is negative or not finite.
+/// # Errors [`ObserverError::Table`] for another length, [`ObserverError::NotPositive`] for a turn that is negative or
+/// not finite.
 pub(crate) fn checked<T: RealField + Copy, D: Dim>(
     turns: OVector<T, D>,
     expected: usize,

@@ -79,6 +79,7 @@ pub mod interval;
 pub mod kalman;
 pub mod kkl;
 pub mod linear;
+mod matrix_name;
 pub mod mean_value;
 pub mod moving_horizon;
 pub mod nonlinear_luenberger;
@@ -133,13 +134,13 @@ pub use kkl::{KklMap, KklObserver, LeftInverse, LinearInverse, LinearKkl};
 pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
 pub use linear::{LinearObserver, StaticLinearObserver};
 pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape, straight_line_plant};
+pub use matrix_name::MatrixName;
 pub use mean_value::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMappedObserver,
     StaticMeanValueObserver,
 };
 pub use moving_horizon::{Horizon, MovingHorizonEstimator, StaticMovingHorizonEstimator};
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
-pub use numbers::MatrixName;
 #[cfg(feature = "alloc")]
 pub use numbers::SizedPlant;
 pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};

@@ -95,8 +95,8 @@ use nalgebra::{Const, DMatrix, DefaultAllocator, Dim, Dyn, OMatrix, RealField};
 use crate::cubic::{CubicObserver, StaticCubicObserver};
 use crate::error::ObserverError;
 use crate::linear::{LinearObserver, StaticLinearObserver};
+use crate::matrix_name::MatrixName;
 use crate::mean_value::{Mean, MeanValueObserver, StaticMeanValueObserver};
-use crate::numbers::MatrixName;
 use crate::proportional_integral::{ProportionalIntegralObserver, StaticProportionalIntegralObserver};
 use crate::unknown_input::{StaticUnknownInputObserver, UnknownInputObserver};
 

@@ -6,8 +6,8 @@
 //!
 //! Half a turn stays half a turn, and minus half a turn becomes it. What lies in the interval is returned as it is, to
 //! the last bit. Elsewhere the error is that of the multiple of the turn, about `epsilon |x|`; the end of the interval
-//! is that of the rounded quotient, so that a result can be beyond it by a rounding. A full turn of 0 stands for what is
-//! no angle. NaN and infinities are NaN.
+//! is that of the rounded quotient, so that a result can be beyond it by a rounding. A full turn of 0 stands for what
+//! is no angle. NaN and infinities are NaN.
 
 use nalgebra::{ComplexField, RealField, convert};
 

@@ -1,9 +1,9 @@
 //! Mutants behind switches, in the text of a file.
 //!
-//! An expression E with the mutants E1, E2 becomes `(if off { (E) } else if on(1) { (E1) } else { (E2) })`. One mutant is
-//! active at a time, so E alone has switches inside: E1 and E2 are unchanged but for their mutation, and the text grows
-//! by the depth of the nesting only. A function begins with `if on(1) { return V; }`, and an arm of a `match` gets a
-//! guard. What the compiler evaluates (constants, `const fn`, lengths of arrays) cannot read a switch.
+//! An expression E with the mutants E1, E2 becomes `(if off { (E) } else if on(1) { (E1) } else { (E2) })`. One mutant
+//! is active at a time, so E alone has switches inside: E1 and E2 are unchanged but for their mutation, and the text
+//! grows by the depth of the nesting only. A function begins with `if on(1) { return V; }`, and an arm of a `match`
+//! gets a guard. What the compiler evaluates (constants, `const fn`, lengths of arrays) cannot read a switch.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;

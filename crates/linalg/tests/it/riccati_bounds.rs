@@ -98,8 +98,8 @@ fn a_solution_near_a_double_one_has_a_bound_while_it_is_known_to_exist() {
 
 /// Multiples of the identity: the closed loop is F = f I, `H0 = h I` and `X = x I`, and all norms are known. In
 /// coordinates T = x^-1/2 I the solution is I up to rounding, so that of the defect only its bounds are left: that of
-/// the closed loop, `10 n eps |F|` for its Schur form, and `2 n eps` times the norms of the terms. What rounding adds to
-/// them is a part of either, at most.
+/// the closed loop, `10 n eps |F|` for its Schur form, and `2 n eps` times the norms of the terms. What rounding adds
+/// to them is a part of either, at most.
 #[test]
 fn the_bound_in_other_coordinates_is_that_of_the_formulas() {
     let eps = f64::EPSILON;
@@ -156,9 +156,9 @@ fn the_bound_in_other_coordinates_is_that_of_the_formulas() {
     }
 }
 
-/// With an indefinite R the Lyapunov solution is enlarged by `1/(1 - s e |H0|)`, for the rounding
-/// `e = 2 (n + m) eps (|A| + |B| |K|)` of the closed loop and s = 2, `2 (|A| + |B| |K|)` in discrete time: near a double
-/// root this is seen in the seventh digit.
+/// With an indefinite R the Lyapunov solution is enlarged by `1/(1 - s e |H0|)`, for the rounding `e = 2 (n + m) eps
+/// (|A| + |B| |K|)` of the closed loop and s = 2, `2 (|A| + |B| |K|)` in discrete time: near a double root this is seen
+/// in the seventh digit.
 #[test]
 fn an_indefinite_weight_pays_for_the_rounding_of_its_closed_loop() {
     let one = |x: f64| DMatrix::from_element(1, 1, x);

@@ -227,8 +227,8 @@ where
         Ok(Self { bounds: Some((lower, upper)), ..self })
     }
 
-    /// The estimator of outputs and states of which some are angles, as of the
-    /// [extended filter](crate::ExtendedKalmanFilter::with_angles): the residuals `y - h(x)` are wrapped, and so are the
+    /// The estimator of outputs and states of which some are angles, as of the [extended
+    /// filter](crate::ExtendedKalmanFilter::with_angles): the residuals `y - h(x)` are wrapped, and so are the
     /// differences of the means to the trajectory along which the problem is linearised. The turn of a state matters
     /// where f of a plant in discrete time wraps it; elsewhere it may be 0.
     ///

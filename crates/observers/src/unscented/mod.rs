@@ -245,10 +245,10 @@ where
         Err(ObserverError::NotPositive { what: "the gate", value: gate.to_subset_unchecked() })
     }
 
-    /// The filter of outputs and states of which some are angles, as of the
-    /// [extended filter](crate::ExtendedKalmanFilter::with_angles): innovations are wrapped, and so are the differences of
-    /// the sigma points' images to that of the centre, before their mean is taken. The turn of a state matters where f of
-    /// a plant in discrete time wraps it; elsewhere it may be 0.
+    /// The filter of outputs and states of which some are angles, as of the [extended
+    /// filter](crate::ExtendedKalmanFilter::with_angles): innovations are wrapped, and so are the differences of the
+    /// sigma points' images to that of the centre, before their mean is taken. The turn of a state matters where f of a
+    /// plant in discrete time wraps it; elsewhere it may be 0.
     ///
     /// The points of an angle are less than half a turn from the centre if its standard deviation is below
     /// `turn/(2 gamma)` with the distance gamma of the [weights](Self::weights); beyond, they are taken for others.

@@ -270,8 +270,8 @@ impl<'a> Replay<'a> {
     }
 
     /// The full turn of each state that is an angle, in its unit (2 pi or 360), and 0 for the others: errors, and with
-    /// them NEES, are [wrapped](luenberger_plants::wrap()) into half a turn to either side. A filter wraps its innovations
-    /// itself.
+    /// them NEES, are [wrapped](luenberger_plants::wrap()) into half a turn to either side. A filter wraps its
+    /// innovations itself.
     #[must_use]
     pub fn angles(mut self, turns: &[f64]) -> Self {
         self.turns = turns.to_vec();

@@ -149,8 +149,8 @@ impl ReplayedObserver {
         Ok(Consistency::of(squares.chain(without)))
     }
 
-    /// The errors `x - xhat` at its times, of angles within half a turn, by the states in `truth`, whose times are those of the log; none where the
-    /// true value is missing, or no row of the log lies.
+    /// The errors `x - xhat` at its times, of angles within half a turn, by the states in `truth`, whose times are
+    /// those of the log; none where the true value is missing, or no row of the log lies.
     ///
     /// # Errors
     /// [`SimError::Length`] if `truth` has not the states of the estimate.

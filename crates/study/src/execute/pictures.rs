@@ -83,8 +83,8 @@ impl Runs<'_> {
 /// Points of a curve, about: a figure is a few hundred points wide.
 const POINTS: usize = 1500;
 
-/// The rows of a stretch that are drawn, of `count` rows in all: of many the largest and the smallest value of each part,
-/// so that no peak is lost, and the last row.
+/// The rows of a stretch that are drawn, of `count` rows in all: of many the largest and the smallest value of each
+/// part, so that no peak is lost, and the last row.
 pub fn drawn(stretch: &[usize], count: usize, y: impl Fn(usize) -> f64) -> Vec<usize> {
     let step = count.div_ceil(POINTS).max(1);
     if step == 1 {

@@ -10,9 +10,9 @@
 //! A row is one sample. With the times of the rows the number of periods since the row before is known, to the nearest:
 //! samples in between are missed, as a row that is refused is. Without them each row is the next sample.
 //!
-//! At a missed sample, and for a missing value, a filter with a covariance only predicts; otherwise the predicted output
-//! takes the place of the missing one. A step that has no predicted output keeps the last value. An input that is
-//! missing keeps its value.
+//! At a missed sample, and for a missing value, a filter with a covariance only predicts; otherwise the predicted
+//! output takes the place of the missing one. A step that has no predicted output keeps the last value. An input that
+//! is missing keeps its value.
 
 mod error;
 mod position;
@@ -44,8 +44,9 @@ pub struct StreamOptions {
     pub form: Option<Form>,
     /// Whether the rows have times (default true).
     pub timed: bool,
-    /// Whether filters, too, give the estimate for the next sample, as other observers and the exported step do, and not
-    /// that with the measurement of the sample (default: as `estimates` of the log says, which is false by default).
+    /// Whether filters, too, give the estimate for the next sample, as other observers and the exported step do, and
+    /// not that with the measurement of the sample (default: as `estimates` of the log says, which is false by
+    /// default).
     pub predicted: Option<bool>,
     /// Sampling period (default: that of a sampled observer, or the hold of the simulation).
     pub period: Option<f64>,

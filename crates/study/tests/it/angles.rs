@@ -120,8 +120,8 @@ fn filters_of_a_compass_are_those_of_unwrapped_readings() {
     assert!(wrong.iter().all(|(_, rmse, _)| *rmse > 1.0), "{wrong:?}");
 }
 
-/// A ship that passes a radar on the west, where its bearing jumps, and has a position from time to time: in coordinates
-/// turned by half a turn the bearing has no jump, and the estimates are the same, turned.
+/// A ship that passes a radar on the west, where its bearing jumps, and has a position from time to time: in
+/// coordinates turned by half a turn the bearing has no jump, and the estimates are the same, turned.
 #[test]
 fn a_radar_does_not_see_where_its_bearing_jumps() {
     let make = |folder: &Path, side: f64, keys: &str| {

@@ -91,8 +91,8 @@ fn the_last_estimate_of_a_parameter_is_said() {
     assert!(table.contains("rate") && !table.contains("level"), "{table}");
 }
 
-/// A run that ends early stands in a list of its own and not among the outputs; the message says what `substeps` is not,
-/// and what may help.
+/// A run that ends early stands in a list of its own and not among the outputs; the message says what `substeps` is
+/// not, and what may help.
 #[test]
 fn a_failure_is_no_output() {
     let folder = bench("failure", "t,gauge\n0,1\n1,1\n2,1\n3,1\n");

@@ -1,5 +1,5 @@
-//! An observer on rows that arrive: the bits of the exported step and of a run on a log, whatever is missing, and a saved
-//! state that goes on with them.
+//! An observer on rows that arrive: the bits of the exported step and of a run on a log, whatever is missing, and a
+//! saved state that goes on with them.
 
 use std::fmt::Write as _;
 use std::path::Path;

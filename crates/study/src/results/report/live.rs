@@ -6,8 +6,8 @@ use luenberger_live::{Experiment, page};
 use crate::error::StudyError;
 use crate::results::ObserverReport;
 
-/// Sliders, figures, scores and verdicts, and which observers are not among them. `observers` are those of the study, in
-/// whose order the figures of the report have their colours.
+/// Sliders, figures, scores and verdicts, and which observers are not among them. `observers` are those of the study,
+/// in whose order the figures of the report have their colours.
 pub(super) fn section(
     experiment: &Experiment,
     omitted: &[String],
