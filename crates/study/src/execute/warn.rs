@@ -64,13 +64,11 @@ fn other_noise(study: &Study, simulation: &Simulation) -> Vec<String> {
         for (output, name) in study.plant.outputs.iter().enumerate() {
             let Some(noise) = simulation.noise_of(output) else { continue };
             let (variance, given) = (noise.variance(), v[(output, output)]);
-            let (expected, what, how) = match study.plant.dt {
-                Some(_) => (variance, "variance", String::new()),
-                None => {
-                    let how =
-                        format!(", variance times period: {} x {}", significant(variance, 3), shortest(noise.period));
-                    (variance * noise.period, "intensity", how)
-                }
+            let (expected, what, how) = if study.plant.dt.is_some() {
+                (variance, "variance", String::new())
+            } else {
+                let how = format!(", variance times period: {} x {}", significant(variance, 3), shortest(noise.period));
+                (variance * noise.period, "intensity", how)
             };
             if expected > 0.0 && !(1.0 / DIFFERENT..=DIFFERENT).contains(&(given / expected)) {
                 warnings.push(format!(
