@@ -35,7 +35,7 @@ pub enum TuneError {
     },
     /// The likelihood does not depend on a parameter.
     #[error(
-        "the log says nothing of {name}: the log-likelihood is {} at {} and at {} as at {}{because}; leave it out of `parameters`, or use a log in which it matters",
+        "no sign that the log depends on {name}: the log-likelihood is {} at {} and at {} as at {}{because}; leave it out of `parameters`, or use a log in which it matters",
         significant(*log_likelihood, 9), significant(*low, 4), significant(*high, 4), significant(*value, 4)
     )]
     NoInformation {
@@ -54,14 +54,14 @@ pub enum TuneError {
     },
     /// The likelihood grows without bound.
     #[error(
-        "the likelihood has no maximum: it still grows where {name} {towards} {} ({} more over the last factor of 10): {advice}",
-        significant(*at, 4), significant(*gain, 3)
+        "no maximum of the likelihood was found: it still grows where {name} {} {} ({} more over the last factor of 10): {advice}",
+        if *falls { "falls to" } else { "rises to" }, significant(*at, 4), significant(*gain, 3)
     )]
     NoMaximum {
         /// The parameter.
         name: String,
-        /// `falls to` or `rises to`.
-        towards: &'static str,
+        /// Whether it falls; otherwise it rises.
+        falls: bool,
         /// The value at the bound.
         at: f64,
         /// What the log-likelihood gains.

@@ -1,11 +1,12 @@
 //! The observers on a measured log: no plant is simulated; figures of merit are the innovations, and the errors where
 //! the log has the true states.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use luenberger_proof::wording::significant;
 use luenberger_sim::replay::{FilterConsistency, Replay, ReplayedObserver};
-use luenberger_sim::{BetweenRows, Estimates, Settings, SimError};
+use luenberger_sim::{BetweenRows, Estimates, Recording, Settings, SimError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -15,12 +16,28 @@ use super::rows::Run;
 use super::sampling;
 use super::scores::key;
 use super::stopped::why;
+use crate::model::PlantModel;
 use crate::results::{
     ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, SmoothedDeviation, SmoothedReport,
     StateScore,
 };
 use crate::study::{Log, Study};
 use crate::trajectory::Member;
+
+/// The settings of a replay of a log of this study.
+pub(crate) fn settings(study: &Study, until: Option<Instant>) -> Settings {
+    Settings { rtol: 1e-9, end: until, ..study.simulation.as_ref().map_or_else(Settings::default, |of| of.settings) }
+}
+
+/// The replay of a recording for the observers of a plant.
+pub(crate) fn replay_of<'a>(
+    plant: &'a PlantModel,
+    recording: impl Into<Cow<'a, Recording>>,
+    settings: Settings,
+) -> Replay<'a> {
+    let turns = plant.turns_of(&plant.states).unwrap_or_default();
+    Replay::new(&plant.model, recording).settings(settings).angles(&turns)
+}
 
 fn replay(
     study: &Study,
@@ -29,12 +46,7 @@ fn replay(
     until: Option<Instant>,
     tell: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<ReplayedObserver, SimError> {
-    let settings =
-        Settings { rtol: 1e-9, end: until, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
-    let mut replay = Replay::new(&study.plant.model, &log.recording)
-        .settings(settings)
-        .angles(&study.plant.turns_of(&study.plant.states).unwrap_or_default())
-        .progress(tell);
+    let mut replay = replay_of(&study.plant, &log.recording, settings(study, until)).progress(tell);
     // A long log is kept with what is shown of it only.
     if log.estimates == Estimates::Filtered {
         replay = replay.without_predictions();

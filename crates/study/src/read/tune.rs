@@ -4,16 +4,13 @@ use luenberger_expression::nearest;
 use nalgebra::DMatrix;
 
 use super::simulation_settings;
-use super::tuned::{noise_node, place_of};
+use super::tuned::{noise_node, order_of, place_of};
 use crate::diagnostic::Diagnostic;
 use crate::model::PlantModel;
 use crate::reader::Reader;
 use crate::reader::check;
 use crate::reader::tree::{Entry, Node, Value};
 use crate::study::{Log, ObserverSpec, Tunable, TuneSpec, Tuned};
-
-/// The kinds whose innovations have a likelihood, for messages.
-const KINDS: &str = "expected one of the kinds extended-kalman, iterated-extended-kalman, ukf, and kalman of a plant in discrete time, whose innovations have a covariance";
 
 pub(super) fn tune(
     (root, node): (&Node, &Node),
@@ -31,7 +28,15 @@ pub(super) fn tune(
     if !observer.kind.has_likelihood(plant.dt) {
         let message =
             format!("the innovations of {:?}, of the kind {}, have no likelihood", observer.name, observer.kind.name());
-        return reader.refuse(at.span.clone(), message, KINDS);
+        let known = observers.iter().filter(|other| other.kind.has_likelihood(plant.dt));
+        let known: Vec<String> = known.map(|other| format!("{:?}", other.name)).collect();
+        let expected = if known.is_empty() {
+            "expected a filter that computes the covariance of its innovations, and no observer of this study does"
+                .to_owned()
+        } else {
+            format!("expected a filter that computes the covariance of its innovations: {}", known.join(", "))
+        };
+        return reader.refuse(at.span.clone(), message, expected);
     }
     let list = node.get("parameters")?;
     let known = known(root, plant, observer)?;
@@ -104,11 +109,14 @@ fn known(root: &Node, plant: &PlantModel, observer: &ObserverSpec) -> Option<Kno
         let (states, outputs) = (plant.states.clone(), plant.outputs.clone());
         let numbered = |count: usize| (1..=count).map(|k| k.to_string()).collect::<Vec<_>>();
         let node = noise_node(own, key);
+        let order = order_of(own, key, (n, p));
         // Noise that enters by a matrix G has entries without a name.
-        let entering = noise_node(own, "g").and_then(crate::reader::rows_of).map(|g| numbered(g.ncols()));
-        let names = if key == "v" { outputs } else { entering.filter(|_| key == "w").unwrap_or(states) };
-        let order = names.len();
-        let matrix = node.map_or_else(|| Some(DMatrix::identity(n, n)), |node| weight(node, order))?;
+        let names = match key {
+            "v" => outputs,
+            "w" if noise_node(own, "g").is_some() => numbered(order),
+            _ => states,
+        };
+        let matrix = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))?;
         let one = |(i, name): (usize, &String)| Tuned {
             what: match key {
                 "w" => Tunable::W(i),

@@ -26,6 +26,16 @@ pub(super) fn noise_node<'a>(own: &'a Node, key: &str) -> Option<&'a Node> {
     own.get(key).or_else(|| own.get("kalman")?.get(key))
 }
 
+/// The order of W, V or P(0) of an observer of n states and p outputs: W has that of the noise where it enters by G.
+pub(super) fn order_of(own: &Node, key: &str, (n, p): (usize, usize)) -> usize {
+    let entering = || noise_node(own, "g").and_then(crate::reader::rows_of).map_or(n, |g| g.ncols());
+    match key {
+        "v" => p,
+        "w" => entering(),
+        _ => n,
+    }
+}
+
 /// A new value.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum NewValue {
@@ -128,10 +138,7 @@ impl<'a> Editable<'a> {
             if of.is_empty() {
                 continue;
             }
-            let (n, p) = (self.study.plant.states.len(), self.study.plant.outputs.len());
-            let entering =
-                noise_node(own, "g").and_then(Node::list).and_then(|rows| rows.first()?.list()).map(<[Node]>::len);
-            let order = if key == "v" { p } else { entering.filter(|_| key == "w").unwrap_or(n) };
+            let order = order_of(own, key, (self.study.plant.states.len(), self.study.plant.outputs.len()));
             let node = noise_node(own, key);
             let matrix = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))?;
             // Correlations stay as they are.

@@ -9,6 +9,7 @@ use serde_json::{Map, Value};
 
 use super::moment::{Clock, Moment};
 use super::{Reader, Table, TableError, is_left_out, records, separator_of};
+
 /// How rows are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {

@@ -79,7 +79,7 @@ impl TuneReport {
                 Cell::number(digits(one.before)),
                 Cell::number(digits(one.after)),
                 Cell::number(one.standard_error.map_or_else(|| "-".to_owned(), |x| significant(x, 2))),
-                Cell::from(interval(one)),
+                Cell::from(one.interval_in_words()),
             ];
             if has_profiles {
                 cells.push(Cell::from(of_profile(one)));
@@ -139,14 +139,6 @@ impl TuneReport {
             section = section.grid(both.iter().fold(Grid::new(&head), errors));
         }
         section
-    }
-}
-
-fn interval(one: &TunedParameter) -> String {
-    match (one.interval, &one.without) {
-        (Some([low, high]), _) => format!("{} to {}", significant(low, 4), significant(high, 4)),
-        (None, Some(why)) => why.clone(),
-        (None, None) => "-".to_owned(),
     }
 }
 

@@ -2,11 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use luenberger_sim::replay::{Replay, ReplayedObserver};
+use luenberger_sim::replay::ReplayedObserver;
 use luenberger_sim::{Recording, Settings};
 use nalgebra::DMatrix;
 
 use crate::design::Designed;
+use crate::execute::{replay_of, replay_settings};
 use crate::kinds;
 use crate::read::{Edit, Editable};
 use crate::study::{ObserverSpec, Study, Tunable, TuneSpec};
@@ -60,6 +61,8 @@ pub(super) struct Criterion<'a> {
     pub(super) requested: &'a ObserverSpec,
     pub(super) editable: Editable<'a>,
     pub(super) data: Vec<Data>,
+    /// As of any replay of the study.
+    settings: Settings,
     /// Measurements that the gate of the filter rejects with the values of the study.
     pub(super) rejected: usize,
     pub(super) cancel: &'a AtomicBool,
@@ -71,7 +74,16 @@ impl<'a> Criterion<'a> {
         let requested = study.observer(&spec.observer)?;
         let editable = Editable::new(study, &spec.observer)?;
         let data = spec.logs.iter().map(|(name, log)| Data::new(name, &log.recording, spec.held_out)).collect();
-        Some(Self { study, spec, requested, editable, data, rejected: 0, cancel })
+        Some(Self {
+            study,
+            spec,
+            requested,
+            editable,
+            data,
+            settings: replay_settings(study, None),
+            rejected: 0,
+            cancel,
+        })
     }
 
     /// Takes what the gate of the filter rejects with the values of the study as not measured, for all values: the
@@ -81,7 +93,8 @@ impl<'a> Criterion<'a> {
         let designed = kinds::with_covariance(&plan).map_err(|none| none.hypothesis)?;
         let none = vec![0.0; self.study.plant.outputs.len()];
         for data in &mut self.data {
-            let replayed = run(self.study, (self.requested, &designed), data.recording(data.t.len(), &none)?)?;
+            let replayed =
+                run(self.study, (self.requested, &designed), data.recording(data.t.len(), &none)?, self.settings)?;
             for (k, j) in replayed.consistency.iter().flat_map(|consistency| &consistency.rejected) {
                 if let Some(row) = replayed.row[*k] {
                     data.y[(row, *j)] = None;
@@ -112,7 +125,7 @@ impl<'a> Criterion<'a> {
         }
         let of = |data: &Data| {
             let rows = if is_whole { data.t.len() } else { data.fitted };
-            run(&study, (requested, &designed), data.recording(rows, &bias)?)
+            run(&study, (requested, &designed), data.recording(rows, &bias)?, self.settings)
         };
         self.data.iter().map(of).collect()
     }
@@ -153,9 +166,9 @@ fn run(
     study: &Study,
     (requested, designed): (&ObserverSpec, &Designed),
     recording: Recording,
+    settings: Settings,
 ) -> Result<ReplayedObserver, String> {
-    let settings = Settings { rtol: 1e-9, ..Settings::default() };
-    let replay = Replay::new(&study.plant.model, recording).settings(settings);
+    let replay = replay_of(&study.plant, recording, settings);
     let replayed = designed.runnable.replay(replay, &requested.name, &requested.initial).run();
     let mut replayed = replayed.map_err(|error| error.to_string())?;
     replayed.observers.pop().ok_or_else(|| "the log was not replayed".to_owned())

@@ -23,7 +23,9 @@ mod report;
 mod text;
 mod words;
 
-pub use report::{HeldOut, Judged, JudgedOutput, JudgedState, Profile, TuneReport, TunedLog, TunedParameter};
+pub use report::{
+    HeldOut, Judged, JudgedOutput, JudgedState, NoInterval, Profile, TuneReport, TunedLog, TunedParameter,
+};
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -225,8 +227,8 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
             interval: deviation[i].map(|deviation| [at(-1.0, deviation), at(1.0, deviation)]),
             profile_interval: profile.map(|profile| profile::interval(profile, own)),
             without: match (own.bound(best[i]), deviation[i]) {
-                (Some(sign), _) => Some(words::at_bound(sign, own.is_given).to_owned()),
-                (None, None) => Some("not determined by the log".to_owned()),
+                (Some(sign), _) => Some(NoInterval::at_end(sign, own.is_given)),
+                (None, None) => Some(NoInterval::Undetermined),
                 (None, Some(_)) => None,
             },
         }
@@ -371,7 +373,7 @@ fn has_maximum(
         if gain > GAIN {
             return Err(TuneError::NoMaximum {
                 name: spec.parameters[i].name.clone(),
-                towards: if sign < 0.0 { "falls to" } else { "rises to" },
+                falls: sign < 0.0,
                 at: of.value(best[i]),
                 gain,
                 advice: if sign < 0.0 && spec.parameters[i].what.is_variance() {

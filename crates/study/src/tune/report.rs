@@ -1,6 +1,9 @@
 //! The fit as data.
 
-use serde::Serialize;
+use std::fmt;
+
+use luenberger_proof::wording::significant;
+use serde::{Serialize, Serializer};
 
 use crate::results::{ConsistencyReport, PlantSummary};
 
@@ -84,7 +87,72 @@ pub struct TunedParameter {
     pub profile_interval: Option<[Option<f64>; 2]>,
     /// Why it has no interval.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub without: Option<String>,
+    pub without: Option<NoInterval>,
+}
+
+impl TunedParameter {
+    /// The 95 % interval, or why there is none.
+    pub(super) fn interval_in_words(&self) -> String {
+        match (self.interval, self.without) {
+            (Some([low, high]), _) => format!("{} to {}", significant(low, 4), significant(high, 4)),
+            (None, Some(why)) => why.to_string(),
+            (None, None) => "-".to_owned(),
+        }
+    }
+}
+
+/// Why a parameter has no interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoInterval {
+    /// It is at the lower bound that the study gives.
+    AtLowerBound,
+    /// It is at the upper bound that the study gives.
+    AtUpperBound,
+    /// It is at the least value that the search tries.
+    Smallest,
+    /// It is at the largest value that the search tries.
+    Largest,
+    /// The log does not determine it.
+    Undetermined,
+}
+
+impl NoInterval {
+    /// At the lower end (`sign` < 0) or the upper end of what is searched, which the study gives or not.
+    pub(super) fn at_end(sign: f64, is_given: bool) -> Self {
+        match (sign < 0.0, is_given) {
+            (true, true) => Self::AtLowerBound,
+            (false, true) => Self::AtUpperBound,
+            (true, false) => Self::Smallest,
+            (false, false) => Self::Largest,
+        }
+    }
+
+    /// What the likelihood does there, of a parameter at an end.
+    pub(super) fn likelihood(self) -> Option<&'static str> {
+        match self {
+            Self::AtLowerBound | Self::AtUpperBound => Some("grows beyond it"),
+            Self::Smallest | Self::Largest => Some("is flat there"),
+            Self::Undetermined => None,
+        }
+    }
+}
+
+impl fmt::Display for NoInterval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AtLowerBound => "at its lower bound",
+            Self::AtUpperBound => "at its upper bound",
+            Self::Smallest => "as small as the search allows",
+            Self::Largest => "as large as the search allows",
+            Self::Undetermined => "not determined by the log",
+        })
+    }
+}
+
+impl Serialize for NoInterval {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 /// The filter on what was held out.

@@ -74,10 +74,6 @@ fn head(study: &Study, report: &TuneReport) -> String {
 fn comment(report: &TuneReport, k: usize) -> String {
     let Some(one) = report.parameters.get(k) else { return String::new() };
     let [before, after] = [one.before, one.after].map(|x| significant(x, 6));
-    let known = match (one.interval, &one.without) {
-        (Some([low, high]), _) => format!("95 % {} to {}", significant(low, 4), significant(high, 4)),
-        (None, Some(why)) => why.clone(),
-        (None, None) => "no interval".to_owned(),
-    };
-    format!("luenberger tune: {} = {after}, before {before}; {known}.", one.name)
+    let percent = if one.interval.is_some() { "95 % " } else { "" };
+    format!("luenberger tune: {} = {after}, before {before}; {percent}{}.", one.name, one.interval_in_words())
 }

@@ -18,16 +18,6 @@ pub(super) fn unit(study: &Study, what: &Tunable) -> Option<String> {
     study.plant.unit(name).cloned()
 }
 
-/// Why a parameter at a bound has no interval.
-pub(super) fn at_bound(sign: f64, is_given: bool) -> &'static str {
-    match (is_given, sign < 0.0) {
-        (true, true) => "at its lower bound",
-        (true, false) => "at its upper bound",
-        (false, true) => "as small as the search allows",
-        (false, false) => "as large as the search allows",
-    }
-}
-
 /// Which inputs of the logs are constant, for a message.
 pub(super) fn constant_inputs(criterion: &Criterion<'_>) -> String {
     let constant = |(j, input): (usize, &String)| {
@@ -50,13 +40,11 @@ pub(super) fn remarks(
     let mut words: Vec<String> =
         information.flat.iter().map(|direction| undetermined(direction, &names, coordinates)).collect();
     if words.is_empty() {
-        words.push("The log determines every parameter that is not at a bound.".to_owned());
+        words.push("At this maximum the log determines every parameter that is not at a bound.".to_owned());
     }
     for one in parameters {
-        if let Some(why) = one.without.as_ref().filter(|why| why.starts_with("as ") || why.starts_with("at ")) {
-            let tail =
-                if why.starts_with("as ") { "the likelihood is flat there" } else { "the likelihood grows beyond it" };
-            words.push(format!("{} = {} is {why}: {tail}.", one.name, significant(one.after, 4)));
+        if let Some((why, likelihood)) = one.without.and_then(|why| Some((why, why.likelihood()?))) {
+            words.push(format!("{} = {} is {why}: the likelihood {likelihood}.", one.name, significant(one.after, 4)));
         }
     }
     if information.discrepancy > 0.1 {
