@@ -337,18 +337,9 @@ pub(crate) struct RunInput {
     pub(crate) watch: bool,
 }
 
+/// What a command that compares or fits has beside a study.
 #[derive(Args)]
-pub(crate) struct AdviseInput {
-    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to
-    /// its folder
-    #[arg(value_name = "STUDY")]
-    pub(crate) study: Source,
-    /// Criterion, or several with weights: error, noise, peak, settling, cost, proved; error=2,cost=1
-    #[arg(long, value_name = "CRITERIA", default_value = "error")]
-    pub(crate) by: Criteria,
-    /// Time budget, such as 30s or 5min; what it does not reach is listed
-    #[arg(long, value_name = "TIME", value_parser = time, default_value = "1min", allow_hyphen_values = true)]
-    pub(crate) budget: f64,
+pub(crate) struct FolderInput {
     /// Results folder [default: none]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
@@ -364,23 +355,32 @@ pub(crate) struct AdviseInput {
 }
 
 #[derive(Args)]
+pub(crate) struct AdviseInput {
+    /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to
+    /// its folder
+    #[arg(value_name = "STUDY")]
+    pub(crate) study: Source,
+    /// Criterion, or several with weights: error, noise, peak, settling, cost, proved; error=2,cost=1
+    #[arg(long, value_name = "CRITERIA", default_value = "error")]
+    pub(crate) by: Criteria,
+    /// Time budget, such as 30s or 5min; what it does not reach is listed
+    #[arg(long, value_name = "TIME", value_parser = time, default_value = "1min", allow_hyphen_values = true)]
+    pub(crate) budget: f64,
+    #[command(flatten)]
+    pub(crate) folder: FolderInput,
+}
+
+#[derive(Args)]
+#[command(mut_arg("force", |force| force.help(
+    "Write over a tuned study, and into a results folder that has files and no manifest; other files are kept"
+)))]
 pub(crate) struct TuneInput {
     /// Study file, TOML or JSON (.json), a folder with one, or - for standard input; file names in it are relative to
     /// its folder
     #[arg(value_name = "STUDY")]
     pub(crate) study: Source,
-    /// Results folder [default: none]
-    #[arg(short, long, value_name = "FOLDER")]
-    pub(crate) output: Option<PathBuf>,
-    /// Write over a tuned study, and into a results folder that has files and no manifest; other files are kept
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Number of threads [default: number of processors]
-    #[arg(long, value_name = "N", value_parser = threads)]
-    pub(crate) threads: Option<usize>,
-    /// Print the results as Markdown, for an issue or a notebook
-    #[arg(long, conflicts_with = "json")]
-    pub(crate) markdown: bool,
+    #[command(flatten)]
+    pub(crate) folder: FolderInput,
 }
 
 #[derive(Args)]

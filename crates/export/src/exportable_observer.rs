@@ -280,16 +280,10 @@ impl ExportableObserver {
 
     /// The full turns of the outputs, and of the states where they matter; none without angles.
     pub(crate) fn turns(&self) -> Option<(DVector<f64>, Option<DVector<f64>>)> {
-        let both = |outputs: Option<&DVector<f64>>, states: Option<&DVector<f64>>| {
-            let ObserverDimensions { estimate: n, outputs: p, .. } = self.dimensions();
-            let column =
-                |turns: Option<&DVector<f64>>, length| turns.cloned().unwrap_or_else(|| DVector::zeros(length));
-            (outputs.is_some() || states.is_some()).then(|| (column(outputs, p), Some(column(states, n))))
-        };
         match self {
             Self::Kalman(filter) => filter.turns().map(|turns| (turns.clone(), None)),
-            Self::Unscented(filter) => both(filter.turns(), filter.state_turns()),
-            Self::MovingHorizon(estimator) => both(estimator.turns(), estimator.state_turns()),
+            Self::Unscented(filter) => filter.angles().map(|(outputs, states)| (outputs, Some(states))),
+            Self::MovingHorizon(estimator) => estimator.angles().map(|(outputs, states)| (outputs, Some(states))),
             _ => None,
         }
     }

@@ -35,18 +35,12 @@ pub(crate) fn cast<T: RealField + Copy>(estimator: &MovingHorizon<f64>) -> Resul
     let noises = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
     let (horizon, period) = (estimator.horizon(), nalgebra::convert(period(estimator)));
     let mut same = MovingHorizon::discrete(plant, noises, horizon, period)?.with_prediction(estimator.prediction())?;
-    if estimator.turns().is_some() || estimator.state_turns().is_some() {
-        let column = |turns: Option<&DVector<f64>>, length| {
-            turns.map_or_else(|| DVector::zeros(length), |turns| turns.map(nalgebra::convert::<f64, T>))
-        };
-        let outputs = column(estimator.turns(), estimator.noise_model().v.nrows());
-        same = same.with_angles(outputs, column(estimator.state_turns(), estimator.noise_model().w.nrows()))?;
+    let column = |column: &DVector<f64>| column.map(nalgebra::convert::<f64, T>);
+    if let Some((outputs, states)) = estimator.angles() {
+        same = same.with_angles(column(&outputs), column(&states))?;
     }
     match estimator.bounds() {
-        Some((lower, upper)) if !bounds(estimator).is_empty() => {
-            let cast = |column: &DVector<f64>| column.map(nalgebra::convert::<f64, T>);
-            same.with_bounds(cast(lower), cast(upper))
-        }
+        Some((lower, upper)) if !bounds(estimator).is_empty() => same.with_bounds(column(lower), column(upper)),
         _ => Ok(same),
     }
 }

@@ -6,7 +6,7 @@
 
 use luenberger_plants::wrap;
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OVector, RealField};
+use nalgebra::{DefaultAllocator, Dim, OVector, RealField, U1};
 
 use crate::error::ObserverError;
 
@@ -31,6 +31,20 @@ where
         Some(turn) => Err(ObserverError::NotPositive { what: "a full turn", value: turn.to_subset_unchecked() }),
         None => Ok(Some(turns).filter(|turns| turns.iter().any(|turn| *turn > T::zero()))),
     }
+}
+
+/// The turns of outputs and states, 0 for what is no angle; none without angles.
+pub(crate) fn both<T: RealField + Copy, P: Dim, N: Dim>(
+    (outputs, p): (&Turns<T, P>, P),
+    (states, n): (&Turns<T, N>, N),
+) -> Option<(OVector<T, P>, OVector<T, N>)>
+where
+    DefaultAllocator: Allocator<P> + Allocator<N>,
+{
+    (outputs.is_some() || states.is_some()).then(|| {
+        let outputs = outputs.clone().unwrap_or_else(|| OVector::zeros_generic(p, U1));
+        (outputs, states.clone().unwrap_or_else(|| OVector::zeros_generic(n, U1)))
+    })
 }
 
 /// An entry of a difference.

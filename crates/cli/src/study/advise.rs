@@ -16,14 +16,14 @@ use std::path::Path;
 pub(crate) fn advise(input: &AdviseInput) -> Result<Answer, Failure> {
     let study = read(&input.study)?;
     let bar = Bar::new();
-    let folder = input.output.as_deref().map(|output| folder_of(Some(output), &input.study));
+    let folder = input.folder.output.as_deref().map(|output| folder_of(Some(output), &input.study));
     let options = AdviseOptions {
         run: RunOptions {
             output: folder.clone(),
-            force: input.force,
+            force: input.folder.force,
             progress: &|progress| bar.tell(progress.stage, progress.item, progress.done, progress.total),
             cancel: interrupt::flag(),
-            threads: input.threads,
+            threads: input.folder.threads,
             ..RunOptions::default()
         },
         criteria: input.by.clone(),
@@ -36,7 +36,7 @@ pub(crate) fn advise(input: &AdviseInput) -> Result<Answer, Failure> {
     if let Some(folder) = &folder {
         renamed(folder, &advice.renamed);
     }
-    let answer = Answer::new(text(&advice, input.budget, folder.as_deref(), input.markdown), &advice)?;
+    let answer = Answer::new(text(&advice, input.budget, folder.as_deref(), input.folder.markdown), &advice)?;
     let answer = answer.negative(advice.ranking.is_empty());
     match stopped {
         None => Ok(answer),

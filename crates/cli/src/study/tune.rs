@@ -14,14 +14,14 @@ use std::fmt::Write;
 pub(crate) fn tune(input: &TuneInput) -> Result<Answer, Failure> {
     let study = read(&input.study)?;
     let bar = Bar::new();
-    let folder = input.output.as_deref().map(|output| folder_of(Some(output), &input.study));
+    let folder = input.folder.output.as_deref().map(|output| folder_of(Some(output), &input.study));
     let options = TuneOptions {
         run: RunOptions {
             output: folder.clone(),
-            force: input.force,
+            force: input.folder.force,
             progress: &|progress| bar.tell(progress.stage, progress.item, progress.done, progress.total),
             cancel: interrupt::flag(),
-            threads: input.threads,
+            threads: input.folder.threads,
             ..RunOptions::default()
         },
         write: true,
@@ -33,7 +33,7 @@ pub(crate) fn tune(input: &TuneInput) -> Result<Answer, Failure> {
         renamed(folder, &report.renamed);
     }
     let path = study.folder.join(&report.file);
-    let text = if input.markdown {
+    let text = if input.folder.markdown {
         report.markdown()
     } else {
         let mut text = report.text();

@@ -251,6 +251,14 @@ where
         self.state_turns.as_ref()
     }
 
+    /// The full turns of outputs and states as [`with_angles`](Self::with_angles) takes them; none without angles.
+    pub fn angles(&self) -> Option<(OVector<T, P>, OVector<T, N>)> {
+        angles::both(
+            (&self.turns, self.noises.v.shape_generic().0),
+            (&self.state_turns, self.noises.w.shape_generic().0),
+        )
+    }
+
     /// The estimator that joins predictions without a measurement between them into one, linearised where they were
     /// made: the window then counts samples with a measurement, as for a log with more rows of inputs than of outputs.
     /// Bounds hold at these samples. The state is longer by `window (1 + 2 n (n + 1))` numbers.

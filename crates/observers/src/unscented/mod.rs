@@ -272,6 +272,14 @@ where
         self.state_turns.as_ref()
     }
 
+    /// The full turns of outputs and states as [`with_angles`](Self::with_angles) takes them; none without angles.
+    pub fn angles(&self) -> Option<(OVector<T, P>, OVector<T, N>)> {
+        angles::both(
+            (&self.turns, self.factors.v.shape_generic().0),
+            (&self.state_turns, self.factors.w.shape_generic().0),
+        )
+    }
+
     /// The same filter with another prediction.
     ///
     /// # Errors

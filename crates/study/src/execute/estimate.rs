@@ -95,8 +95,7 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
     let is_written = step != Step::Sweep;
     let running = simulated.map_or(0.0, |simulation| {
         let written = if is_written { writing(study, simulation.samples) } else { 0.0 };
-        (each_run(study, simulation, own + swept) + written) * own as f64
-            + each_run(study, simulation, own + swept) * swept as f64
+        each_run(study, simulation, own + swept) * (own + swept) as f64 + written * own as f64
     });
     let running = running + on_log.map_or(0.0, |log| all_on_log(study, log));
     let mostly = if running > designs + again { "simulations" } else { "designs" };

@@ -195,14 +195,9 @@ impl Running for MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_
         let made = |plant: ExpressionPlant, sampled: Option<DMatrix<f64>>| {
             let noises = NoiseModel { w: sampled.unwrap_or_else(|| noises.w.clone()), ..noises.clone() };
             let estimator = MovingHorizon::discrete(plant, noises, self.horizon(), period)?;
-            let estimator = match (self.turns(), self.state_turns()) {
-                (None, None) => estimator,
-                (outputs, states) => {
-                    let column =
-                        |turns: Option<&DVector<f64>>, length| turns.cloned().unwrap_or_else(|| DVector::zeros(length));
-                    let outputs = column(outputs, self.noise_model().v.nrows());
-                    estimator.with_angles(outputs, column(states, self.noise_model().w.nrows()))?
-                }
+            let estimator = match self.angles() {
+                Some((outputs, states)) => estimator.with_angles(outputs, states)?,
+                None => estimator,
             };
             match self.bounds() {
                 Some((lower, upper)) => estimator.with_bounds(lower.clone(), upper.clone()),

@@ -5,7 +5,7 @@ use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{NoiseModel, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter};
 use luenberger_proof::wording::counted;
 use luenberger_sim::Replay;
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{Filter, STAGES, turns, wrapped};
@@ -187,14 +187,9 @@ impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
                     UnscentedKalmanFilter::from_factors(plant, factors.clone(), sigma, period, Prediction::Discrete)
                 }
             }?;
-            let filter = match (self.turns(), self.state_turns()) {
-                (None, None) => filter,
-                (outputs, states) => {
-                    let column =
-                        |turns: Option<&DVector<f64>>, length| turns.cloned().unwrap_or_else(|| DVector::zeros(length));
-                    let outputs = column(outputs, factors.v.nrows());
-                    filter.with_angles(outputs, column(states, factors.w.nrows()))?
-                }
+            let filter = match self.angles() {
+                Some((outputs, states)) => filter.with_angles(outputs, states)?,
+                None => filter,
             };
             match self.gate() {
                 Some(gate) => filter.with_gate(gate),
