@@ -46,6 +46,11 @@ pub(crate) fn affine(tree: &Tree, inputs_held: bool) -> Result<(), usize> {
                 Affine => Not(index),
                 form => form,
             },
+            Node::Surface(_, _, x, y) => match (forms[*x], forms[*y]) {
+                (Not(why), _) | (_, Not(why)) => Not(why),
+                (Constant, Constant) => Constant,
+                _ => Not(index),
+            },
             Node::Not(x) => forms[*x],
             Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => match (forms[*x], forms[*y]) {
                 (Not(why), _) | (_, Not(why)) => Not(why),

@@ -182,11 +182,13 @@ pub enum ExpressionErrorKind {
         /// The actual number.
         found: usize,
     },
-    /// A lookup table with another number of arguments than one.
-    #[error("`{table}` is a lookup table and takes one argument")]
+    /// A lookup table with another number of arguments than it has variables.
+    #[error("`{table}` is a lookup table and takes {}", if *arguments == 1 { "one argument" } else { "two arguments" })]
     TableArguments {
         /// Its name.
         table: String,
+        /// How many it takes.
+        arguments: usize,
     },
     /// A condition where a number is needed.
     #[error("`{part}` is a condition and not a number: write `if({part}, 1, 0)` for a number")]

@@ -17,6 +17,7 @@ use crate::error::{ExpressionError, ExpressionErrorKind, Found};
 use crate::function::{self, Binary, Comparison, Function, Unary};
 use crate::nearest::nearest;
 use crate::scope::{Scope, Symbol, begins_word, continues_word};
+use crate::surface::LookupTable;
 use crate::tree::{Node, Tree};
 
 /// The expected start of an operand.
@@ -313,12 +314,14 @@ fn word(input: &mut Input<'_>) -> Parsed<usize> {
 /// The arguments of a function, after the parenthesis.
 fn call(input: &mut Input<'_>, name: &str, span: Range<usize>) -> Parsed<usize> {
     if let Some(table) = input.state.scope.table(name) {
-        let [x] = arguments(input, None)?[..] else {
-            let whole = span.start..input.current_token_start();
-            return wrong(whole, ExpressionErrorKind::TableArguments { table: name.to_owned() });
+        let (takes, given) = (table.arguments(), arguments(input, None)?);
+        let (whole, name) = (span.start..input.current_token_start(), name.to_owned());
+        let node = match (table, &given[..]) {
+            (LookupTable::Curve(table), &[x]) => Node::Table(table, name, x),
+            (LookupTable::Surface(surface), &[x, y]) => Node::Surface(surface, name, x, y),
+            _ => return wrong(whole, ExpressionErrorKind::TableArguments { table: name, arguments: takes }),
         };
-        let whole = span.start..input.current_token_start();
-        return Ok(input.state.tree.push(Node::Table(table, name.to_owned(), x), whole));
+        return Ok(input.state.tree.push(node, whole));
     }
     let Some((name, function)) = function::function(name) else {
         let name = name.to_owned();

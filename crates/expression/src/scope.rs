@@ -1,12 +1,11 @@
 //! The names in scope of an expression.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use crate::error::{ExpressionErrorKind, Family};
 use crate::function;
 use crate::nearest::nearest;
-use crate::table::{Table, Tables};
+use crate::surface::{LookupTable, Tables};
 
 /// Named parameters of a study: masses, gains, set-points.
 pub type Parameters = BTreeMap<String, f64>;
@@ -247,14 +246,12 @@ impl Scope {
         Ok(self)
     }
 
-    /// The same with these lookup tables, used as functions of one argument.
+    /// The same with these lookup tables, used as functions of one argument or two.
     ///
     /// ```
-    /// use std::sync::Arc;
-    ///
     /// use luenberger_expression::{Expression, Extrapolation, Interpolation, Scope, Table, Tables};
     /// let torque = Table::new(&[0.0, 100.0], &[20.0, 0.0], Interpolation::Linear, Extrapolation::Hold)?;
-    /// let scope = Scope::plant(1, 0).tables(&Tables::from([("torque".to_owned(), Arc::new(torque))]))?;
+    /// let scope = Scope::plant(1, 0).tables(&Tables::from([("torque".to_owned(), torque.into())]))?;
     /// assert_eq!(Expression::parse("2*torque(x1)", &scope)?.evaluate(0.0, &[25.0], &[]), 30.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -268,7 +265,7 @@ impl Scope {
                 return Err(ParameterError::Table { name: name.clone(), meaning });
             }
         }
-        self.tables.extend(tables.iter().map(|(name, table)| (name.clone(), Arc::clone(table))));
+        self.tables.extend(tables.iter().map(|(name, table)| (name.clone(), table.clone())));
         Ok(self)
     }
 
@@ -295,8 +292,8 @@ impl Scope {
     }
 
     /// The lookup table of that name.
-    pub(crate) fn table(&self, name: &str) -> Option<Arc<Table>> {
-        self.tables.get(name).map(Arc::clone)
+    pub(crate) fn table(&self, name: &str) -> Option<LookupTable> {
+        self.tables.get(name).cloned()
     }
 
     /// The names of the lookup tables.

@@ -11,9 +11,6 @@
 //! slopes at the ends are those of scipy's `PchipInterpolator` and MATLAB's `pchip` (C. Moler, Numerical Computing with
 //! MATLAB, 2004, ch. 3.6).
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
-
 use nalgebra::{RealField, convert};
 
 /// The interpolation between the points.
@@ -82,6 +79,44 @@ pub enum TableError {
         /// Where it ends.
         to: f64,
     },
+    /// Another number of rows of a table of two variables than of x.
+    #[error("x has {x} entries, and z has {z} rows")]
+    Rows {
+        /// The number of x.
+        x: usize,
+        /// The number of rows of z.
+        z: usize,
+    },
+    /// A row of a table of two variables with another number of entries than y.
+    #[error("y has {y} entries, and row {} of z has {entries}", row + 1)]
+    Row {
+        /// Which row, from 0.
+        row: usize,
+        /// The number of y.
+        y: usize,
+        /// The number of its entries.
+        entries: usize,
+    },
+    /// A value of a table of two variables that is NaN or infinite.
+    #[error("entry {} of row {} of z is {value}, not a finite number", column + 1, row + 1)]
+    Value {
+        /// Which row, from 0.
+        row: usize,
+        /// Which entry of it, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// The axis y of a table of two variables, or values along it.
+    #[error("along y: {0}")]
+    AlongY(Box<TableError>),
+}
+
+impl TableError {
+    /// Of the axis y of a table of two variables.
+    pub(crate) fn of_y(self) -> Self {
+        Self::AlongY(Box::new(self))
+    }
 }
 
 /// A lookup table; see the head of this module.
@@ -93,9 +128,6 @@ pub struct Table {
     slopes: Option<Vec<f64>>,
     extrapolation: Extrapolation,
 }
-
-/// Named lookup tables.
-pub type Tables = BTreeMap<String, Arc<Table>>;
 
 impl Table {
     /// The table through the points (x_k, y_k), x increasing.

@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use crate::function::{Binary, Comparison, LARGEST_PRODUCT, Unary, integer_power, saturate};
 use crate::scope::Symbol;
+use crate::surface::Surface;
 use crate::table::Table;
 use crate::tree::{Node, Tree};
 
@@ -38,6 +39,8 @@ enum Instruction {
     Saturate,
     /// The table of this index.
     Table(usize),
+    /// The table of two variables of this index.
+    Surface(usize),
     /// Two values to a condition.
     Compare(Comparison),
     And,
@@ -53,7 +56,7 @@ impl Instruction {
     fn operands(self) -> usize {
         match self {
             Self::Unary(_) | Self::Product(_) | Self::Table(_) => 1,
-            Self::Binary(_) | Self::Compare(_) => 2,
+            Self::Binary(_) | Self::Compare(_) | Self::Surface(_) => 2,
             Self::Saturate => 3,
             _ => 0,
         }
@@ -76,6 +79,7 @@ pub(crate) struct Tape {
     /// Each with the node of the tree that it belongs to.
     code: Vec<(Instruction, usize)>,
     tables: Vec<Arc<Table>>,
+    surfaces: Vec<Arc<Surface>>,
     /// Length of the stack.
     depth: usize,
 }
@@ -92,7 +96,7 @@ impl Tape {
     /// The instructions, or the node at which more values wait than there may be.
     pub(crate) fn compile(tree: &Tree) -> Result<Self, usize> {
         let mut code: Vec<(Instruction, usize)> = Vec::new();
-        let mut tables: Vec<Arc<Table>> = Vec::new();
+        let (mut tables, mut surfaces): (Vec<Arc<Table>>, Vec<Arc<Surface>>) = Default::default();
         // Jumps whose target is not known yet, and where the code may not be changed any more.
         let (mut open, mut fixed): (Vec<usize>, usize) = (Vec::new(), 0);
         for (node, what) in tree.nodes().enumerate() {
@@ -112,6 +116,10 @@ impl Tape {
                 Node::Table(table, ..) => {
                     tables.push(Arc::clone(table));
                     Instruction::Table(tables.len() - 1)
+                }
+                Node::Surface(surface, ..) => {
+                    surfaces.push(Arc::clone(surface));
+                    Instruction::Surface(surfaces.len() - 1)
                 }
                 Node::Compare(comparison, ..) => Instruction::Compare(*comparison),
                 Node::And(..) => Instruction::And,
@@ -155,7 +163,7 @@ impl Tape {
                 return Err(*node);
             }
         }
-        Ok(Self { code, tables, depth })
+        Ok(Self { code, tables, surfaces, depth })
     }
 
     /// The value; `seen` is shown every step.
@@ -195,6 +203,7 @@ impl Tape {
                 Instruction::Product(n) => integer_power(operands[0], n),
                 Instruction::Saturate => saturate(operands[0], operands[1], operands[2]),
                 Instruction::Table(k) => self.tables[k].at(operands[0]),
+                Instruction::Surface(k) => self.surfaces[k].at(operands[0], operands[1]),
                 Instruction::Compare(comparison) => {
                     conditions = conditions << 1 | u64::from(comparison.at(operands[0], operands[1]));
                     seen(Step { node, operands, value: None });

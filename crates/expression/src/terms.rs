@@ -89,9 +89,11 @@ impl Expression {
                     None => Terms::of_unknown([condition, x, y].map(take)),
                 },
                 Node::Unary(_, x) | Node::Table(_, _, x) | Node::Not(x) => Terms::of_unknown([take(x)]),
-                Node::Binary(_, x, y) | Node::Compare(_, x, y) | Node::And(x, y) | Node::Or(x, y) => {
-                    Terms::of_unknown([x, y].map(take))
-                }
+                Node::Surface(_, _, x, y)
+                | Node::Binary(_, x, y)
+                | Node::Compare(_, x, y)
+                | Node::And(x, y)
+                | Node::Or(x, y) => Terms::of_unknown([x, y].map(take)),
                 Node::Saturate(x, low, high) => Terms::of_unknown([x, low, high].map(take)),
             };
             all.push(terms);

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::function::{Binary, Comparison, Unary};
 use crate::scope::Symbol;
+use crate::surface::Surface;
 use crate::table::Table;
 
 /// A node; operands are earlier nodes.
@@ -20,6 +21,8 @@ pub(crate) enum Node {
     Saturate(usize, usize, usize),
     /// The table of that name at x.
     Table(Arc<Table>, String, usize),
+    /// The table of two variables of that name at (x, y).
+    Surface(Arc<Surface>, String, usize, usize),
     /// Two numbers to a condition.
     Compare(Comparison, usize, usize),
     And(usize, usize),
@@ -103,6 +106,7 @@ impl Tree {
                     }
                 }
                 Node::Table(_, name, x) => (format!("{name}({})", take(*x).0), ATOM),
+                Node::Surface(_, name, x, y) => (format!("{name}({}, {})", take(*x).0, take(*y).0), ATOM),
                 Node::Compare(comparison, x, y) => {
                     let (x, y) = (held(take(*x), SUM), held(take(*y), SUM));
                     (format!("{x} {} {y}", comparison.sign()), COMPARISON)

@@ -111,6 +111,7 @@ impl Expression {
                 Node::Binary(operation, x, y) => binary(*operation, take(*x), take(*y)),
                 Node::Saturate(x, low, high) => call("sat", [take(*x), take(*low), take(*high)]),
                 Node::Table(_, name, x) => applied(Formula::name(name), [take(*x)]),
+                Node::Surface(_, name, x, y) => applied(Formula::name(name), [take(*x), take(*y)]),
                 Node::Compare(comparison, x, y) => {
                     let sign = match comparison {
                         Comparison::Less => ("&lt;", "<"),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use luenberger_expression::{Extrapolation, LookupTable};
 use luenberger_observers::{
     CubicObserver, DiscreteLinearObserver, LinearObserver, SampledCubicObserver, SampledObserver,
     StationaryKalmanFilter,
@@ -116,8 +117,11 @@ pub enum Method {
 pub struct Lookup {
     /// Breakpoints.
     pub x: Vec<f64>,
-    /// Values.
+    /// Values; of a table of two variables the breakpoints of the second.
     pub y: Vec<f64>,
+    /// Values of a table of two variables, a row for each x; otherwise empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub z: Rows,
     /// Whether it is a monotone cubic; otherwise lines join the points.
     pub cubic: bool,
     /// Whether it goes on along the slopes at the ends; otherwise it holds their values.
@@ -126,10 +130,20 @@ pub struct Lookup {
 
 impl Lookup {
     /// The table with these points.
-    pub fn of(table: &luenberger_expression::Table) -> Self {
-        let (x, y, slopes) = table.points();
-        let extrapolates = table.extrapolation() == luenberger_expression::Extrapolation::Linear;
-        Self { x: x.to_vec(), y: y.to_vec(), cubic: slopes.is_some(), extrapolates }
+    pub fn of(table: &LookupTable) -> Self {
+        match table {
+            LookupTable::Curve(curve) => {
+                let (x, y, slopes) = curve.points();
+                let extrapolates = curve.extrapolation() == Extrapolation::Linear;
+                Self { x: x.to_vec(), y: y.to_vec(), z: Rows::new(), cubic: slopes.is_some(), extrapolates }
+            }
+            LookupTable::Surface(surface) => {
+                let (x, y, z) = surface.points();
+                let z = z.into_iter().map(<[f64]>::to_vec).collect();
+                let extrapolates = surface.extrapolation() == Extrapolation::Linear;
+                Self { x: x.to_vec(), y: y.to_vec(), z, cubic: false, extrapolates }
+            }
+        }
     }
 }
 

@@ -1,9 +1,7 @@
 //! The plants of an experiment: the model, the plant as it is simulated, and what it becomes.
 
-use std::sync::Arc;
-
 use luenberger_expression::{
-    Expression, ExpressionPlant, Extrapolation, Interpolation, Scope, Table, Tables, Variable,
+    Expression, ExpressionPlant, Extrapolation, Interpolation, LookupTable, Scope, Surface, Table, Tables, Variable,
 };
 use luenberger_plants::StateSpace;
 
@@ -55,7 +53,11 @@ fn tables(experiment: &Experiment) -> Result<Tables> {
     let built = |lookup: &Lookup| {
         let between = if lookup.cubic { Interpolation::MonotoneCubic } else { Interpolation::Linear };
         let beyond = if lookup.extrapolates { Extrapolation::Linear } else { Extrapolation::Hold };
-        Table::new(&lookup.x, &lookup.y, between, beyond).map(Arc::new).map_err(text)
+        if lookup.z.is_empty() {
+            Table::new(&lookup.x, &lookup.y, between, beyond).map(LookupTable::from).map_err(text)
+        } else {
+            Surface::new(&lookup.x, &lookup.y, &lookup.z, beyond).map(LookupTable::from).map_err(text)
+        }
     };
     experiment.tables.iter().map(|(name, lookup)| Ok((name.clone(), built(lookup)?))).collect()
 }

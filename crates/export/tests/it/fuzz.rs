@@ -4,11 +4,12 @@
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
-use std::sync::Arc;
 
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, ExportableObserver, File, Names, Scalar, golden};
-use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
+use luenberger_expression::{
+    ExpressionPlant, Extrapolation, Interpolation, LookupTable, Parameters, Scope, Surface, Table, Tables,
+};
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel,
     SampledNonlinearObserver, SigmaPoints, UnscentedKalmanFilter,
@@ -56,7 +57,7 @@ fn expression(random: &mut Random, depth: usize, (n, m): (usize, usize)) -> Stri
         18 => format!("min({a}, {b})"),
         19 => format!("max({a}, {b})"),
         20 => format!("if({a} < {b} || !({a} > 0.5), {b}, -({a}))"),
-        21 => format!("line({a})"),
+        21 => format!("line({a}) + surface({b}, {a})"),
         22 => format!("cubic({a})"),
         23 => format!("sign({a}) + step({b})"),
         24 => format!("ln(0.5 + exp({a}))"),
@@ -70,10 +71,14 @@ fn expression(random: &mut Random, depth: usize, (n, m): (usize, usize)) -> Stri
 
 fn tables() -> Tables {
     let (x, y) = ([-2.0, -0.5, 0.25, 1.5, 3.0], [1.0, -0.5, 0.25, 2.0, 2.5]);
-    let table = |interpolation, extrapolation| Arc::new(Table::new(&x, &y, interpolation, extrapolation).unwrap());
+    let table =
+        |interpolation, extrapolation| LookupTable::from(Table::new(&x, &y, interpolation, extrapolation).unwrap());
+    let z: Vec<Vec<f64>> = y.iter().map(|a| y[..4].iter().map(|b| 0.5 * a * b + 0.1 * a).collect()).collect();
+    let surface = Surface::new(&x, &x[..4], &z, Extrapolation::Linear);
     Tables::from([
         ("line".to_owned(), table(Interpolation::Linear, Extrapolation::Hold)),
         ("cubic".to_owned(), table(Interpolation::MonotoneCubic, Extrapolation::Linear)),
+        ("surface".to_owned(), surface.unwrap().into()),
     ])
 }
 

@@ -1,8 +1,9 @@
 //! From the syntax tree of an expression to nodes of the graph.
 
 use super::{Graph, Id, Node as Operation, Routine};
-use crate::function::{Binary, LARGEST_PRODUCT, Unary};
+use crate::function::{Binary, Comparison, LARGEST_PRODUCT, Unary};
 use crate::scope::Symbol;
+use crate::surface::Surface;
 use crate::tree::{Node, Tree};
 
 /// What stands for time, states and inputs.
@@ -97,6 +98,7 @@ impl Graph {
                     let table = self.table(table);
                     self.looked_up(table, ids[*x])
                 }
+                Node::Surface(surface, _, x, y) => self.looked_up_at(surface, ids[*x], ids[*y]),
                 Node::Compare(comparison, x, y) => self.compare(*comparison, ids[*x], ids[*y]),
                 Node::And(x, y) => self.and(ids[*x], ids[*y]),
                 Node::Or(x, y) => self.or(ids[*x], ids[*y]),
@@ -134,6 +136,42 @@ impl Graph {
             return self.binary(Binary::Power, x, y);
         };
         if exponent < 0.0 { self.unary(Unary::Reciprocal, power) } else { power }
+    }
+
+    /// As [`Surface::at`].
+    fn looked_up_at(&mut self, surface: &Surface, x: Id, y: Id) -> Id {
+        let x = match surface.held() {
+            Some(ends) => {
+                let [low, high] = ends.map(|end| self.constant(end));
+                let above = self.binary(Binary::Max, x, low);
+                self.binary(Binary::Min, above, high)
+            }
+            None => x,
+        };
+        let mut nodes: Vec<(f64, Id)> = Vec::new();
+        for (from, row) in surface.rows() {
+            let row = self.table(row);
+            nodes.push((from, self.looked_up(row, y)));
+        }
+        let mut value = None;
+        for pair in nodes.windows(2).rev() {
+            let ((from, low), (to, high)) = (pair[0], pair[1]);
+            let (start, end, width) = (self.constant(from), self.constant(to), self.constant(to - from));
+            let passed = self.binary(Binary::Subtract, x, start);
+            let share = self.binary(Binary::Divide, passed, width);
+            let rise = self.binary(Binary::Subtract, high, low);
+            let step = self.binary(Binary::Multiply, share, rise);
+            let piece = self.binary(Binary::Add, low, step);
+            value = Some(match value {
+                Some(later) => {
+                    let is_before = self.compare(Comparison::Less, x, end);
+                    self.select(is_before, piece, later)
+                }
+                None => piece,
+            });
+        }
+        // A surface has two rows or more.
+        value.unwrap_or(x)
     }
 
     fn looked_up(&mut self, table: u32, x: Id) -> Id {

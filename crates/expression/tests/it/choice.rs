@@ -1,10 +1,8 @@
 //! Conditions, `if`, `step`, lookup tables, and parameters that depend on parameters.
 
-use std::sync::Arc;
-
 use luenberger_expression::{
     Definition, DerivedError, Expression, ExpressionErrorKind, ExpressionPlant, Extrapolation, Interpolation,
-    Parameters, Scope, Table, TableError, Tables, derived,
+    LookupTable, Parameters, Scope, Surface, Table, TableError, Tables, derived,
 };
 use luenberger_plants::Differentiable;
 use nalgebra::{dmatrix, dvector};
@@ -12,7 +10,8 @@ use proptest::prelude::*;
 
 /// Three states, an input, a parameter, and the tables `line` and `cubic` through the same points.
 fn scope() -> Scope {
-    let table = |interpolation, extrapolation| Arc::new(Table::new(&X, &Y, interpolation, extrapolation).unwrap());
+    let table =
+        |interpolation, extrapolation| LookupTable::from(Table::new(&X, &Y, interpolation, extrapolation).unwrap());
     let tables = Tables::from([
         ("line".to_owned(), table(Interpolation::Linear, Extrapolation::Hold)),
         ("cubic".to_owned(), table(Interpolation::MonotoneCubic, Extrapolation::Linear)),
@@ -29,6 +28,76 @@ fn parse(text: &str) -> Expression {
 
 fn at(text: &str, x: [f64; 3]) -> f64 {
     parse(text).evaluate(0.5, &x, &[4.0])
+}
+
+/// x, y and z of a table of two variables.
+fn grid() -> (Vec<f64>, Vec<f64>, Vec<Vec<f64>>) {
+    let z = vec![vec![1.0, 3.0, 2.0], vec![0.0, -2.0, 5.0], vec![4.0, 4.0, -1.0], vec![2.0, 0.5, 7.0]];
+    (vec![0.0, 1.0, 1.5, 4.0], vec![-1.0, 0.5, 2.0], z)
+}
+
+/// The values are those of scipy 1.17's `RegularGridInterpolator`, whose extrapolation is the linear one.
+#[test]
+fn tables_of_two_variables_are_bilinear() {
+    let (x, y, z) = grid();
+    let [hold, beyond] =
+        [Extrapolation::Hold, Extrapolation::Linear].map(|kind| Surface::new(&x, &y, &z, kind).unwrap());
+    let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-14, "{found}, expected {expected}");
+    for ((x, y), expected) in [
+        ((0.25, 0.0), 1.416_666_666_666_666_7),
+        ((1.2, 1.7), 2.16),
+        ((3.0, -0.5), 2.5),
+        ((1.5, 0.5), 4.0),
+        ((4.0, 2.0), 7.0),
+        ((1.0, 1.0), 0.333_333_333_333_333),
+    ] {
+        near(hold.at(x, y), expected);
+        near(beyond.at(x, y), expected);
+    }
+    for ((x, y), (line, held)) in [
+        ((-1.0, 0.0), (6.0, 2.333_333_333_333_333_5)),
+        ((5.0, 3.0), (17.6, 7.0)),
+        ((2.0, 4.0), (-3.0, 0.6)),
+        ((9.0, -2.0), (1.0, 2.0)),
+    ] {
+        near(hold.at(x, y), held);
+        near(beyond.at(x, y), line);
+    }
+    let scope = Scope::plant(2, 0).tables(&Tables::from([("map".to_owned(), hold.clone().into())])).unwrap();
+    let expression = Expression::parse("1 + map(2*x1, x2)", &scope).unwrap();
+    assert_eq!(
+        (expression.to_string().as_str(), expression.evaluate(0.0, &[2.0, 2.0], &[])),
+        ("1.0 + map(2.0*x1, x2)", 8.0)
+    );
+    assert_eq!(expression.formula().latex, "1 + \\mathrm{map}\\left(2 x_{1}, x_{2}\\right)");
+    // By hand, between 0 and 1 and between -1 and 0.5: 1 - x + 4 (y + 1)/3 - 8 x (y + 1)/3, half of it at y = -0.25.
+    let slopes = Expression::parse("map(x1, x2)", &scope).unwrap().gradient(0.0, &[0.5, -0.25], &[]).unwrap();
+    near(slopes[0], -1.0 - 2.0);
+    near(slopes[1], 0.0);
+    for (text, message) in [
+        ("map(x1)", "`map` is a lookup table and takes two arguments"),
+        ("map(x1, x2, 1)", "`map` is a lookup table and takes two arguments"),
+        ("map", "`map` is a function: write `map(...)`"),
+    ] {
+        let error = Expression::parse(text, &scope).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
+    assert!(ExpressionPlant::within(&["map(x1, 2)", "x1"], &["x1"], &scope).unwrap().affine().is_err());
+}
+
+#[test]
+fn grids_that_are_none_are_refused() {
+    let (x, y, z) = grid();
+    let refused =
+        |x: &[f64], y: &[f64], z: &[Vec<f64>]| Surface::new(x, y, z, Extrapolation::Hold).unwrap_err().to_string();
+    assert_eq!(refused(&x[..3], &y, &z), "x has 3 entries, and z has 4 rows");
+    assert_eq!(refused(&x, &y[..2], &z), "y has 2 entries, and row 1 of z has 3");
+    assert_eq!(refused(&[0.0, 1.0, 1.0, 4.0], &y, &z), "x must increase: entry 3 is 1, after 1");
+    assert_eq!(refused(&x, &[2.0, 1.0, 3.0], &z), "along y: x must increase: entry 2 is 1, after 2");
+    assert_eq!(refused(&x[..1], &y, &z[..1]), "a table needs two points or more: it has 1");
+    let mut bad = z.clone();
+    bad[2][1] = f64::INFINITY;
+    assert_eq!(refused(&x, &y, &bad), "entry 2 of row 3 of z is inf, not a finite number");
 }
 
 #[test]
@@ -204,12 +273,12 @@ fn what_is_no_choice_and_no_table_is_refused() {
     assert_eq!(new(&[1.0, 1.0], &[1.0, 2.0]).to_string(), "x must increase: entry 2 is 1, after 1");
     assert_eq!(new(&[1.0, 2.0], &[1.0, f64::NAN]).to_string(), "entry 2 of y is NaN, not a finite number");
     assert!(matches!(new(&[0.0, 1e-300], &[-1e300, 1e300]), TableError::Slope { .. }));
-    let table = Arc::new(Table::new(&X, &Y, Interpolation::Linear, Extrapolation::Hold).unwrap());
+    let table = LookupTable::from(Table::new(&X, &Y, Interpolation::Linear, Extrapolation::Hold).unwrap());
     for (name, meaning) in
         [("sin", "a function"), ("k", "a parameter"), ("x1", "a state"), ("a b", "no word of letters")]
     {
         let scope = Scope::plant(1, 0).with(&Parameters::from([("k".to_owned(), 2.0)])).unwrap();
-        let error = scope.tables(&Tables::from([(name.to_owned(), Arc::clone(&table))])).unwrap_err().to_string();
+        let error = scope.tables(&Tables::from([(name.to_owned(), table.clone())])).unwrap_err().to_string();
         assert!(
             error.starts_with(&format!("`{name}` cannot be the name of a lookup table: it is {meaning}")),
             "{error}"

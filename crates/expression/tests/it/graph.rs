@@ -1,10 +1,8 @@
 //! Plants over numbers, evaluated as graphs: values are those of the tape, Jacobians those of dual numbers and of
 //! differences.
 
-use std::sync::Arc;
-
 use luenberger_expression::{
-    Expression, ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables,
+    Expression, ExpressionPlant, Extrapolation, Interpolation, LookupTable, Parameters, Scope, Surface, Table, Tables,
 };
 use luenberger_plants::{Differentiable, Plant};
 use nalgebra::{DVector, dvector};
@@ -12,8 +10,12 @@ use proptest::prelude::*;
 
 fn scope() -> Scope {
     let (x, y) = ([-2.0, -0.5, 0.25, 1.5, 3.0], [1.0, -0.5, 0.25, 2.0, 2.5]);
-    let table = |interpolation, extrapolation| Arc::new(Table::new(&x, &y, interpolation, extrapolation).unwrap());
+    let table =
+        |interpolation, extrapolation| LookupTable::from(Table::new(&x, &y, interpolation, extrapolation).unwrap());
+    let z: Vec<Vec<f64>> = y.iter().map(|a| x[..4].iter().map(|b| a * b - 0.3 * b * b).collect()).collect();
+    let surface = Surface::new(&x, &[-1.5, 0.5, 1.0, 2.0], &z, Extrapolation::Linear).unwrap();
     let tables = Tables::from([
+        ("surface".to_owned(), surface.into()),
         ("line".to_owned(), table(Interpolation::Linear, Extrapolation::Hold)),
         ("cubic".to_owned(), table(Interpolation::MonotoneCubic, Extrapolation::Linear)),
     ]);
@@ -44,8 +46,11 @@ fn texts() -> impl Strategy<Value = String> {
             5 => (two, both.clone()).prop_map(|(sign, (x, y))| format!("({x} {sign} {y})")),
             1 => (inner.clone(), -3..7i32).prop_map(|(x, n)| format!("({x})^({n})")),
             1 => both.clone().prop_map(|(x, y)| format!("(1 + abs({x}))^({y})")),
-            1 => (prop::sample::select(vec!["min", "max", "atan2", "mod", "wrap"]), both.clone())
+            1 => (prop::sample::select(vec!["min", "max", "atan2", "surface"]), both.clone())
                 .prop_map(|(name, (x, y))| format!("{name}({x}, {y})")),
+            // A quotient that is exactly an integer is a jump.
+            1 => (prop::sample::select(vec!["mod", "wrap"]), both.clone())
+                .prop_map(|(name, (x, y))| format!("{name}({x}, 0.31 + {y})")),
             1 => both.clone().prop_map(|(x, y)| format!("ln({x} + exp({y}))")),
             1 => inner.clone().prop_map(|x| format!("sat({x}, -0.5, 0.75)")),
             2 => (prop::sample::select(vec!["<", ">=", "=="]), both.clone(), both)
@@ -110,6 +115,8 @@ fn jacobians_are_limits_of_differences() {
         "atan2(x1, x2)",
         "atan2(x2, x1)",
         "mod(x1, x2)",
+        "surface(x1, x2)",
+        "surface(x2, x1)",
         "mod(2 + x2, x1)",
         "wrap(2 + x2, x1)",
         "wrap(7*x1)",

@@ -1,7 +1,5 @@
 //! Recorded bodies have the bits of the body, for every kind of number.
 
-use std::sync::Arc;
-
 use luenberger_expression::{
     ExpressionPlant, Extrapolation, Interpolation, Recorded, RecordingError, Scope, Table, Tables, record,
 };
@@ -67,7 +65,7 @@ fn all<T: RealField + Copy>(plant: &ExpressionPlant, x: &[T]) -> Vec<T> {
 #[test]
 fn plants_are_recorded_as_their_graph() {
     let table = Table::new(&[-1.0, 0.0, 2.0], &[0.5, 0.0, 1.5], Interpolation::MonotoneCubic, Extrapolation::Linear);
-    let tables = Tables::from([("soft".to_owned(), Arc::new(table.unwrap()))]);
+    let tables = Tables::from([("soft".to_owned(), table.unwrap().into())]);
     let scope = Scope::plant(2, 0).tables(&tables).unwrap();
     let row = (0..10).map(|k| format!("if(x1 > {k}, soft(x2), -x2/{})", k + 1)).collect::<Vec<_>>().join(" + ");
     let plant = ExpressionPlant::within(&[row.as_str(), "ln(0.1 + exp(x1)) - x2^3"], &["x1"], &scope).unwrap();

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Arc;
 
 use luenberger_expression::{
-    Definition, DerivedError, Expression, ExpressionPlant, Extrapolation, Family, Interpolation, ParameterError,
-    Parameters, Scope, Table, TableError, Tables, derived,
+    Definition, DerivedError, Expression, ExpressionPlant, Extrapolation, Family, Interpolation, LookupTable,
+    ParameterError, Parameters, Scope, Surface, Table, TableError, Tables, derived,
 };
 use luenberger_plants::{Dimensions, StateSpace};
 use luenberger_proof::wording::counted;
@@ -250,7 +249,7 @@ fn tables(node: Option<&Node>, mut scope: Scope, reader: &mut Reader) -> Option<
     for entry in node.map(Node::entries).unwrap_or_default() {
         match table(&entry.node, reader) {
             Some(table) => {
-                let named = Tables::from([(entry.key.clone(), Arc::new(table))]);
+                let named = Tables::from([(entry.key.clone(), table)]);
                 match scope.clone().tables(&named) {
                     Ok(more) => {
                         scope = more;
@@ -268,7 +267,7 @@ fn tables(node: Option<&Node>, mut scope: Scope, reader: &mut Reader) -> Option<
     sound.then_some((scope, all))
 }
 
-fn table(node: &Node, reader: &mut Reader) -> Option<Table> {
+fn table(node: &Node, reader: &mut Reader) -> Option<LookupTable> {
     let (x, y) = (node.get("x")?, node.get("y")?);
     let interpolation = match node.get("method").and_then(Node::text) {
         Some("monotone-cubic") => Interpolation::MonotoneCubic,
@@ -278,7 +277,35 @@ fn table(node: &Node, reader: &mut Reader) -> Option<Table> {
         Some("linear") => Extrapolation::Linear,
         _ => Extrapolation::Hold,
     };
-    Table::new(&x.numbers()?, &y.numbers()?, interpolation, extrapolation)
+    let (along_x, along_y) = (x.numbers()?, y.numbers()?);
+    if let Some(z) = node.get("z") {
+        if interpolation != Interpolation::Linear {
+            let method = node.get("method").map_or_else(|| z.span.clone(), |method| method.span.clone());
+            reader.wrong(
+                method,
+                "a table of two variables is linear along both",
+                "expected no `method`, or \"linear\"",
+            );
+            return None;
+        }
+        let rows: Vec<Vec<f64>> = z.list()?.iter().map(Node::numbers).collect::<Option<_>>()?;
+        return Surface::new(&along_x, &along_y, &rows, extrapolation)
+            .map_err(|error| {
+                let row = |k: usize| z.list().and_then(|rows| rows.get(k)).map_or(z, |row| row);
+                let at = match &error {
+                    TableError::Rows { .. } => z,
+                    TableError::Row { row: k, .. } | TableError::Value { row: k, .. } => row(*k),
+                    TableError::AlongY(_) => y,
+                    _ => x,
+                };
+                let expected = "expected increasing x and y, and z with a row for each x and a number for each y";
+                reader.wrong(at.span.clone(), error.to_string(), expected);
+            })
+            .map(LookupTable::from)
+            .ok();
+    }
+    Table::new(&along_x, &along_y, interpolation, extrapolation)
+        .map(LookupTable::from)
         .map_err(|error| {
             let at = if matches!(error, TableError::Length { .. }) { y } else { x };
             reader.wrong(at.span.clone(), error.to_string(), "expected increasing x, and as many y");

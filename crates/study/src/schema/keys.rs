@@ -123,11 +123,20 @@ const PLANT: Table = Table {
 
 const LOOKUP: Table = Table {
     name: "[plant.tables.NAME]",
-    about: "Lookup table: a function of one variable through the points (x, y).",
+    about: "Lookup table: a function of one variable through the points (x, y), or of two through z at each x and y.",
     variants: None,
     keys: &[
         required("x", Type::Numbers(Range::Any), "Breakpoints: two or more increasing numbers."),
-        required("y", Type::Numbers(Range::Any), "Values at the breakpoints."),
+        required(
+            "y",
+            Type::Numbers(Range::Any),
+            "Values at the breakpoints; with `z` the breakpoints of the second variable, increasing.",
+        ),
+        optional(
+            "z",
+            Type::Rows,
+            "Values of a table of two variables, a row for each x and in it a number for each y: bilinear between them.",
+        ),
         optional(
             "method",
             Type::Choice(&[

@@ -1,10 +1,10 @@
 //! Studies with conditions, lookup tables and derived parameters: values, certified designs, and mistakes.
 
-use std::sync::Arc;
-
 use luenberger_design::Region;
 use luenberger_design::enclosure::{EnclosureError, enclose};
-use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Scope, Table, Tables};
+use luenberger_expression::{
+    ExpressionPlant, Extrapolation, Interpolation, LookupTable, Scope, Surface, Table, Tables,
+};
 use luenberger_study::Step;
 
 use crate::studies::{executed, mistakes};
@@ -56,7 +56,7 @@ fn a_motor_with_a_torque_curve() {
 
 fn plant(f: &str, tables: &[(&str, Interpolation)]) -> ExpressionPlant {
     let table = |interpolation| {
-        Arc::new(Table::new(&[0.0, 1.0, 3.0], &[1.0, -3.0, 2.0], interpolation, Extrapolation::Hold).unwrap())
+        LookupTable::from(Table::new(&[0.0, 1.0, 3.0], &[1.0, -3.0, 2.0], interpolation, Extrapolation::Hold).unwrap())
     };
     let tables: Tables = tables.iter().map(|(name, kind)| ((*name).to_owned(), table(*kind))).collect();
     ExpressionPlant::within(&[f], &["x1"], &Scope::plant(1, 0).tables(&tables).unwrap()).unwrap()
@@ -84,6 +84,79 @@ fn kinks_are_enclosed_with_both_sides() {
         let room = 0.05 * (high - low) + 1e-9;
         assert!(found_low <= low + 1e-12 && found_low >= low - room, "{f}: {found_low}, expected {low}");
         assert!(found_high >= high - 1e-12 && found_high <= high + room, "{f}: {found_high}, expected {high}");
+    }
+}
+
+/// A drag that grows with the speed and the density, through a table of two variables.
+const DRAG: &str = r#"
+[plant]
+f = ["v", "-drag(v, rho)/2 + force", "-0.1*(rho - 1)"]
+h = ["p", "rho"]
+states = ["p", "v", "rho"]
+inputs = ["force"]
+[plant.tables.drag]
+x = [0, 1, 3]
+y = [0.5, 2]
+z = [[0, 0], [0.5, 2], [4, 16]]
+[simulation]
+x0 = [0, 2, 1.5]
+duration = 6
+[[observer]]
+name = "lpv"
+kind = "lpv"
+decay_rate = 0.05
+region = { states = [[-inf, inf], [0, 3], [0.5, 2]] }
+[[observer]]
+name = "ekf"
+kind = "extended-kalman"
+w = 0.01
+v = 0.01
+period = 0.05
+"#;
+
+/// Designs, certificates and simulations of a plant with a table of two variables; its derivatives over a box are
+/// those on it, by hand: by v from 0.5 (rho = 0.5, first piece) to 7 (rho = 2, second piece), and by rho from 0 to 8.
+#[test]
+fn a_table_of_two_variables_is_a_function_like_another() {
+    let results = executed(DRAG, Step::Run);
+    assert_eq!(results.failures(), Vec::<String>::new());
+    assert_eq!(results.observers[0].design.as_ref().unwrap().verdict.word(), "proved");
+    for row in &results.simulation.as_ref().unwrap().rows {
+        let last: Vec<f64> = row.merits.as_ref().unwrap().states.iter().map(|state| state.last.abs()).collect();
+        assert!(last.iter().all(|last| *last < 0.05), "{}: {last:?}", row.observer);
+    }
+    let z = [vec![0.0, 0.0], vec![0.5, 2.0], vec![4.0, 16.0]];
+    let drag = Surface::new(&[0.0, 1.0, 3.0], &[0.5, 2.0], &z, Extrapolation::Hold).unwrap();
+    let scope = Scope::plant(2, 0).tables(&Tables::from([("drag".to_owned(), drag.into())])).unwrap();
+    let plant = ExpressionPlant::within(&["drag(x1, x2)", "-x2"], &["x1"], &scope).unwrap();
+    let over = |v: (f64, f64), rho: (f64, f64)| enclose(&plant, &Region::new(&[v, rho])).unwrap();
+    for (v, rho, by_v, by_rho) in [
+        ((0.0, 3.0), (0.5, 2.0), (0.5, 7.0), (0.0, 8.0)),
+        ((0.25, 0.75), (0.5, 2.0), (0.5, 2.0), (0.25, 0.75)),
+        ((0.5, 2.0), (1.25, 1.25), (1.25, 4.375), (0.5, 4.5)),
+    ] {
+        let found = over(v, rho);
+        for (entry, (low, high)) in [(found.a[(0, 0)], by_v), (found.a[(0, 1)], by_rho)] {
+            let room = 0.1 * (high - low) + 1e-9;
+            assert!(entry.lo() <= low + 1e-12 && entry.lo() >= low - room, "{v:?} {rho:?}: {entry:?}, {low} to {high}");
+            assert!(
+                entry.hi() >= high - 1e-12 && entry.hi() <= high + room,
+                "{v:?} {rho:?}: {entry:?}, {low} to {high}"
+            );
+        }
+    }
+    for (old, new, line, column, message) in [
+        ("[4, 16]]", "[4, 16], [5, 20]]", 11, 5, "x has 3 entries, and z has 4 rows"),
+        ("[4, 16]]", "[4]]", 11, 5, "the rows of `z`"),
+        ("z = [[0, 0], [0.5, 2], [4, 16]]", "z = [[0], [0.5], [4]]", 11, 6, "y has 2 entries, and row 1 of z has 1"),
+        ("y = [0.5, 2]", "y = [2, 0.5]", 10, 5, "along y: x must increase: entry 2 is 0.5, after 2"),
+        ("z = [[0, 0]", "method = \"monotone-cubic\"\nz = [[0, 0]", 11, 10, "a table of two variables is linear"),
+        ("drag(v, rho)", "drag(v)", 3, 14, "`drag` is a lookup table and takes two arguments"),
+    ] {
+        let found = mistakes(&DRAG.replace(old, new));
+        let first = found.iter().find(|found| found.message.starts_with(message));
+        let first = first.unwrap_or_else(|| panic!("{new}: {found:?}"));
+        assert_eq!((first.line, first.column), (line, column), "{new}: {first:?}");
     }
 }
 

@@ -13,7 +13,6 @@ emitted!(
 );
 
 use std::path::Path;
-use std::sync::Arc;
 
 use luenberger_export::kkl::Kkl;
 use luenberger_export::moving_horizon::MovingHorizon;
@@ -33,7 +32,7 @@ use crate::rows::Rows;
 
 fn plant(f: &[&str], h: &[&str], inputs: usize) -> ExpressionPlant {
     let table = Table::new(&[-1.0, 0.0, 2.0], &[0.5, 0.0, 1.5], Interpolation::MonotoneCubic, Extrapolation::Linear);
-    let tables = Tables::from([("drag".to_owned(), Arc::new(table.unwrap()))]);
+    let tables = Tables::from([("drag".to_owned(), table.unwrap().into())]);
     let scope = Scope::plant(f.len(), inputs).with(&Parameters::new()).unwrap().tables(&tables).unwrap();
     ExpressionPlant::within(f, h, &scope).unwrap()
 }
