@@ -29,7 +29,7 @@ use crate::covariance_filter::{CovarianceFilter, update_columns};
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::gaussian::{GaussianEstimate, Innovation, correct, covariance, moved, symmetrise};
+use crate::gaussian::{GaussianEstimate, Innovation, correct, covariance, moved, symmetrise, usable};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
 
 /// The data of a [`KalmanFilter`]: plant, noise, and covariance of the initial error.
@@ -253,9 +253,9 @@ where
     /// Updates estimate and covariance by the measurement y (length p) under u; returns the innovation. Without a
     /// [feedthrough](Self::with_feedthrough) the input is not read.
     ///
-    /// `None`, with `estimate` unchanged, if there is no result: a measured entry of y that is not finite, an
-    /// innovation covariance S that is not positive definite in floating point, an overflow, columns of other lengths
-    /// than the model's.
+    /// `None`, with `estimate` unchanged, if there is no result: no entry of y that is finite (one that is not counts
+    /// as not measured), an innovation covariance S that is not positive definite in floating point, an overflow,
+    /// columns of other lengths than the model's.
     ///
     /// ```
     /// # use luenberger_observers::{KalmanFilter, KalmanModel, SampledObserver};
@@ -311,11 +311,12 @@ where
         if !self.fits(estimate, u) || !self.is_measurement(y) {
             return None;
         }
+        let usable = usable(y, measured)?;
         let KalmanModel { c, v, .. } = &self.model;
         let innovation = feedthrough::without(self.d.as_ref(), u, y - c * estimate.estimate());
         let first = (c.clone(), innovation);
         // The measurement is linear: once is exact.
-        correct::<T, N, M, P>(estimate, first.clone(), v.clone(), measured, (1, |_| first.clone()))
+        correct::<T, N, M, P>(estimate, first.clone(), v.clone(), |i| usable[i], (1, |_| first.clone()))
     }
 }
 
@@ -337,9 +338,10 @@ where
         self.model.period
     }
 
-    /// Update and prediction. A sample where [`update`](KalmanFilter::update) is `None`, as for a measurement that is
-    /// NaN, is passed over as if it were missed. A [prediction](KalmanFilter::predict) without a result, as for an
-    /// input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
+    /// Update and prediction. An output that is NaN or infinite counts as not measured; a sample where
+    /// [`update`](KalmanFilter::update) is `None` is passed over as if it were missed. A
+    /// [prediction](KalmanFilter::predict) without a result, as for an input that is NaN, makes the estimate NaN.
+    /// Columns of other lengths change nothing.
     fn step(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         if self.is_measurement(y) {
             self.update(state, u, y);

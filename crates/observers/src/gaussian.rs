@@ -137,6 +137,20 @@ where
     }
 }
 
+/// Which entries of y an update uses: those that are `measured`, and finite numbers. None if some are measured, and all
+/// of them are not finite.
+pub(crate) fn usable<T: RealField + Copy, P: Dim>(
+    y: &OVector<T, P>,
+    measured: impl Fn(usize) -> bool,
+) -> Option<OVector<bool, P>>
+where
+    DefaultAllocator: Allocator<P>,
+{
+    let usable = y.map_with_location(|i, _, y| measured(i) && y.is_finite());
+    let is_any = usable.iter().any(|usable| *usable);
+    (is_any || !(0..y.nrows()).any(measured)).then_some(usable)
+}
+
 /// A measurement as it is linearised at an estimate x: H (p x n), and `y - h(x)`.
 pub(crate) type Linearised<T, N, P> = (OMatrix<T, P, N>, OVector<T, P>);
 

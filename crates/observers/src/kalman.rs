@@ -54,7 +54,7 @@ use crate::angles::{self, Turns};
 use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
-use crate::gaussian::{correct, covariance, moved};
+use crate::gaussian::{correct, covariance, moved, usable};
 #[cfg(feature = "alloc")]
 use crate::held::{Held, WithJacobian, sized};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
@@ -481,8 +481,8 @@ where
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
     /// innovation.
     ///
-    /// `None`, with `estimate` unchanged, if there is no result: y is not finite (a [gate](Self::with_gate) rejects
-    /// such an output alone), nor h or its Jacobian; the innovation covariance S is not positive definite in floating
+    /// `None`, with `estimate` unchanged, if there is no result: no entry of y is finite (one that is not counts as not
+    /// measured), nor h or its Jacobian; the innovation covariance S is not positive definite in floating
     /// point; an overflow; columns of other lengths than the plant's.
     pub fn update(
         &self,
@@ -507,6 +507,7 @@ where
         if !self.fits(estimate, u) || !self.is_measurement(y) {
             return None;
         }
+        let usable = usable(y, measured)?;
         let linearised = |x: &OVector<T, N>| {
             let (expected, h) = self.plant.measurement(t, x, u);
             (h, angles::difference(&self.turns, y, &expected))
@@ -516,7 +517,7 @@ where
         let is_within = |output| {
             gate.as_ref().is_none_or(|(gate, innovation, s)| within(*gate, innovation[output], s[(output, output)]))
         };
-        let accepted = |output| measured(output) && is_within(output);
+        let accepted = |output| usable[output] && is_within(output);
         correct::<T, N, M, P>(estimate, first, self.noises.v.clone(), accepted, (self.iterations, linearised))
     }
 }
@@ -545,9 +546,10 @@ where
         self.h
     }
 
-    /// Update and prediction. A sample where [`update`](ExtendedKalmanFilter::update) is `None`, as for a measurement
-    /// that is NaN, is passed over as if it were missed. A [prediction](ExtendedKalmanFilter::predict) without a
-    /// result, as for an input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
+    /// Update and prediction. An output that is NaN or infinite counts as not measured; a sample where
+    /// [`update`](ExtendedKalmanFilter::update) is `None` is passed over as if it were missed. A
+    /// [prediction](ExtendedKalmanFilter::predict) without a result, as for an input that is NaN, makes the estimate
+    /// NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         if self.is_measurement(y) {
             self.update(t, state, u, y);

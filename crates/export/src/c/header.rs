@@ -229,8 +229,9 @@ fn not_finite(export: &Export) -> String {
         ExportableObserver::Kkl(_) => {
             " * A value of y that is not finite makes the target states not finite, for good, and the estimate meaningless,\n * although it stays in its box:".to_owned()
         }
-        ExportableObserver::Kalman(filter) => of_filter(filter.gate().is_some(), known),
-        ExportableObserver::Unscented(filter) => of_filter(filter.gate().is_some(), known),
+        ExportableObserver::Kalman(_) | ExportableObserver::Unscented(_) => {
+            of_filter(export.names.outputs.len() > 1, known)
+        }
         ExportableObserver::MovingHorizon(_) => format!(
             " * A measurement that is not finite is passed over. A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,"
         ),
@@ -244,9 +245,9 @@ fn not_finite(export: &Export) -> String {
 }
 
 /// The same for a filter with a covariance.
-fn of_filter(is_gated: bool, known: &str) -> String {
-    let measured = if is_gated {
-        " * A value of y that is not finite is rejected by the gate; the other outputs count."
+fn of_filter(has_several: bool, known: &str) -> String {
+    let measured = if has_several {
+        " * An output that is not finite, such as NAN, counts as not measured: sensors of different rates share y. A sample\n * without any is passed over."
     } else {
         " * A sample with a value of y that is not finite is passed over, as if it were missed."
     };

@@ -386,7 +386,7 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
 }
 
 /// NaN and infinities in u and y come out of C as of Rust. In y they make the estimate not finite, for good; a filter
-/// passes the sample over, and its estimates stay finite.
+/// does not use that output, and its estimates stay finite.
 #[test]
 fn what_is_not_finite_comes_out_the_same() {
     let Some(compiler) = compilers().into_iter().next() else {
@@ -433,7 +433,7 @@ fn what_is_not_finite_comes_out_the_same() {
 }
 
 /// Samples of which every output, or one of two, is NaN or infinite: C has the bits of Rust, the estimates are those of
-/// a run in which these samples are missed, and from the next sample on they are corrected again.
+/// a run in which these outputs are missed, and from the next sample on they are corrected again.
 #[test]
 fn a_filter_passes_over_what_is_not_finite() {
     let Some(compiler) = compilers().into_iter().next() else {
@@ -466,8 +466,8 @@ fn a_filter_passes_over_what_is_not_finite() {
                 let export = export(&format!("p{}", exports.len()), program.clone(), scalar);
                 let mut run = golden::steps(&export, STEPS).unwrap();
                 let healthy: Vec<_> = run.iter().map(|step| step.estimate.clone()).collect();
-                for at in [0, STEPS / 4, STEPS / 4 + 1] {
-                    run[at].y[0] = bad;
+                for (output, at) in [(0, 0), (0, STEPS / 4), (1, STEPS / 4 + 1), (0, STEPS / 4 + 2)] {
+                    run[at].y[output] = bad;
                 }
                 let at = STEPS / 3;
                 run[at].y.fill(bad);

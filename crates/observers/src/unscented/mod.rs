@@ -47,7 +47,7 @@ use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns
 use crate::dense::times;
 use crate::dense::{are_finite, times_transpose};
 use crate::error::ObserverError;
-use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance};
+use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance, usable};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
 #[cfg(feature = "alloc")]
 use crate::transition::Transition;
@@ -523,8 +523,8 @@ where
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
     /// innovation.
     ///
-    /// `None`, with `estimate` unchanged, if there is no result: y is not finite (a [gate](Self::with_gate) rejects
-    /// such an output alone), or an overflow; the joint covariance has no factor in floating point, because h is not
+    /// `None`, with `estimate` unchanged, if there is no result: no entry of y is finite (one that is not counts as not
+    /// measured), or an overflow; the joint covariance has no factor in floating point, because h is not
     /// finite at a sigma point, or taking the centre away leaves no positive definite matrix; columns of other lengths
     /// than the plant's.
     pub fn update(
@@ -550,8 +550,8 @@ where
         if !self.fits(estimate, u) || !self.is_measurement(y) {
             return None;
         }
+        let mut kept = usable(y, measured)?;
         let (xhat, s) = (estimate.estimate(), estimate.factor());
-        let mut kept = OVector::<bool, P>::from_fn_generic(self.factors.v.shape_generic().0, U1, |i, _| measured(i));
         let (expected, mut joint) = self.joint(t, (&xhat, &s), u, |i| self.gate.is_some() || kept[i])?;
         let mut value = angles::difference(&self.turns, y, &expected);
         if let Some(gate) = self.gate {
@@ -657,9 +657,10 @@ where
         self.h
     }
 
-    /// Update and prediction. A sample where [`update`](UnscentedKalmanFilter::update) is `None`, as for a measurement
-    /// that is NaN, is passed over as if it were missed. A [prediction](UnscentedKalmanFilter::predict) without a
-    /// result, as for an input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
+    /// Update and prediction. An output that is NaN or infinite counts as not measured; a sample where
+    /// [`update`](UnscentedKalmanFilter::update) is `None` is passed over as if it were missed. A
+    /// [prediction](UnscentedKalmanFilter::predict) without a result, as for an input that is NaN, makes the estimate
+    /// NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         if self.is_measurement(y) {
             self.update(t, state, u, y);

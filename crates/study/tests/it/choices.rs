@@ -100,7 +100,7 @@ y = [0.5, 2]
 z = [[0, 0], [0.5, 2], [4, 16]]
 [simulation]
 x0 = [0, 2, 1.5]
-duration = 6
+duration = 120
 [[observer]]
 name = "lpv"
 kind = "lpv"

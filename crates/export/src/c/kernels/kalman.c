@@ -78,9 +78,9 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
 #if ITERATED
     NUMBER away[STATES];
     int turn;
-#if GATED
-    int rejected[OUTPUTS];
 #endif
+#if PARTIAL
+    int kept[OUTPUTS];
 #endif
     int definite;
     int i;
@@ -98,17 +98,21 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
             noise[i][j] = V[i][j];
         }
     }
-    spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);
-#if GATED
-    /* An output whose innovation is beyond the gate, or NaN, counts as not measured. */
+#if PARTIAL
+    /* An output that is not finite, or whose innovation is beyond a gate or NaN, counts as not measured. */
     for (i = 0; i < OUTPUTS; ++i) {
-#if ITERATED
-        rejected[i] = 0;
-#endif
+        kept[i] = (MAGNITUDE(y[i]) <= LARGEST) ? 1 : 0;
+    }
+#if GATED
+    spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);
+    for (i = 0; i < OUTPUTS; ++i) {
         if (!((innovation[i] * innovation[i]) <= (GATE_SQUARED * s[i][i]))) {
-#if ITERATED
-            rejected[i] = 1;
+            kept[i] = 0;
+        }
+    }
 #endif
+    for (i = 0; i < OUTPUTS; ++i) {
+        if (kept[i] == 0) {
             innovation[i] = REAL(0.0);
             for (j = 0; j < STATES; ++j) {
                 all[OUTPUTS + (i * STATES) + j] = REAL(0.0);
@@ -120,8 +124,8 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
             noise[i][i] = REAL(1.0);
         }
     }
-    spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);
 #endif
+    spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);
     definite = find_gain(&hp[0][0], s, gain);
 #if ITERATED
     /* Linearised again where the last linearisation leads, from the same prediction. */
@@ -138,8 +142,8 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
 #else
             innovation[i] = y[i] - all[i];
 #endif
-#if GATED
-            if (rejected[i] != 0) {
+#if PARTIAL
+            if (kept[i] == 0) {
                 innovation[i] = REAL(0.0);
                 for (j = 0; j < STATES; ++j) {
                     all[OUTPUTS + (i * STATES) + j] = REAL(0.0);

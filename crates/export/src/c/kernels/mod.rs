@@ -97,6 +97,7 @@ impl Macros {
         all.option("ANGLES", export.observer.turns().is_some());
         let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
         all.option("GATED", gate.is_some());
+        all.option("PARTIAL", gate.is_some() || export.names.outputs.len() > 1);
         all.number("GATE_SQUARED", gate.map_or(0.0, |(_, gate)| export.scalar.multiply(gate, gate)));
         all
     }

@@ -80,6 +80,12 @@ extern const NUMBER K[INPUTS][STATES];
 #endif
 #define GATE_SQUARED REAL(9.0)
 
+/* Whether an update can leave out some of the outputs: of several, those that are not finite; with a gate, those that
+ * it rejects. */
+#ifndef PARTIAL
+#define PARTIAL GATED
+#endif
+
 /* Whether outputs or states are angles, and their full turns. */
 #ifndef ANGLES
 #define ANGLES 0

@@ -60,7 +60,7 @@ static NUMBER reduce(NUMBER *plus, NUMBER *minus, NUMBER *middle)
 /* The measurement that is expected, and the factor [g, 0; m, s] of its covariance and that of the state together; 0 if
  * there is none in floating point. */
 static int joint(const observer_state *state, NUMBER t, const NUMBER *u,
-#if GATED
+#if PARTIAL
                  const int *kept,
 #endif
                  NUMBER *expected, NUMBER *g, NUMBER *m, NUMBER *s)
@@ -106,7 +106,7 @@ static int joint(const observer_state *state, NUMBER t, const NUMBER *u,
             s[(i * STATES) + k] = REAL(0.0);
         }
     }
-#if GATED
+#if PARTIAL
     /* An output that is not kept has the noise 1 and no part in the innovation. */
     for (i = 0; i < OUTPUTS; ++i) {
         if (kept[i] == 0) {
@@ -182,16 +182,21 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
     NUMBER m[STATES][OUTPUTS];
     NUMBER s[STATES][STATES];
     NUMBER estimate[STATES];
-#if GATED
+#if PARTIAL
     int kept[OUTPUTS];
 #endif
     int is_right;
     int i;
     int k;
 
-#if GATED
+#if PARTIAL
     for (i = 0; i < OUTPUTS; ++i) {
+#if GATED
         kept[i] = 1;
+#else
+        /* An output that is not finite counts as not measured. */
+        kept[i] = (MAGNITUDE(y[i]) <= LARGEST) ? 1 : 0;
+#endif
     }
     is_right = joint(state, t, u, kept, expected, &g[0][0], &m[0][0], &s[0][0]);
 #else
@@ -217,10 +222,12 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
     }
     if (is_right != 0) {
         is_right = joint(state, t, u, kept, expected, &g[0][0], &m[0][0], &s[0][0]);
-        for (i = 0; i < OUTPUTS; ++i) {
-            if (kept[i] == 0) {
-                value[i] = REAL(0.0);
-            }
+    }
+#endif
+#if PARTIAL
+    for (i = 0; i < OUTPUTS; ++i) {
+        if (kept[i] == 0) {
+            value[i] = REAL(0.0);
         }
     }
 #endif
