@@ -328,6 +328,49 @@ fn c(folder: &Path, case: &Case, compiler: &str) -> Result<(), Failure> {
         program("cmake").folder(&out).arguments(&build).quiet_output(&format!("{name} in C: cmake"))?;
         program("cmake").folder(&out).arguments(&["--build", "build"]).quiet_output(&format!("{name} in C: build"))?;
         program(out.join("build").join(format!("test_{name}"))).step(&format!("{name} in C by CMake"))?;
+        part_of_a_project(folder, case, &out)?;
+    }
+    Ok(())
+}
+
+/// The export as a folder of another project, by its target `NAME::NAME`: for this computer, without its test, and, where
+/// the compiler is installed, for a Cortex-M4 without an operating system.
+fn part_of_a_project(folder: &Path, case: &Case, export: &Path) -> Result<(), Failure> {
+    let (name, upper) = (case.name, case.name.to_uppercase());
+    let parent = folder.join(format!("{name}-parent"));
+    let written = |file: &str, text: String| {
+        let path = parent.join(file);
+        fs::create_dir_all(&parent).and_then(|()| fs::write(&path, text)).map_err(|source| Failure::io(&path, source))
+    };
+    written(
+        "CMakeLists.txt",
+        format!(
+            "cmake_minimum_required(VERSION 3.10)\nproject(parent C)\nadd_subdirectory({export:?} observer)\n\
+             add_library(parent STATIC parent.c)\ntarget_link_libraries(parent PRIVATE {name}::{name})\n\
+             if(TARGET test_{name})\n  message(FATAL_ERROR \"the test is built\")\nendif()\n"
+        ),
+    )?;
+    written(
+        "parent.c",
+        format!(
+            "#include \"{name}.h\"\n\nconst char *const names[] = {upper}_STATE_NAMES;\n\
+             const char *const digest = {upper}_DIGEST;\nconst double period = {upper}_PERIOD;\n\
+             {name}_state observer;\n\nvoid start(void)\n{{\n    {name}_reset(&observer);\n}}\n"
+        ),
+    )?;
+    let mut builds = vec![("build", Vec::new(), format!("{name} in C: part of a project"))];
+    if is_installed("arm-none-eabi-gcc") {
+        let toolchain = "set(CMAKE_SYSTEM_NAME Generic)\nset(CMAKE_SYSTEM_PROCESSOR arm)\n\
+                         set(CMAKE_C_COMPILER arm-none-eabi-gcc)\nset(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)\n\
+                         set(CMAKE_C_FLAGS_INIT \"-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16\")\n";
+        written("cortex-m4.cmake", toolchain.to_owned())?;
+        let chosen = vec!["-DCMAKE_TOOLCHAIN_FILE=cortex-m4.cmake"];
+        builds.push(("build-m4", chosen, format!("{name} in C: part of a project for a Cortex-M4")));
+    }
+    for (build, chosen, what) in builds {
+        let configure = program("cmake").folder(&parent).arguments(&["-S", ".", "-B", build]).arguments(&chosen);
+        configure.quiet_output(&what)?;
+        program("cmake").folder(&parent).arguments(&["--build", build]).step(&what)?;
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::kernels::{self, Macros};
 use super::project::cmake;
-use super::{columns, harmless, lengths, wrapped};
+use super::{columns, harmless, lengths, macros, wrapped};
 use crate::File;
 use crate::fixed_point::{FixedPointExport, name};
 
@@ -45,7 +45,7 @@ fn arithmetic(export: &FixedPointExport<'_>) -> String {
 fn header(export: &FixedPointExport<'_>) -> String {
     let design = export.design;
     let (id, names) = (&design.identifier, &design.names);
-    let (upper, lengths) = lengths(design);
+    let (upper, _) = lengths(design);
     let mut text =
         format!("/**\n * @file {id}.h\n * @brief {} in fixed point, one step per sample.\n *\n", design.kind());
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
@@ -69,9 +69,7 @@ fn header(export: &FixedPointExport<'_>) -> String {
         text,
         "#ifndef {upper}_H\n#define {upper}_H\n\n#include <stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
     );
-    for (what, length) in lengths {
-        _ = writeln!(text, "#define {upper}_{what} {length}");
-    }
+    text.push_str(&macros(design, &export.digest()));
     _ = write!(
         text,
         "#define {upper}_FRACTION_BITS {}

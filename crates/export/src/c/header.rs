@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use super::{columns, feedback, harmless, lengths, scalar, varying, wrapped};
+use super::{columns, feedback, harmless, lengths, macros, scalar, varying, wrapped};
 use crate::Export;
 use crate::exportable_observer::ExportableObserver;
 
 pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
-    let (upper, lengths) = lengths(export);
+    let (upper, _) = lengths(export);
     let mut text = format!("/**\n * @file {name}.h\n * @brief {}, one step per sample.\n *\n", export.kind());
     let period = export.observer.period();
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
@@ -44,9 +44,7 @@ pub(crate) fn header(export: &Export) -> String {
         text,
         "#ifndef {upper}_H\n#define {upper}_H\n\n{includes}#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
     );
-    for (what, length) in lengths {
-        _ = writeln!(text, "#define {upper}_{what} {length}");
-    }
+    text.push_str(&macros(export, &export.digest()));
     let (mut fields, mut sample) = (String::new(), String::new());
     if let ExportableObserver::MovingHorizon(estimator) = &export.observer {
         _ = writeln!(text, "#define {upper}_WINDOW {}", estimator.horizon().window);

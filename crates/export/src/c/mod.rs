@@ -101,6 +101,39 @@ fn lengths(export: &Export) -> (String, [(&'static str, usize); 3]) {
     (export.identifier.to_uppercase(), all)
 }
 
+/// The macros of a header that say what it is: sizes, period, names, the digest of its numbers, and what wrote it.
+fn macros(export: &Export, digest: &str) -> String {
+    let (upper, lengths) = lengths(export);
+    let mut text = String::new();
+    for (what, length) in lengths {
+        _ = writeln!(text, "#define {upper}_{what} {length}");
+    }
+    _ = writeln!(text, "#define {upper}_PERIOD {:?}", export.observer.period());
+    let names = &export.names;
+    let inputs = &names.inputs[..names.inputs.len().min(lengths[1].1)];
+    for (what, names) in [("STATE", &names.states[..]), ("INPUT", inputs), ("OUTPUT", &names.outputs[..])] {
+        let listed: Vec<String> = names.iter().map(|name| quoted(name)).collect();
+        if !listed.is_empty() {
+            _ = writeln!(text, "#define {upper}_{what}_NAMES {{ {} }}", listed.join(", "));
+        }
+    }
+    _ = writeln!(text, "#define {upper}_DIGEST \"{digest}\"");
+    _ = writeln!(text, "#define {upper}_GENERATOR \"luenberger {}\"", env!("CARGO_PKG_VERSION"));
+    text
+}
+
+/// A string of C: what is not plain ASCII as the octal digits of its bytes.
+fn quoted(text: &str) -> String {
+    let byte = |byte: u8| match byte {
+        // No trigraph.
+        b'"' | b'\\' | b'?' => format!("\\{}", char::from(byte)),
+        // `*` neither: a program that looks for the ends of comments may not look for texts.
+        b' '..=b')' | b'+'..=b'~' => char::from(byte).to_string(),
+        _ => format!("\\{byte:03o}"),
+    };
+    format!("\"{}\"", text.bytes().map(byte).collect::<String>())
+}
+
 /// A constant matrix, row by row.
 pub(crate) fn matrix(text: &mut String, export: &Export, name: &str, m: &DMatrix<f64>) {
     _ = writeln!(text, "static const {} {name}[{}][{}] = {{", scalar(export), m.nrows(), m.ncols());

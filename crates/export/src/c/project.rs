@@ -8,23 +8,25 @@ pub(super) fn cmake(name: &str) -> String {
         "cmake_minimum_required(VERSION 3.10)
 project({name} C)
 
-set(CMAKE_C_STANDARD 99)
-set(CMAKE_C_EXTENSIONS OFF)
-
 add_library({name} STATIC {name}.c)
+add_library({name}::{name} ALIAS {name})
 target_include_directories({name} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
+set_target_properties({name} PROPERTIES C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF)
 if(CMAKE_C_COMPILER_ID MATCHES \"GNU|Clang\")
   # Operations are rounded one by one, as in the design.
   target_compile_options({name} PRIVATE -ffp-contract=off)
 endif()
-if(UNIX)
+if(NOT MSVC)
   target_link_libraries({name} PUBLIC m)
 endif()
 
-enable_testing()
-add_executable(test_{name} test_{name}.c)
-target_link_libraries(test_{name} PRIVATE {name})
-add_test(NAME {name} COMMAND test_{name})
+# The test, unless this is part of another project or built for a target that cannot run it here.
+if(CMAKE_SOURCE_DIR STREQUAL CMAKE_CURRENT_SOURCE_DIR AND (NOT CMAKE_CROSSCOMPILING OR CMAKE_CROSSCOMPILING_EMULATOR))
+  enable_testing()
+  add_executable(test_{name} test_{name}.c)
+  target_link_libraries(test_{name} PRIVATE {name})
+  add_test(NAME {name} COMMAND test_{name})
+endif()
 "
     )
 }

@@ -37,15 +37,44 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
         (false, true) => "0",
         (false, false) => "u[k]",
     };
-    let (declared, more, compared) = if fed {
-        let compared = " || (memcmp(u, applied[k], sizeof u) != 0)";
-        (format!("    {number} u[{upper}_INPUTS];\n"), "u, ", compared)
+    let (declared, more) = if fed {
+        (format!("    {number} u[{upper}_INPUTS];\n"), "u, ")
     } else {
-        (String::new(), if is_varying { "dt[k][0], " } else { "" }, "")
+        (String::new(), if is_varying { "dt[k][0], " } else { "" })
+    };
+    let applied = if fed {
+        format!("        count += compare(k, \"u\", u, applied[k], {upper}_INPUTS);\n")
+    } else {
+        String::new()
     };
     _ = write!(
         text,
         "
+static double largest = 0.0; /* The largest relative difference. */
+
+/* 1 if an entry differs from what is expected; says which, with its values. */
+static int compare(int step, const char *what, const {number} *found, const {number} *wanted, int length)
+{{
+    int differs = 0;
+    int i;
+
+    for (i = 0; i < length; ++i) {{
+        if (memcmp(&found[i], &wanted[i], sizeof found[i]) != 0) {{
+            const double size = (wanted[i] < 0) ? -(double)wanted[i] : (double)wanted[i];
+            double apart = (double)found[i] - (double)wanted[i];
+
+            apart = (apart < 0.0) ? -apart : apart;
+            apart = (size > 0.0) ? (apart / size) : apart;
+            if (apart > largest) {{
+                largest = apart;
+            }}
+            printf(\"step %d, %s[%d]: %a, expected %a\\n\", step, what, i, (double)found[i], (double)wanted[i]);
+            differs = 1;
+        }}
+    }}
+    return differs;
+}}
+
 int main(void)
 {{
     {name}_state state;
@@ -55,13 +84,16 @@ int main(void)
 
     {name}_reset(&state);
     for (k = 0; k < {count}; ++k) {{
+        int count = 0;
+
         {name}_step(&state, {known}, y[k], {more}xhat);
-        if ((memcmp(xhat, expected[k], sizeof xhat) != 0){compared}) {{
-            printf(\"step %d differs: %a, expected %a\\n\", k, (double)xhat[0], (double)expected[k][0]);
-            ++wrong;
-        }}
+        count += compare(k, \"xhat\", xhat, expected[k], {upper}_STATES);
+{applied}        wrong += (count > 0) ? 1 : 0;
     }}
     printf(\"{name}: %d of {count} steps agree to the last bit\\n\", {count} - wrong);
+    if (wrong > 0) {{
+        printf(\"{name}: largest relative difference %g\\n\", largest);
+    }}
     return (wrong == 0) ? 0 : 1;
 }}
 ",

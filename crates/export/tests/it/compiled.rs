@@ -459,7 +459,11 @@ fn a_name_cannot_end_a_line_of_a_comment() {
         let export = Export::new("plant", program(9, (2, 1, 1), true, false), Scalar::Binary32, &[0.0, 0.0], names);
         let export = export.unwrap().source(&format!("a{end}#error"), "0123");
         let header = &export.c().unwrap()[0].text;
-        assert_eq!(header.matches("#error").count(), 6, "{header}");
+        let (comment, code) = header.split_once("*/").unwrap();
+        assert_eq!(comment.matches("#error").count(), 6, "{header}");
+        // As a text: the octal digits of its bytes.
+        let escaped: String = end.bytes().map(|byte| format!("\\{byte:03o}")).collect();
+        assert!(code.contains(&format!("#define PLANT_STATE_NAMES {{ \"x1\", \"b{escaped}#error\" }}\n")), "{header}");
         let head = header.lines().skip(1).take_while(|line| line.trim() != "*/");
         for line in head {
             assert!(line.starts_with(" *") && !line.contains('\r'), "{end:?} in {line:?} of {header}");
@@ -523,19 +527,19 @@ fn the_files_of_a_linear_observer_and_of_its_filter_form_say_which_they_are() {
 /// A filter says what it does with a measurement that is not finite; with a gate that is another sentence.
 #[test]
 fn the_header_of_a_filter_says_what_happens_to_a_bad_measurement() {
-    let plant = ExpressionPlant::new(&["x2", "-x1"], &["x1"], 0, &Parameters::new()).unwrap();
-    let noises = NoiseModel { w: DMatrix::identity(2, 2), v: dmatrix![1.0], p0: DMatrix::identity(2, 2) };
-    let filter = ExtendedKalmanFilter::new(plant, noises, 0.1, 1).unwrap();
-    let header = |filter| {
+    let header = |outputs: &[&str]| {
+        let plant = ExpressionPlant::new(&["x2", "-x1"], outputs, 0, &Parameters::new()).unwrap();
+        let v = DMatrix::identity(outputs.len(), outputs.len());
+        let noises = NoiseModel { w: DMatrix::identity(2, 2), v, p0: DMatrix::identity(2, 2) };
+        let filter = ExtendedKalmanFilter::new(plant, noises, 0.1, 1).unwrap();
         let export = crate::fuzz::export("plant", ExportableObserver::Kalman(filter), Scalar::Binary64);
         let text = export.c().unwrap()[0].text.clone();
         text.replace("\n *", "")
     };
-    let (plain, gated) = (header(filter.clone()), header(filter.with_gate(5.0).unwrap()));
-    let (passed, rejected) =
-        ("A sample with a value of y that is not finite is passed over", "is rejected by the gate");
-    assert!(plain.contains(passed) && !plain.contains(rejected), "{plain}");
-    assert!(gated.contains(rejected) && !gated.contains(passed), "{gated}");
+    let (one, two) = (header(&["x1"]), header(&["x1", "x2"]));
+    let (passed, partial) = ("A sample with a value of y that is not finite is passed over", "counts as not measured");
+    assert!(one.contains(passed) && !one.contains(partial), "{one}");
+    assert!(two.contains(partial) && !two.contains(passed), "{two}");
 }
 
 /// Most inputs and outputs have a magnitude up to 2, which no column leaves that is a hundred times smaller; one in
@@ -568,6 +572,11 @@ fn names_cannot_end_a_comment() {
     assert!(columns.iter().any(|line| line.contains("Inputs:  u1 (N)")), "{columns:?}");
     assert!(columns.iter().any(|line| line.contains("Outputs: y1 (V")), "{columns:?}");
     assert!(!header.text.contains("()"), "{}", header.text);
+    assert!(
+        header.text.contains(r#"#define PLANT_STATE_NAMES { "a \052/ int x; /\052", "b\012#error" }"#),
+        "{}",
+        header.text
+    );
     if let Some(compiler) = compilers().into_iter().next() {
         agrees(&export, &folder("comments"), compiler, &[optimisation()]);
     }
