@@ -17,6 +17,7 @@
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`unscented`] | the unscented Kalman filter in square-root form |
+//! | [`particle`] (feature `alloc`) | the bootstrap particle filter |
 //! | [`moving_horizon`] | the moving-horizon estimator, with bounds of the states |
 //! | [`covariance_filter`] | the trait of filters with a covariance, measurement update and prediction apart |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
@@ -88,6 +89,8 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod output_feedback;
 mod parameter_estimation;
+#[cfg(feature = "alloc")]
+pub mod particle;
 pub mod proportional_integral;
 pub mod pseudo_inverse;
 mod runge_kutta;
@@ -146,6 +149,8 @@ pub use numbers::SizedPlant;
 pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use parameter_estimation::{cascade, estimator, filters, immersion_invariance, kkl_peb, pebo};
+#[cfg(feature = "alloc")]
+pub use particle::{ParticleFilter, ParticleNoise};
 pub use pebo::{PeboObserver, Regression};
 pub use proportional_integral::{ProportionalIntegralObserver, StaticProportionalIntegralObserver};
 pub use sampled_jumps::SampledJumps;

@@ -55,6 +55,8 @@ purposes! {
     ErrorDirections = 15,
     /// Cases at which a claim or a program is checked.
     RandomCase = 16,
+    /// Particles of a filter; the index is 0 for their noise and 1 for their resampling, k the number of predictions.
+    Particles = 17,
 }
 
 /// The stream of a seed, a member, a purpose and an index.

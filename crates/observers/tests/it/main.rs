@@ -24,6 +24,8 @@ mod moving_horizon;
 mod numerical_kkl;
 #[cfg(all(feature = "alloc", feature = "dual"))]
 mod on_target;
+#[cfg(feature = "alloc")]
+mod particle;
 mod pendulum;
 #[cfg(feature = "alloc")]
 mod prediction;

@@ -77,6 +77,7 @@ mod mean_value;
 mod mhe;
 pub(crate) mod norm_filter;
 mod optimal_cubic;
+mod particle;
 pub(crate) mod peb;
 mod pebo;
 mod proportional_integral;
@@ -121,6 +122,7 @@ pub use mean_value::{MeanValue, PrintedMean};
 pub use mhe::MovingHorizonSpec;
 pub use norm_filter::NormFilterSpec;
 pub use optimal_cubic::OptimalCubic;
+pub use particle::ParticleSpec;
 pub use peb::{ParameterEstimation, PebObserver};
 pub use reduced_order::{ReducedOrder, ReducedOrderObserver, WithFeedthrough};
 pub use sampled_cubic::{SampledCubic, VaryingPeriods};
@@ -155,6 +157,7 @@ static KINDS: &[&Declaration] = &[
     &iterated_extended_kalman::DECLARATION,
     &ukf::DECLARATION,
     &mhe::DECLARATION,
+    &particle::DECLARATION,
     &kkl::DECLARATION,
     &pebo::DECLARATION,
     &kkl_peb::DECLARATION,
