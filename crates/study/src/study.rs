@@ -30,6 +30,8 @@ pub struct Study {
     pub about: String,
     /// The plant.
     pub plant: PlantModel,
+    /// The parameters that filters estimate: the last states of `plant`, in this order.
+    pub estimated: Vec<Estimated>,
     /// The operating point, with the linearisation there, if the study names one.
     pub operating_point: Option<OperatingPoint>,
     /// The input of the plant.
@@ -62,6 +64,19 @@ pub struct Study {
     pub source: Arc<Source>,
 }
 
+/// A parameter of the plant that filters estimate as one of its states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimated {
+    /// Its name.
+    pub name: String,
+    /// Its value in the study, the first estimate.
+    pub value: f64,
+    /// Variance of the first error.
+    pub p0: f64,
+    /// Intensity of its random walk; 0 for a constant.
+    pub w: f64,
+}
+
 /// The format of the text of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -76,6 +91,11 @@ impl Study {
     pub(crate) fn file_name(&self) -> String {
         let name = self.source.name();
         Path::new(name).file_name().map_or_else(|| name.to_owned(), |name| name.to_string_lossy().into())
+    }
+
+    /// Number of states of the plant, without the parameters that are estimated.
+    pub(crate) fn order(&self) -> usize {
+        self.plant.states.len() - self.estimated.len()
     }
 
     /// The observer of that name.
@@ -261,6 +281,8 @@ pub struct OtherPlant {
     pub model: crate::model::Model,
     /// The parameters of its equations.
     pub parameters: luenberger_expression::Parameters,
+    /// Its values of the parameters that are estimated, which are states of `model`.
+    pub estimated: Vec<f64>,
 }
 
 /// A change of the simulated plant.

@@ -17,7 +17,7 @@ use crate::designed::{self, NonlinearStep, Running, StepOf, rows};
 use crate::model::{Model, PlantModel};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{PlantClass, Specification, Study, Time};
+use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning;
 
@@ -80,6 +80,10 @@ impl Specification for ExtendedKalman {
 
     fn has_likelihood(&self, _dt: Option<f64>) -> bool {
         true
+    }
+
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        Some(Self { filter: self.filter.with_parameters(parameters), ..self.clone() }.into())
     }
 
     fn smooths(&self) -> bool {

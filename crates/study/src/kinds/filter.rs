@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::keys::{PERIOD, V, W};
 use crate::model::PlantModel;
+use crate::study::Estimated;
 
 crate::keys! { |size|
     /// The noises and the period of a filter with a covariance.
@@ -28,6 +29,19 @@ impl Filter {
     /// Noise of intensity W and covariance V, with P(0) = I.
     pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
         Self { p0: DMatrix::identity(w.nrows(), w.nrows()), w, v, period, substeps: None }
+    }
+
+    /// The same with these parameters as further states, whose errors and random walks are independent of the others.
+    pub(super) fn with_parameters(&self, parameters: &[Estimated]) -> Self {
+        let n = self.w.nrows();
+        let extended = |matrix: &DMatrix<f64>, of: fn(&Estimated) -> f64| {
+            DMatrix::from_fn(n + parameters.len(), n + parameters.len(), |i, j| match (i.checked_sub(n), j) {
+                (None, j) if j < n => matrix[(i, j)],
+                (Some(k), j) if i == j => of(&parameters[k]),
+                _ => 0.0,
+            })
+        };
+        Self { w: extended(&self.w, |one| one.w), p0: extended(&self.p0, |one| one.p0), ..self.clone() }
     }
 
     /// W, V and P(0).

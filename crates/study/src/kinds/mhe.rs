@@ -18,7 +18,7 @@ use crate::reader::region::bounds;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{PlantClass, Specification, Time};
+use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Time};
 use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning::{self, Context, Keys, Value};
 
@@ -113,6 +113,12 @@ impl Specification for MovingHorizonSpec {
 
     fn updates(&self, _dt: Option<f64>) -> bool {
         true
+    }
+
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        let free = parameters.iter().map(|_| (f64::NEG_INFINITY, f64::INFINITY));
+        let state_bounds = self.state_bounds.as_ref().map(|bounds| bounds.iter().copied().chain(free).collect());
+        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, ..self.clone() }.into())
     }
 
     // With active bounds the interior-point method adds steps.

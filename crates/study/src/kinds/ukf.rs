@@ -16,7 +16,7 @@ use crate::model::{Model, PlantModel};
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{PlantClass, Specification, Time};
+use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Time};
 use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 use crate::tuning;
 
@@ -107,6 +107,10 @@ impl Specification for UnscentedSpec {
 
     fn has_likelihood(&self, _dt: Option<f64>) -> bool {
         true
+    }
+
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        Some(Self { filter: self.filter.with_parameters(parameters), ..self.clone() }.into())
     }
 
     fn smooths(&self) -> bool {

@@ -14,12 +14,13 @@ use crate::reader::tree::Node;
 use crate::reader::{Reader, check, gain, maps, region};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
-use crate::study::{GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, SamplingSpec, Simulation};
+use crate::study::{Estimated, GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, SamplingSpec, Simulation};
 use crate::table::LogColumns;
 
+/// The input of `plant`, to which a feedback does not add what [estimate] adds to it; a law has the true values.
 pub(super) fn input(
     node: Option<&Node>,
-    plant: &PlantModel,
+    (plant, with_parameters): (&PlantModel, &PlantModel),
     observers: Option<&[ObserverSpec]>,
     reader: &mut Reader,
 ) -> Option<Input> {
@@ -35,7 +36,7 @@ pub(super) fn input(
         return None;
     }
     if let Some(entry) = node.entry("law") {
-        return law(node, &entry.node, plant, reader);
+        return law(node, &entry.node, with_parameters, reader);
     }
     if let Some(entry) = node.entry("jumps") {
         return reader.refuse(entry.span.clone(), "`jumps` without a `law`", "expected a `law` that jumps then");
@@ -277,7 +278,7 @@ pub(super) fn score_grid(node: &Node, simulation: &Simulation, observers: &[Obse
     }
 }
 
-pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Log> {
+pub(super) fn log(node: &Node, (plant, estimated): (&PlantModel, &[Estimated]), reader: &mut Reader) -> Option<Log> {
     let mut columns = |key: &str, names: &[String], what: &str| {
         let Some(list) = node.get(key) else { return Some(names.to_vec()) };
         let given: Vec<String> = list.texts()?.into_iter().map(str::to_owned).collect();
@@ -299,7 +300,9 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
         inputs: inputs?,
         outputs: outputs?,
     };
-    let states = states.map(|states| states.into_iter().map(known).collect());
+    // The true values of parameters are in no column.
+    let unknown = || estimated.iter().map(|_| None);
+    let states = states.map(|states| states.into_iter().map(known).chain(unknown()).collect());
     let between = match node.get("interpolation").and_then(Node::text) {
         Some("linear") => BetweenRows::Linear,
         Some("held") => BetweenRows::Held,

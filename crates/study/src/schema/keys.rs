@@ -1,6 +1,7 @@
 //! The tables of a study file, except for those of the observers.
 
 use super::advise::ADVISE;
+use super::estimate::ESTIMATE;
 use super::observers::OBSERVER;
 use super::truth::TRUTH;
 use super::tune::TUNE;
@@ -25,6 +26,11 @@ pub const STUDY: Table = Table {
             "operating_point",
             Type::Table(&OPERATING_POINT),
             "An equilibrium, at which kinds for linear plants are designed for the linearisation of a nonlinear one (`luenberger new --list` says which).",
+        ),
+        optional(
+            "estimate",
+            Type::Table(&ESTIMATE),
+            "Parameters of the plant that filters with a covariance estimate with its state.",
         ),
         optional("input", Type::Table(&INPUT), "The input of the plant (default 0)."),
         optional("simulation", Type::Table(&SIMULATION), "The simulation of the plant and its observers."),
