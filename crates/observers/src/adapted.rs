@@ -226,7 +226,7 @@ impl<T: RealField + Copy, F: AdaptableFilter<T>, A: NoisesAlong<T>> AdaptedFilte
     }
 
     /// The filter with the W of a prediction.
-    fn from(&self, t: T, state: &F::State, u: &F::Input) -> Option<F> {
+    fn at_prediction(&self, t: T, state: &F::State, u: &F::Input) -> Option<F> {
         let (mut w, _) = self.filter.noises();
         let varies = self.along.process_noise(t, self.xhat(state).as_slice(), u.as_slice(), &mut w);
         self.filter.with_noises(varies.then_some(&w[..]), None).ok()
@@ -342,11 +342,11 @@ impl<T: RealField + Copy, F: AdaptableFilter<T>, A: NoisesAlong<T>> CovarianceFi
     }
 
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {
-        self.from(t, state, u).is_some_and(|filter| filter.advance(t, state, u, duration))
+        self.at_prediction(t, state, u).is_some_and(|filter| filter.advance(t, state, u, duration))
     }
 
     fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool {
-        self.from(t, state, u).is_some_and(|filter| filter.advance_across(t, state, u, duration, cross))
+        self.at_prediction(t, state, u).is_some_and(|filter| filter.advance_across(t, state, u, duration, cross))
     }
 
     fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {
@@ -446,7 +446,8 @@ fn most_violated<T: RealField + Copy>(
     for state in (0..x.len()).filter(|&i| !stuck[i] && active.iter().all(|one| one.state != i)) {
         let deviation = p[(state, state)].max(T::zero()).sqrt();
         for (gap, sign) in [(lower[state] - x[state], T::one()), (x[state] - upper[state], -T::one())] {
-            if !(gap > T::zero()) {
+            let is_violated = gap > T::zero();
+            if !is_violated {
                 continue;
             }
             // A state without variance is the last.

@@ -75,6 +75,8 @@ pub struct Estimated {
     pub p0: f64,
     /// Intensity of its random walk; 0 for a constant.
     pub w: f64,
+    /// Its bounds, which may be infinite.
+    pub bounds: (f64, f64),
 }
 
 /// The format of the text of a study.
@@ -387,6 +389,8 @@ pub struct Log {
     pub columns: LogColumns,
     /// Inputs and outputs at the times of the log.
     pub recording: Recording,
+    /// The variances of the measurements at these times, of which values may be missing; none if the log has none.
+    pub variances: Option<Samples>,
     /// The true states at these times, of which values may be missing; none if the log has no column of a state.
     pub truth: Option<Samples>,
     /// Which estimates of filters are scored and shown.

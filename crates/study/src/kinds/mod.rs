@@ -98,7 +98,7 @@ use crate::steps;
 use crate::study::{ObserverKind, Specification};
 use crate::synthesis::explain;
 
-pub use crate::designed::{At, Runnable, Running, StepOf};
+pub use crate::designed::{Along, At, RowVariances, Runnable, Running, StepOf};
 #[doc(hidden)]
 pub use crate::keys::{Key, Range, Type};
 pub use crate::reader::{Given, Reader};

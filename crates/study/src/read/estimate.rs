@@ -13,7 +13,7 @@ use super::plant;
 use crate::diagnostic::Diagnostic;
 use crate::model::PlantModel;
 use crate::reader::tree::{Entry, Node, Value};
-use crate::reader::{Reader, check};
+use crate::reader::{Reader, check, region};
 use crate::signal::Input;
 use crate::study::{Estimated, Simulation, Truth};
 
@@ -62,12 +62,27 @@ pub(super) fn estimated(root: &Node, plant: &PlantModel, reader: &mut Reader) ->
     };
     let (p0, w) = (variances("p0"), variances("w"));
     let (p0, w) = (p0?, w?);
+    let bounds = match node.get("bounds") {
+        None => vec![(f64::NEG_INFINITY, f64::INFINITY); list.len()],
+        Some(entry) => {
+            let bounds = region::pairs(entry, "bounds", (list.len(), "name", "`parameters`"), reader)?;
+            let values = names.iter().map(|name| plant.parameters.get(*name).copied().unwrap_or_default());
+            let outside = bounds.iter().zip(values).position(|((low, high), x)| low >= high || x < *low || x > *high);
+            if let Some(k) = outside {
+                let message = format!("the bounds of {} do not enclose its value", names[k]);
+                let expected = format!("expected lower < upper, and {} between them", plant.parameters.get(names[k])?);
+                return reader.refuse(entry.span.clone(), message, expected);
+            }
+            bounds
+        }
+    };
     sound.then(|| {
         let of = |(k, name): (usize, &str)| Estimated {
             name: name.to_owned(),
             value: plant.parameters[name],
             p0: p0[k],
             w: w[k],
+            bounds: bounds[k],
         };
         names.into_iter().enumerate().map(of).collect()
     })

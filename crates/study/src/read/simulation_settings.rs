@@ -293,6 +293,7 @@ pub(super) fn log(node: &Node, (plant, estimated): (&PlantModel, &[Estimated]), 
         Some(given)
     };
     let (inputs, outputs) = (columns("inputs", &plant.inputs, "input"), columns("outputs", &plant.outputs, "output"));
+    let variances = node.given("variances", |_| columns("variances", &plant.outputs, "output"))?;
     let states = node.given("states", |_| columns("states", &plant.states, "state"))?;
     let known = |name: String| (name != "-").then_some(name);
     let columns = LogColumns {
@@ -303,13 +304,26 @@ pub(super) fn log(node: &Node, (plant, estimated): (&PlantModel, &[Estimated]), 
     // The true values of parameters are in no column.
     let unknown = || estimated.iter().map(|_| None);
     let states = states.map(|states| states.into_iter().map(known).chain(unknown()).collect());
+    let variances = variances.map(|columns| columns.into_iter().map(known).collect());
     let between = match node.get("interpolation").and_then(Node::text) {
         Some("linear") => BetweenRows::Linear,
         Some("held") => BetweenRows::Held,
         _ => BetweenRows::Predicted,
     };
     let every_row = node.get("repeats").and_then(Node::text) == Some("measured");
-    super::csv::log(node.get("file")?, (&columns, &states), (between, estimates(node)), every_row, reader)
+    let known = (&columns, &states, &variances);
+    let log = super::csv::log(node.get("file")?, known, (between, estimates(node)), every_row, reader)?;
+    if let (Some(variances), Some(list)) = (&log.variances, node.get("variances")) {
+        let (rows, outputs) = variances.values().shape();
+        let places = (0..outputs).flat_map(|j| (0..rows).map(move |k| (k, j)));
+        let wrong = places.filter_map(|(k, j)| Some((k, j, variances.value(k, j)?))).find(|(.., value)| *value <= 0.0);
+        if let Some((k, j, value)) = wrong {
+            let (t, name) = (variances.times()[k], &plant.outputs[j]);
+            let message = format!("the variance of {name} is {value} at t = {t}");
+            return reader.refuse(list.span.clone(), message, "expected positive numbers, or none");
+        }
+    }
+    Some(log)
 }
 
 /// Which estimates of filters are scored.

@@ -116,7 +116,11 @@ fn known(root: &Node, (plant, estimated): (&PlantModel, &[Estimated]), observer:
             "w" if noise_node(own, "g").is_some() => numbered(order),
             _ => states,
         };
-        let matrix = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))?;
+        // Expressions are no numbers that are fitted.
+        let Some(matrix) = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))
+        else {
+            continue;
+        };
         let one = |(i, name): (usize, &String)| Tuned {
             what: match key {
                 "w" => Tunable::W(i),
@@ -130,8 +134,8 @@ fn known(root: &Node, (plant, estimated): (&PlantModel, &[Estimated]), observer:
         let mut all: Vec<Tuned> = names.iter().enumerate().map(one).collect();
         all.extend(estimated.iter().enumerate().filter_map(|(k, one)| {
             let (what, value) = match key {
-                "w" => (Tunable::W(n + k), one.w),
-                "p0" => (Tunable::P0(n + k), one.p0),
+                "w" => (Tunable::W(order + k), one.w),
+                "p0" => (Tunable::P0(order + k), one.p0),
                 _ => return None,
             };
             Some(Tuned { what, name: format!("{key}[{}]", one.name), value, bounds: None })

@@ -28,7 +28,9 @@ pub(super) fn noise_node<'a>(own: &'a Node, key: &str) -> Option<&'a Node> {
 
 /// The order of W, V or P(0) of an observer of n states and p outputs: W has that of the noise where it enters by G.
 pub(super) fn order_of(own: &Node, key: &str, (n, p): (usize, usize)) -> usize {
-    let entering = || noise_node(own, "g").and_then(crate::reader::rows_of).map_or(n, |g| g.ncols());
+    let columns =
+        |g: &Node| Some(g.list()?.first()?.list().map_or_else(|| g.list().map_or(0, <[Node]>::len), <[Node]>::len));
+    let entering = || noise_node(own, "g").and_then(columns).unwrap_or(n);
     match key {
         "v" => p,
         "w" => entering(),
@@ -135,17 +137,16 @@ impl<'a> Editable<'a> {
                 Tunable::P0(i) if key == "p0" => Some(*i),
                 _ => None,
             };
+            let order = order_of(own, key, (n, self.study.plant.outputs.len()));
             let all = (0..parameters.len()).filter(|k| index(&parameters[*k].what).is_some());
-            // What is behind the states of the plant is of the parameters that are estimated.
+            // What is behind the noise of the plant is of the parameters that are estimated.
             let (of, of_parameters): (Vec<usize>, Vec<usize>) =
-                all.partition(|k| key == "v" || index(&parameters[*k].what) < Some(n));
-            edits.extend(
-                self.of_parameters(key, &of_parameters, |k| Some((index(&parameters[k].what)? - n, values[k]))),
-            );
+                all.partition(|k| index(&parameters[*k].what) < Some(order));
+            let new = |k: usize| Some((index(&parameters[k].what)? - order, values[k]));
+            edits.extend(self.of_parameters(key, &of_parameters, new));
             if of.is_empty() {
                 continue;
             }
-            let order = order_of(own, key, (n, self.study.plant.outputs.len()));
             let node = noise_node(own, key);
             let matrix = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))?;
             // Correlations stay as they are.

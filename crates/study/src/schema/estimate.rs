@@ -22,5 +22,10 @@ pub(super) const ESTIMATE: Table = Table {
             Type::Numbers(Range::NotNegative),
             "Intensities of their random walks per unit of time, in discrete time their variances per sample, one for each (default 0: constants).",
         ),
+        optional(
+            "bounds",
+            Type::Bounds,
+            "Their bounds, a pair [lower, upper] for each; they may be inf or -inf (default: none). As `state_bounds` of an observer, for the parameters.",
+        ),
     ],
 };

@@ -390,6 +390,11 @@ const LOG: Table = Table {
             "The columns of the outputs, or expressions of columns, such as \"acc_x/9.81\" (default: the names of the plant's outputs).",
         ),
         optional(
+            "variances",
+            Type::Texts,
+            "The columns, or expressions of columns, of the variances of the measurements, one for each output, such as \"accuracy^2\"; \"-\" for an output with that of `v`. Where a row has one it takes the place of the entry of V (default: V).",
+        ),
+        optional(
             "repeats",
             Type::Choice(&[
                 ("once", "A value that the logger repeats until the next measurement counts once."),

@@ -32,6 +32,7 @@ mod maps;
 mod messages;
 mod mistakes;
 mod no_observer;
+mod noises;
 mod norm_filter;
 mod operating_point;
 mod optimal;
