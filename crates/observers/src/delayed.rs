@@ -111,6 +111,11 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> DelayedFilter<F, T> {
         &self.filter
     }
 
+    /// Most times that are kept.
+    pub fn times_kept(&self) -> usize {
+        self.most
+    }
+
     /// The delays of the outputs.
     pub fn delays(&self) -> &[T] {
         &self.delays

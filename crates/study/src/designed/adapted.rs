@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use luenberger_expression::Expression;
-use luenberger_observers::{AdaptableFilter, AdaptedFilter, NoisesAlong};
+use luenberger_observers::{AdaptableFilter, AdaptedFilter, DelayedFilter, NoisesAlong, SampledObserver};
 use luenberger_sim::{Replay, Samples};
 use nalgebra::{DMatrix, DVector};
 
@@ -154,27 +154,40 @@ impl<F> OfStudy for F where
 {
 }
 
-/// The filter with these noises along its way, and with these bounds of its estimates; itself if there are neither.
+/// The filter with these noises along its way, these bounds of its estimates, and these delays of its outputs; itself if
+/// there are none.
 pub(crate) fn adapted<F: OfStudy>(
     filter: F,
     along: &Along,
     bounds: Option<&[(f64, f64)]>,
+    delays: &[f64],
 ) -> Result<Runnable, NoObserver>
 where
     F::State: Clone,
 {
-    if along.is_constant() && bounds.is_none() {
+    if along.is_constant() && bounds.is_none() && delays.is_empty() {
         return Ok(filter.into());
     }
     let filter = AdaptedFilter::new(filter, NoisesOfStudy { along: along.clone(), rows: None });
-    Ok(match bounds {
+    let filter = match bounds {
         Some(bounds) => {
             let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
             filter.with_bounds(&lower, &upper)?
         }
         None => filter,
+    };
+    if delays.is_empty() {
+        return Ok(filter.into());
     }
-    .into())
+    let period = SampledObserver::<f64>::period(&filter);
+    let steps = (delays.iter().copied().fold(0.0, f64::max) / period).ceil() as usize;
+    Ok(DelayedFilter::new(filter, delays, times_kept(steps))?.into())
+}
+
+/// The times that a filter keeps of late measurements that are at most so many steps old: a late measurement may be a
+/// time of its own between two.
+fn times_kept(steps: usize) -> usize {
+    2 * steps + 4
 }
 
 /// The filter with the variances of the rows of a log.
@@ -184,6 +197,50 @@ where
 {
     let noises = NoisesOfStudy { along: Along::default(), rows: Some(Arc::clone(rows)) };
     AdaptedFilter::new(filter.clone(), noises).into()
+}
+
+impl<F: OfStudy> Running for DelayedFilter<AdaptedFilter<F, f64, NoisesOfStudy>, f64>
+where
+    F::State: Clone,
+{
+    fn any(&self) -> Arc<dyn luenberger_sim::AnyObserver + '_> {
+        designed::sampled(self)
+    }
+
+    // The rows of a log may be closer than the period.
+    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        let longest = self.delays().iter().copied().fold(0.0, f64::max);
+        let period = SampledObserver::<f64>::period(self);
+        let times = replay.recording().times();
+        let mut steps = vec![0.0];
+        for pair in times.windows(2) {
+            steps.push(steps[steps.len() - 1] + ((pair[1] - pair[0]) / period).ceil());
+        }
+        let within = |k: usize| {
+            let first = times.partition_point(|t| *t < times[k] - longest).saturating_sub(1);
+            (steps[k] - steps[first]) as usize
+        };
+        let most = times_kept((0..times.len()).map(within).max().unwrap_or(0));
+        let filter = self.keeping(most).unwrap_or_else(|_| self.clone());
+        replay.filter(name, filter, initial)
+    }
+
+    fn filter(&self) -> Option<&dyn designed::Filter> {
+        Some(self)
+    }
+
+    fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
+        let inner = self.inner();
+        let noises = NoisesOfStudy { rows: Some(Arc::clone(rows)), ..inner.along().clone() };
+        let filter = inner.clone().with_noises_along(noises);
+        Some(DelayedFilter::new(filter, self.delays(), self.times_kept()).ok()?.into())
+    }
+
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
+        let name = of.observer.kind.name();
+        Err(NoObserver::new(format!("the exported step of {name} takes no late measurements"))
+            .hint("a plant without `delays`"))
+    }
 }
 
 impl<F: OfStudy> Running for AdaptedFilter<F, f64, NoisesOfStudy>

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{
-    BOUNDED, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with, matrices, state_bounds, wrapped,
+    BOUNDED, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with, late, matrices, state_bounds, wrapped,
 };
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind, iterated_extended_kalman};
@@ -106,6 +106,10 @@ impl Specification for ExtendedKalman {
 
 impl Kind for ExtendedKalman {
     filters!();
+
+    fn takes_delays(&self) -> bool {
+        true
+    }
 }
 
 impl ExtendedKalman {
@@ -130,13 +134,14 @@ impl ExtendedKalman {
             bounds_no_angle(plant, bounds)?;
         }
         let bounded = if state_bounds.is_some() { BOUNDED } else { "" };
+        let late = late(plant, self.smooth)?;
         let linearised = iterations
             .map_or_else(String::new, |iterations| format!(", each update linearised {}", counted(iterations, "time")));
         let mut numbers = vec![number(Quantity::Period, *period)];
         numbers.extend(iterations.map(|iterations| number("iterations", iterations as f64)));
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}{}{bounded}{}",
+                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}{}{bounded}{late}{}",
                 along.words(),
                 wrapped(plant)
             )),
@@ -144,7 +149,7 @@ impl ExtendedKalman {
             numbers,
             ..uncertified("local convergence only")
         };
-        Ok(Designed::new(adapted(filter, along, state_bounds.as_deref())?, report, None))
+        Ok(Designed::new(adapted(filter, along, state_bounds.as_deref(), &plant.delays)?, report, None))
     }
 }
 

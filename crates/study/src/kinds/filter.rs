@@ -156,6 +156,22 @@ pub(super) fn bounds_with(own: Option<&[(f64, f64)]>, n: usize, parameters: &[Es
 /// What is said of bounds.
 pub(super) const BOUNDED: &str = " The estimates at the samples stay within the bounds of the states.";
 
+/// What is said of outputs that are measured late.
+///
+/// # Errors
+/// [`NoObserver`] where estimates are smoothed.
+pub(super) fn late(plant: &PlantModel, smooths: bool) -> Result<String, NoObserver> {
+    let late = plant.late_outputs();
+    if late.is_empty() {
+        return Ok(late);
+    }
+    if smooths {
+        return Err(NoObserver::new(format!("`smooth` with outputs that are measured late ({late})"))
+            .hint("no `smooth`, or a log in which the late columns stand at their times, without `delays`"));
+    }
+    Ok(format!(" Measurements are late ({late}), and each is taken at its time: what followed is computed again."))
+}
+
 /// That no angle is bounded that f may wrap.
 pub(super) fn bounds_no_angle(plant: &PlantModel, bounds: &[(f64, f64)]) -> Result<(), NoObserver> {
     let is_bounded = |(_, (lower, upper)): &(&String, &(f64, f64))| lower.is_finite() || upper.is_finite();

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{
-    BOUNDED, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with, matrices, state_bounds, turns, wrapped,
+    BOUNDED, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with, late, matrices, state_bounds, turns, wrapped,
 };
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind};
@@ -133,6 +133,10 @@ impl Specification for UnscentedSpec {
 
 impl Kind for UnscentedSpec {
     filters!();
+
+    fn takes_delays(&self) -> bool {
+        true
+    }
 }
 
 impl UnscentedSpec {
@@ -154,10 +158,11 @@ impl UnscentedSpec {
             bounds_no_angle(plant, bounds)?;
         }
         let bounded = if state_bounds.is_some() { BOUNDED } else { "" };
+        let late = late(plant, self.smooth)?;
         let points = 2 * w.nrows() + 1;
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}{bounded}{}",
+                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}{bounded}{late}{}",
                 along.words(),
                 wrapped(plant)
             )),
@@ -170,7 +175,7 @@ impl UnscentedSpec {
             ],
             ..uncertified("no theorem of stability")
         };
-        Ok(Designed::new(adapted(filter, along, state_bounds.as_deref())?, report, None))
+        Ok(Designed::new(adapted(filter, along, state_bounds.as_deref(), &plant.delays)?, report, None))
     }
 }
 

@@ -7,6 +7,7 @@
 mod advise;
 mod angles;
 mod csv;
+mod delays;
 mod estimate;
 mod json;
 mod observer;

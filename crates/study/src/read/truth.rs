@@ -42,6 +42,8 @@ pub(super) fn truth(
         process_noise,
         input_delay: delay("input_delay")?,
         output_delay: delay("measurement_delay")?,
+        // Those of [plant] are known to the observers.
+        output_delays: Vec::new(),
         actuator: fault(node, "actuator", (m, "input"), reader).ok()?,
         sensor: fault(node, "sensor", (p, "output"), reader).ok()?,
         quantisation,

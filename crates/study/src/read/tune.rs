@@ -38,6 +38,14 @@ pub(super) fn tune(
         };
         return reader.refuse(at.span.clone(), message, expected);
     }
+    if !plant.delays.is_empty() {
+        let message = format!(
+            "outputs are measured late ({}), and the innovations of a filter of late measurements have no likelihood",
+            plant.late_outputs()
+        );
+        let expected = "expected a log in which the late columns stand at their times, without `delays`";
+        return reader.refuse(at.span.clone(), message, expected);
+    }
     let list = node.get("parameters")?;
     let known = known(root, (plant, estimated), observer)?;
     let mut parameters = Vec::<Tuned>::new();

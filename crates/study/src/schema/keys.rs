@@ -120,6 +120,11 @@ const PLANT: Table = Table {
             "States and outputs that are angles, in rad or in their `units` (rad, mrad, deg, gon, rev): differences of readings, sigma points and errors are taken modulo a full turn. A state that is measured itself and its output need to be named once.",
         ),
         optional(
+            "delays",
+            Type::Named,
+            "Outputs that are measured late, with their delays: what is read at t was true at t less the delay. The simulated sensors are late by them, and filters take each measurement at its time.",
+        ),
+        optional(
             "time_unit",
             Type::Name,
             "Unit of the time t, for axes and tables (default: none). Decay rates and poles are per this unit.",

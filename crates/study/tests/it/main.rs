@@ -8,6 +8,7 @@ mod blocks;
 mod choices;
 mod closed_loop;
 mod composed;
+mod delays;
 mod diagnostic;
 mod discrete_time;
 mod disturbance;
