@@ -114,6 +114,7 @@ impl Truth {
             process_noise: self.process_noise.as_ref().map(|noise| noise.scaled(1.0)),
             input_delay: self.input_delay,
             output_delay: self.output_delay,
+            output_delays: Vec::new(),
             actuator: self.actuator.as_ref().map(fault),
             sensor: self.sensor.as_ref().map(fault),
             quantisation: self.quantisation.clone(),

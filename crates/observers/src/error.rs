@@ -3,6 +3,7 @@
 use core::fmt;
 
 use luenberger_plants::PlantError;
+use nalgebra::RealField;
 
 /// A state in an error, where nothing may be allocated: its first entries, up to eight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -305,4 +306,25 @@ pub enum ObserverError {
         /// Where it ends.
         upper: f64,
     },
+}
+
+/// Whether these are bounds of so many states, each lower end below the upper one.
+pub(crate) fn check_bounds<T: RealField + Copy>(
+    lower: &[T],
+    upper: &[T],
+    expected: usize,
+) -> Result<(), ObserverError> {
+    for found in [lower.len(), upper.len()] {
+        if found != expected {
+            return Err(ObserverError::Table { what: "bounds of the states", expected, found });
+        }
+    }
+    for (axis, (lower, upper)) in lower.iter().zip(upper).enumerate() {
+        let is_interval = lower < upper;
+        if !is_interval {
+            let (lower, upper) = (lower.to_subset_unchecked(), upper.to_subset_unchecked());
+            return Err(ObserverError::Box { axis, lower, upper });
+        }
+    }
+    Ok(())
 }

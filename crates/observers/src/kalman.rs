@@ -308,6 +308,12 @@ where
         }
     }
 
+    /// The same filter with noises that were checked.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn of_noises(self, noises: NoiseModel<T, N, P>) -> Self {
+        Self { noises, ..self }
+    }
+
     /// Whether the gate rejects output `output` of the measurement y (length p) at time t, under the input u (length
     /// m): NaN and infinities always; nothing without a [gate](Self::with_gate), nor for columns of other lengths.
     pub fn rejects(

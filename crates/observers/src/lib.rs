@@ -20,6 +20,8 @@
 //! | [`particle`] (feature `alloc`) | the bootstrap particle filter |
 //! | [`moving_horizon`] | the moving-horizon estimator, with bounds of the states |
 //! | [`covariance_filter`] | the trait of filters with a covariance, measurement update and prediction apart |
+//! | [`adapted`] (feature `alloc`) | filters whose noises depend on the estimate, and with bounds of their estimates |
+//! | [`delayed`] (feature `alloc`) | filters of measurements that arrive late |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`stationary_kalman`] | the stationary Kalman filter in filter form: the estimate uses the measurement of its sample |
 //! | [`fixed_point`] | the linear observer in discrete time in fixed point, in integers |
@@ -54,10 +56,14 @@
 #![no_std]
 #![deny(missing_docs)]
 
+#[cfg(feature = "alloc")]
+pub mod adapted;
 mod angles;
 pub mod covariance_filter;
 pub mod cubic;
 pub mod cubic_sampled;
+#[cfg(feature = "alloc")]
+pub mod delayed;
 mod dense;
 pub mod deviation;
 pub mod diagnosis;
@@ -110,9 +116,13 @@ pub mod unknown_input;
 pub mod unscented;
 pub mod varying_period;
 
+#[cfg(feature = "alloc")]
+pub use adapted::{AdaptableFilter, AdaptedFilter, NoisesAlong};
 pub use covariance_filter::CovarianceFilter;
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
+#[cfg(feature = "alloc")]
+pub use delayed::DelayedFilter;
 pub use deviation::{DeviationObserver, StaticDeviationObserver};
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_form::{DiscreteForm, StaticDiscreteForm};

@@ -73,6 +73,8 @@ pub struct Disturbances {
     pub input_delay: f64,
     /// Delay of the outputs that the observers read, in units of time.
     pub output_delay: f64,
+    /// Further delays, one for each output; empty for none.
+    pub output_delays: Vec<f64>,
     /// Fault of the actuators; `None` for none.
     pub actuator: Option<Fault>,
     /// Fault of the sensors; `None` for none.
@@ -92,6 +94,12 @@ impl Disturbances {
             if delay != 0.0 {
                 check_positive(what, delay)?;
             }
+        }
+        if !self.output_delays.is_empty() {
+            check("the delays of the outputs", &self.output_delays, outputs)?;
+        }
+        for delay in self.output_delays.iter().filter(|delay| **delay != 0.0) {
+            check_positive("the delay of an output", *delay)?;
         }
         if let Some(fault) = &self.actuator {
             fault.check("the actuators", inputs)?;
@@ -114,10 +122,21 @@ impl Disturbances {
         Ok(())
     }
 
+    /// The delay of output j.
+    fn delay(&self, j: usize) -> f64 {
+        self.output_delay + self.output_delays.get(j).copied().unwrap_or(0.0)
+    }
+
+    /// The delays of the outputs, or that of all.
+    fn of_outputs(&self) -> impl Iterator<Item = f64> {
+        (0..self.output_delays.len().max(1)).map(|j| self.delay(j))
+    }
+
     /// Whether inputs reach the plant, and outputs the observers, without delay, fault and quantisation.
     pub(crate) fn leave_signals(&self) -> bool {
         self.input_delay == 0.0
             && self.output_delay == 0.0
+            && self.output_delays.iter().all(|delay| *delay == 0.0)
             && self.actuator.is_none()
             && self.sensor.is_none()
             && self.quantisation.is_empty()
@@ -125,14 +144,17 @@ impl Disturbances {
 
     /// The shortest delay; no step of the integrator is longer.
     pub(crate) fn shortest_delay(&self) -> f64 {
-        let delays = [self.input_delay, self.output_delay].into_iter().filter(|delay| *delay > 0.0);
+        let delays = self.of_outputs().chain([self.input_delay]).filter(|delay| *delay > 0.0);
         delays.fold(f64::INFINITY, f64::min)
     }
 
     /// Times at which the plant jumps because something jumped at `times`, or because a fault begins.
     pub(crate) fn breakpoints(&self, times: &[f64]) -> Vec<f64> {
         let faults = [&self.actuator, &self.sensor].into_iter().flatten().map(|fault| fault.from);
-        let delays = [self.input_delay, self.output_delay, self.input_delay + self.output_delay];
+        let both = self.of_outputs().map(|delay| self.input_delay + delay);
+        let mut delays: Vec<f64> = [self.input_delay].into_iter().chain(self.of_outputs()).chain(both).collect();
+        delays.sort_by(f64::total_cmp);
+        delays.dedup();
         let delayed = delays.into_iter().filter(|delay| *delay > 0.0);
         delayed.flat_map(|delay| times.iter().map(move |t| t + delay)).chain(faults).collect()
     }
@@ -158,8 +180,11 @@ impl Disturbances {
         (y, seen): (&[f64], &mut [f64]),
     ) {
         seen.copy_from_slice(y);
-        if self.output_delay > 0.0 {
-            history.at(t, self.output_delay, offset, seen);
+        for (j, seen) in seen.chunks_exact_mut(1).enumerate() {
+            let delay = self.delay(j);
+            if delay > 0.0 {
+                history.at(t, delay, offset + j, seen);
+            }
         }
         if let Some(fault) = &self.sensor {
             fault.apply(t, seen);

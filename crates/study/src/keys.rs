@@ -86,6 +86,8 @@ pub enum Type {
     ExpressionRows,
     /// A weight: a number (times the identity), a list (the diagonal) or rows.
     Weight,
+    /// A weight, or the list of a diagonal of which entries are expressions.
+    Covariance,
     /// A list of poles: numbers, and pairs `[re, im]`.
     Poles,
     /// A list of intervals `[lower, upper]` with possibly infinite ends.
@@ -160,6 +162,9 @@ impl Type {
                     .to_owned()
             }
             Self::Weight => "a weight: a number, the list of a diagonal, or a matrix as a list of rows".to_owned(),
+            Self::Covariance => {
+                "a number, the list of a diagonal of numbers and expressions, or a matrix as a list of rows".to_owned()
+            }
             Self::Poles => "a list of poles, numbers or pairs [re, im]".to_owned(),
             Self::Bounds => "a list of pairs [lower, upper]".to_owned(),
             Self::Bound => "a pair [lower, upper]".to_owned(),

@@ -29,6 +29,8 @@ pub struct PlantModel {
     pub units: BTreeMap<String, String>,
     /// The full turns, in their units, of the states and outputs that are angles, by their names.
     pub turns: BTreeMap<String, f64>,
+    /// How late each output is measured: what is read at t was true at t less the delay; empty if none is late.
+    pub delays: Vec<f64>,
     /// The parameters that expressions use by name.
     pub parameters: Parameters,
     /// The lookup tables that expressions use as functions.
@@ -61,6 +63,13 @@ impl PlantModel {
         let turn = |name: &String| self.turns.get(name).copied().unwrap_or_default();
         let turns: Vec<f64> = names.iter().map(turn).collect();
         turns.iter().any(|turn| *turn > 0.0).then_some(turns)
+    }
+
+    /// The outputs that are measured late, with their delays, in words; empty if there are none.
+    pub(crate) fn late_outputs(&self) -> String {
+        let late = self.outputs.iter().zip(&self.delays).filter(|(_, delay)| **delay > 0.0);
+        let unit = self.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+        late.map(|(name, delay)| format!("{name} by {delay}{unit}")).collect::<Vec<_>>().join(", ")
     }
 
     /// The error `x - xhat` of state i, of an angle within half a turn.

@@ -30,6 +30,8 @@ pub struct Study {
     pub about: String,
     /// The plant.
     pub plant: PlantModel,
+    /// The parameters that filters estimate: the last states of `plant`, in this order.
+    pub estimated: Vec<Estimated>,
     /// The operating point, with the linearisation there, if the study names one.
     pub operating_point: Option<OperatingPoint>,
     /// The input of the plant.
@@ -62,6 +64,21 @@ pub struct Study {
     pub source: Arc<Source>,
 }
 
+/// A parameter of the plant that filters estimate as one of its states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimated {
+    /// Its name.
+    pub name: String,
+    /// Its value in the study, the first estimate.
+    pub value: f64,
+    /// Variance of the first error.
+    pub p0: f64,
+    /// Intensity of its random walk; 0 for a constant.
+    pub w: f64,
+    /// Its bounds, which may be infinite.
+    pub bounds: (f64, f64),
+}
+
 /// The format of the text of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -76,6 +93,11 @@ impl Study {
     pub(crate) fn file_name(&self) -> String {
         let name = self.source.name();
         Path::new(name).file_name().map_or_else(|| name.to_owned(), |name| name.to_string_lossy().into())
+    }
+
+    /// Number of states of the plant, without the parameters that are estimated.
+    pub(crate) fn order(&self) -> usize {
+        self.plant.states.len() - self.estimated.len()
     }
 
     /// The observer of that name.
@@ -261,6 +283,8 @@ pub struct OtherPlant {
     pub model: crate::model::Model,
     /// The parameters of its equations.
     pub parameters: luenberger_expression::Parameters,
+    /// Its values of the parameters that are estimated, which are states of `model`.
+    pub estimated: Vec<f64>,
 }
 
 /// A change of the simulated plant.
@@ -365,6 +389,8 @@ pub struct Log {
     pub columns: LogColumns,
     /// Inputs and outputs at the times of the log.
     pub recording: Recording,
+    /// The variances of the measurements at these times, of which values may be missing; none if the log has none.
+    pub variances: Option<Samples>,
     /// The true states at these times, of which values may be missing; none if the log has no column of a state.
     pub truth: Option<Samples>,
     /// Which estimates of filters are scored and shown.

@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use luenberger_sim::{Change, Scenario, Settings, SimError, Trajectory, row_times};
+use luenberger_sim::{Change, Disturbances, Scenario, Settings, SimError, Trajectory, row_times};
 
 use crate::designed::Designed;
 use crate::signal::Input;
@@ -91,8 +91,11 @@ pub(crate) fn run_at(
     if let Some(period) = simulation.hold {
         scenario = scenario.hold_input(period);
     }
+    if truth.is_some() || !study.plant.delays.is_empty() {
+        let own = truth.map_or_else(Disturbances::default, |truth| truth.disturbances.clone());
+        scenario = scenario.disturbances(Disturbances { output_delays: study.plant.delays.clone(), ..own });
+    }
     if let Some(truth) = truth {
-        scenario = scenario.disturbances(truth.disturbances.clone());
         // One after the end of the run is not reached.
         for event in truth.events.iter().filter(|event| event.at <= simulation.duration) {
             let mut change = Change::at(event.at);

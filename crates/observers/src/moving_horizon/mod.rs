@@ -40,7 +40,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, co
 
 use crate::angles::{self, Turns};
 use crate::dense::{Factor, are_finite, times, times_transpose};
-use crate::error::ObserverError;
+use crate::error::{ObserverError, check_bounds};
 use crate::gaussian::{NoiseModel, covariance};
 use crate::observer::has_rows;
 use crate::transition::{Motion, Prediction, Transition};
@@ -213,17 +213,7 @@ where
     /// # Errors
     /// [`ObserverError::Box`] for a state whose lower bound is not below its upper one.
     pub fn with_bounds(self, lower: OVector<T, N>, upper: OVector<T, N>) -> Result<Self, ObserverError> {
-        if lower.nrows() != self.layout.n || upper.nrows() != self.layout.n {
-            let found = if lower.nrows() == self.layout.n { upper.nrows() } else { lower.nrows() };
-            return Err(ObserverError::Table { what: "bounds of the states", expected: self.layout.n, found });
-        }
-        for axis in 0..lower.nrows() {
-            let is_interval = lower[axis] < upper[axis];
-            if !is_interval {
-                let (lower, upper) = (lower[axis].to_subset_unchecked(), upper[axis].to_subset_unchecked());
-                return Err(ObserverError::Box { axis, lower, upper });
-            }
-        }
+        check_bounds(lower.as_slice(), upper.as_slice(), self.layout.n)?;
         Ok(Self { bounds: Some((lower, upper)), ..self })
     }
 

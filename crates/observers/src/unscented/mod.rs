@@ -82,6 +82,12 @@ where
         self.0.covariance()
     }
 
+    /// The estimate and the factor, one beside the other.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn joined(&self) -> &GaussianEstimate<T, N> {
+        &self.0
+    }
+
     /// The covariance `P = S S'`.
     pub fn covariance(&self) -> OMatrix<T, N, N> {
         let s = self.factor();
@@ -325,6 +331,12 @@ where
     /// The numbers of the sigma points in the format of the filter.
     pub fn weights(&self) -> &Weights<T> {
         &self.weights
+    }
+
+    /// The same filter with factors that were checked.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn of_factors(self, factors: NoiseModel<T, N, P>) -> Self {
+        Self { factors, ..self }
     }
 
     /// The lower triangular factors of W, V and P(0).

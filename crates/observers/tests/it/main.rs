@@ -1,6 +1,8 @@
 //! One test binary, a module a subject; each says which features it needs.
 
 #[cfg(feature = "alloc")]
+mod adapted;
+#[cfg(feature = "alloc")]
 mod adjugate;
 mod aliases;
 mod angles;
@@ -8,6 +10,8 @@ mod angles;
 mod bad_samples;
 mod by_hand;
 mod continuous;
+#[cfg(feature = "alloc")]
+mod delayed;
 #[cfg(feature = "alloc")]
 mod dense;
 mod discrete_kalman;

@@ -124,6 +124,11 @@ impl<'a> Replay<'a> {
         }
     }
 
+    /// The data.
+    pub fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
     /// Without the estimates and covariances before the measurements, which take as much memory as those after them.
     #[must_use]
     pub fn without_predictions(mut self) -> Self {

@@ -93,6 +93,30 @@ fn a_delayed_output_is_read_later() {
     assert_abs_diff_eq!(run.measured_at(1.234).unwrap()[0], (1.234f64 - 0.3).powi(2) / 2.0, epsilon = 1e-8);
 }
 
+/// Each output by the delay of all and its own: t^2/2 and t of a mass that is pushed from rest.
+#[test]
+fn outputs_have_delays_of_their_own() {
+    let (a, b, c) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], nalgebra::DMatrix::identity(2, 2));
+    let late = Disturbances { output_delay: 0.1, output_delays: vec![0.3, 0.0], ..Disturbances::default() };
+    let run = Scenario::new(luenberger_plants::StateSpace::new(a, b, c).unwrap())
+        .initial_state(&[0.0, 0.0])
+        .disturbances(late.clone())
+        .input(Signal::scalar(|_| 1.0))
+        .until(2.0, 41)
+        .run()
+        .unwrap();
+    for (k, t) in run.t.iter().enumerate() {
+        assert_abs_diff_eq!(run.measured[(k, 0)], (t - 0.4).max(0.0).powi(2) / 2.0, epsilon = 1e-8);
+        assert_abs_diff_eq!(run.measured[(k, 1)], (t - 0.1).max(0.0), epsilon = 1e-8);
+    }
+    let wrong = |output_delays: Vec<f64>| {
+        let late = Disturbances { output_delays, ..late.clone() };
+        Scenario::new(integrator()).initial_state(&[0.0]).disturbances(late).until(1.0, 2).run().unwrap_err()
+    };
+    assert!(matches!(wrong(vec![0.1, 0.2]), SimError::Length { expected: 1, found: 2, .. }));
+    assert!(matches!(wrong(vec![-0.1]), SimError::NotPositive { .. }));
+}
+
 /// x' = w: x is the sum of what is held.
 #[test]
 fn process_noise_is_integrated() {

@@ -13,7 +13,7 @@ pub(crate) use luenberger_plants::serialization::rows;
 use luenberger_sim::{AnyObserver, Continuous, Replay, Sampled, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::{Designed, Filter, NonlinearStep};
+use super::{Designed, Filter, NonlinearStep, RowVariances};
 use crate::results::NoObserver;
 use crate::study::{ObserverSpec, SamplingSpec, Study};
 
@@ -76,6 +76,12 @@ pub trait Running: Any + fmt::Debug + Send + Sync {
 
     /// As a filter with a covariance.
     fn filter(&self) -> Option<&dyn Filter> {
+        None
+    }
+
+    /// The same with the variances of the rows of a log in place of those of V; none of an observer without V.
+    fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
+        let _ = rows;
         None
     }
 

@@ -244,7 +244,14 @@ fn first_rows(log: &Log, rows: usize) -> Option<Log> {
     let times = recording.times()[..rows].to_vec();
     let short = Recording::with_missing(times, &of(recording.inputs()), &of(recording.outputs())).ok()?;
     let short = short.between(SampleInterpolation::ZeroOrderHold, recording.outputs_between());
-    Some(Log { recording: short, truth: None, suspicions: Vec::new(), columns: log.columns.clone(), ..*log })
+    Some(Log {
+        recording: short,
+        truth: None,
+        variances: None,
+        suspicions: Vec::new(),
+        columns: log.columns.clone(),
+        ..*log
+    })
 }
 
 /// The part of a run that is measured.

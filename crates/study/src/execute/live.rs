@@ -57,6 +57,9 @@ fn experiment_of(
     if observers.is_empty() {
         return Err(format!("the page has no code for its observers, {}", omitted.join(", ")));
     }
+    if !names.delays.is_empty() {
+        return Err("the page has no code for outputs that are measured late".to_owned());
+    }
     let (input, table, law) = program(&study.input)?;
     let feedback = feedback(study);
     if let Some(Feedback { of: FeedbackSignal::Estimate(name), .. }) = &feedback

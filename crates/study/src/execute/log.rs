@@ -2,6 +2,7 @@
 //! the log has the true states.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::Instant;
 
 use luenberger_proof::wording::significant;
@@ -16,6 +17,7 @@ use super::rows::Run;
 use super::sampling;
 use super::scores::key;
 use super::stopped::why;
+use crate::designed::{RowVariances, Runnable};
 use crate::model::PlantModel;
 use crate::results::{
     ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, SmoothedDeviation, SmoothedReport,
@@ -39,6 +41,11 @@ pub(crate) fn replay_of<'a>(
     Replay::new(&plant.model, recording).settings(settings).angles(&turns)
 }
 
+/// The observer with the variances of the rows of a log, if it takes them and there are some.
+pub(crate) fn with_variances(runnable: &Runnable, log: &Log) -> Option<Runnable> {
+    runnable.with_variances(&Arc::new(RowVariances(log.variances.clone()?)))
+}
+
 fn replay(
     study: &Study,
     log: &Log,
@@ -55,7 +62,8 @@ fn replay(
         }
     }
     let name = member.requested.name.as_str();
-    let (runnable, initial) = (&member.designed.runnable, &member.requested.initial);
+    let (of_rows, initial) = (with_variances(&member.designed.runnable, log), &member.requested.initial);
+    let runnable = of_rows.as_ref().unwrap_or(&member.designed.runnable);
     let replay = if member.requested.kind.smooths() {
         runnable.replay_smoothed(replay, name, initial)
     } else {
@@ -230,6 +238,16 @@ fn astray(study: &Study, log: &Log, report: &InnovationReport) -> Vec<String> {
 /// An observer with its estimates on the log, if the replay finished.
 pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
 
+/// That a filter with a covariance has no use for the variances of the rows.
+fn without_variances(log: &Log, member: &Member<'_>) -> Option<String> {
+    let runnable = &member.designed.runnable;
+    let is_without = log.variances.is_some() && runnable.filter().is_some() && with_variances(runnable, log).is_none();
+    is_without.then(|| {
+        let (name, kind) = (&member.requested.name, member.requested.kind.name());
+        format!("{name} has its own V in all rows: the kind {kind} does not take `variances` of the log.")
+    })
+}
+
 /// The report, the runs, and the warnings.
 pub(super) fn replay_all<'a>(
     study: &Study,
@@ -249,6 +267,7 @@ pub(super) fn replay_all<'a>(
                 ..report(study, log, &replayed)?
             };
             let mut warnings = locked_out(study, log, &replayed);
+            warnings.extend(without_variances(log, member));
             warnings.extend(astray(study, log, &report));
             warnings.extend(report.sampling.iter().filter(|found| found.outside > 0).map(|found| found.words.clone()));
             warnings.extend(warning(study, log, &replayed, member.designed.runnable.period()));

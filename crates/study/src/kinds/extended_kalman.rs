@@ -1,6 +1,8 @@
 //! The extended Kalman filter, and what it shares with the iterated one: the kinds `extended-kalman` and
 //! `iterated-extended-kalman`.
 
+use std::sync::Arc;
+
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_live as live;
@@ -10,15 +12,17 @@ use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{Filter, STAGES, wrapped};
+use super::filter::{
+    BOUNDED, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with, late, matrices, state_bounds, wrapped,
+};
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind, iterated_extended_kalman};
-use crate::designed::{self, NonlinearStep, Running, StepOf, rows};
+use crate::designed::{self, NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, rows, with_variances};
 use crate::model::{Model, PlantModel};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{PlantClass, Specification, Study, Time};
-use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
+use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Study, Time};
+use crate::synthesis::{Designed, Plan, number, uncertified};
 use crate::tuning;
 
 /// The kind.
@@ -52,6 +56,8 @@ crate::keys! {
         gate: Option<f64> as &GATE,
         /// Whether estimates on a log are smoothed.
         smooth: bool as &SMOOTH = false,
+        /// Bounds of the states; none for no bounds.
+        state_bounds: Option<Vec<(f64, f64)>> as &STATE_BOUNDS => state_bounds,
         /// How often an iterated filter linearises each measurement; none for the other kind, which has no such key.
         iterations: Option<usize> as [&[]] => |_, _| Some(None),
     }
@@ -82,6 +88,11 @@ impl Specification for ExtendedKalman {
         true
     }
 
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        let state_bounds = bounds_with(self.state_bounds.as_deref(), self.filter.w.nrows(), parameters);
+        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, ..self.clone() }.into())
+    }
+
     fn smooths(&self) -> bool {
         self.smooth
     }
@@ -95,6 +106,10 @@ impl Specification for ExtendedKalman {
 
 impl Kind for ExtendedKalman {
     filters!();
+
+    fn takes_delays(&self) -> bool {
+        true
+    }
 }
 
 impl ExtendedKalman {
@@ -103,7 +118,7 @@ impl ExtendedKalman {
     }
 
     fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { filter: Filter { w, v, p0, period, .. }, gate, iterations, .. } = self;
+        let Self { filter: Filter { period, along, .. }, gate, iterations, state_bounds, .. } = self;
         let mut filter = ExtendedKalmanFilter::discrete(plant.model.clone(), self.filter.noises(), *period)?
             .with_prediction(prediction)?
             .with_iterations(iterations.unwrap_or(1))?;
@@ -115,20 +130,26 @@ impl ExtendedKalman {
         if let Some(turns) = plant.turns_of(&plant.outputs) {
             filter = filter.with_angles(DVector::from_vec(turns))?;
         }
+        if let Some(bounds) = state_bounds {
+            bounds_no_angle(plant, bounds)?;
+        }
+        let bounded = if state_bounds.is_some() { BOUNDED } else { "" };
+        let late = late(plant, self.smooth)?;
         let linearised = iterations
             .map_or_else(String::new, |iterations| format!(", each update linearised {}", counted(iterations, "time")));
         let mut numbers = vec![number(Quantity::Period, *period)];
         numbers.extend(iterations.map(|iterations| number("iterations", iterations as f64)));
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}{}",
+                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}{}{bounded}{late}{}",
+                along.words(),
                 wrapped(plant)
             )),
-            matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+            matrices: matrices(&self.filter),
             numbers,
             ..uncertified("local convergence only")
         };
-        Ok(Designed::new(filter.into(), report, None))
+        Ok(Designed::new(adapted(filter, along, state_bounds.as_deref(), &plant.delays)?, report, None))
     }
 }
 
@@ -146,6 +167,10 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
 
     fn filter(&self) -> Option<&dyn designed::Filter> {
         Some(self)
+    }
+
+    fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
+        Some(with_variances(self, rows))
     }
 
     // The page has no iterated updates, and no angles.

@@ -9,17 +9,15 @@ use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{Filter, STAGES, turns, wrapped};
+use super::filter::{BOUNDED, Filter, STAGES, bounds_no_angle, bounds_with, matrices, state_bounds, turns, wrapped};
 use super::{Kind, as_kind};
 use crate::designed::{self, NonlinearStep, Running, StepOf};
-use crate::keys::Key;
 use crate::model::{Model, PlantModel};
-use crate::reader::region::bounds;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
+use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Time};
+use crate::synthesis::{Designed, Plan, number, uncertified};
 use crate::tuning::{self, Context, Keys, Value};
 
 /// The kind.
@@ -48,7 +46,7 @@ crate::keys! {
     #[derive(Debug, Clone, PartialEq)]
     pub struct MovingHorizonSpec {
         /// Its noises and its period.
-        filter: Filter as [Filter::KEYS] => Filter::read,
+        filter: Filter as [Filter::KEYS] => constant_noises,
         /// Samples in the window, and Gauss-Newton steps at each.
         horizon: Horizon as [Window::KEYS] => horizon,
         /// Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).
@@ -79,18 +77,16 @@ fn horizon(given: &Given<'_>, reader: &mut Reader) -> Option<Horizon> {
     }
 }
 
-/// Bounds with a lower end below the upper one.
-#[expect(clippy::option_option, reason = "wrong, absent, or given")]
-fn state_bounds(key: &Key, given: &Given<'_>, reader: &mut Reader) -> Option<Option<Vec<(f64, f64)>>> {
-    let Some(node) = given.node.get(key.name) else { return Some(None) };
-    let bounds = bounds(node, key.name, given.size().states, "state", reader)?;
-    match bounds.iter().position(|(low, high)| low >= high) {
-        Some(k) => {
-            let message = format!("pair {} of `{}` is from {} to {}", k + 1, key.name, bounds[k].0, bounds[k].1);
-            reader.refuse(node.span.clone(), message, "expected the lower bound below the upper one")
-        }
-        None => Some(Some(bounds)),
+/// The noises, which are constant over the window.
+fn constant_noises(given: &Given<'_>, reader: &mut Reader) -> Option<Filter> {
+    let filter = Filter::read(given, reader)?;
+    let varying = [("w", filter.along.process.is_some()), ("v", filter.along.measurement.is_some())];
+    if let Some((key, _)) = varying.into_iter().find(|(_, varies)| *varies) {
+        let message = format!("`{key}` has expressions, and the kind mhe has the same noises in all of its window");
+        let expected = "expected numbers, or another kind: extended-kalman, iterated-extended-kalman, ukf";
+        return reader.refuse(given.node.get(key)?.span.clone(), message, expected);
     }
+    Some(filter)
 }
 
 impl MovingHorizonSpec {
@@ -115,6 +111,11 @@ impl Specification for MovingHorizonSpec {
         true
     }
 
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        let state_bounds = bounds_with(self.state_bounds.as_deref(), self.filter.w.nrows(), parameters);
+        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, ..self.clone() }.into())
+    }
+
     // With active bounds the interior-point method adds steps.
     fn seconds_of_steps(&self, duration: f64) -> f64 {
         let (n, horizon) = (self.filter.w.nrows() as f64, self.horizon);
@@ -135,7 +136,7 @@ impl Kind for MovingHorizonSpec {
 impl MovingHorizonSpec {
     /// The estimator of a plant in continuous or in discrete time.
     fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { filter: Filter { w, v, p0, period, .. }, horizon, state_bounds } = self;
+        let Self { filter: Filter { period, .. }, horizon, state_bounds } = self;
         let noises = self.filter.noises();
         let mut estimator = MovingHorizonEstimator::discrete(plant.model.clone(), noises, *horizon, *period)?
             .with_prediction(prediction)?;
@@ -143,19 +144,10 @@ impl MovingHorizonSpec {
         if let Some(bounds) = state_bounds {
             let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
             estimator = estimator.with_bounds(DVector::from_vec(lower), DVector::from_vec(upper))?;
-            " The estimates at the samples stay within the bounds of the states.".clone_into(&mut bounded);
+            bounds_no_angle(plant, bounds)?;
+            BOUNDED.clone_into(&mut bounded);
         }
         if let Some((outputs, states)) = turns(plant) {
-            let bounds = state_bounds.iter().flatten().zip(states.iter().zip(&plant.states));
-            let both = |((lower, upper), (turn, _)): &(&(f64, f64), (&f64, &String))| {
-                **turn > 0.0 && (lower.is_finite() || upper.is_finite())
-            };
-            if let Some((_, (_, name))) = bounds.clone().find(both) {
-                return Err(NoObserver::new(format!(
-                    "`state_bounds` bounds {name}, an angle of a plant in discrete time, whose f may wrap it"
-                ))
-                .hint("no bounds of angles"));
-            }
             estimator = estimator.with_angles(outputs, states)?;
         }
         let report = DesignReport {
@@ -165,7 +157,7 @@ impl MovingHorizonSpec {
                 counted(horizon.iterations, "Gauss-Newton step"),
                 wrapped(plant)
             )),
-            matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+            matrices: matrices(&self.filter),
             numbers: vec![
                 number(Quantity::Period, *period),
                 number("window", horizon.window as f64),

@@ -99,7 +99,7 @@ use crate::steps;
 use crate::study::{ObserverKind, Specification};
 use crate::synthesis::explain;
 
-pub use crate::designed::{At, Runnable, Running, StepOf};
+pub use crate::designed::{Along, At, RowVariances, Runnable, Running, StepOf};
 #[doc(hidden)]
 pub use crate::keys::{Key, Range, Type};
 pub use crate::reader::{Given, Reader};
@@ -217,6 +217,11 @@ pub trait Kind: Specification {
         false
     }
 
+    /// Whether it takes outputs that are measured late at their times. One that does not is refused for them.
+    fn takes_delays(&self) -> bool {
+        false
+    }
+
     /// The filter that computes the covariance of its innovations along a log, of a kind that
     /// [has a likelihood](Specification::has_likelihood): by default its design.
     ///
@@ -272,14 +277,20 @@ pub(crate) fn with_covariance(plan: &Plan<'_>) -> Result<Designed, NoObserver> {
     let Some(kind) = kind_of(&plan.requested.kind) else {
         return Err(NoObserver::new(format!("there is no kind {}", plan.requested.kind.name())));
     };
-    for_angles(kind, plan)?;
+    for_outputs(kind, plan)?;
     kind.with_covariance(plan)
 }
 
-/// Whether outputs that are angles, if there are some, are taken modulo a full turn.
-fn for_angles(kind: &dyn Kind, plan: &Plan<'_>) -> Result<(), NoObserver> {
+/// Whether outputs that are angles, if there are some, are taken modulo a full turn, and late ones at their times.
+fn for_outputs(kind: &dyn Kind, plan: &Plan<'_>) -> Result<(), NoObserver> {
     let plant = &plan.study.plant;
-    if kind.wraps_angles() || plant.turns_of(&plant.outputs).is_none() { Ok(()) } else { Err(plan.not_for_angles()) }
+    if !kind.wraps_angles() && plant.turns_of(&plant.outputs).is_some() {
+        return Err(plan.not_for_angles());
+    }
+    if !kind.takes_delays() && !plant.delays.is_empty() {
+        return Err(plan.not_for_delays());
+    }
+    Ok(())
 }
 
 /// The design of an observer.
@@ -289,7 +300,7 @@ pub(crate) fn design(plan: &Plan<'_>) -> Result<Designed, NoObserver> {
         return Err(NoObserver::new(hypothesis).at(plan.requested.place.line));
     };
     let time = kind.plant().time();
-    let designed = for_angles(kind, plan).and_then(|()| match plan.study.plant.dt {
+    let designed = for_outputs(kind, plan).and_then(|()| match plan.study.plant.dt {
         Some(dt) if !time.discrete => Err(plan.only_in_continuous_time(dt)),
         Some(dt) => kind.design_in_discrete_time(plan, dt),
         None if time.feedthrough => kind.design(plan),

@@ -1,5 +1,7 @@
 //! The unscented Kalman filter in square-root form.
 
+use std::sync::Arc;
+
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{NoiseModel, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter};
@@ -8,16 +10,18 @@ use luenberger_sim::Replay;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
-use super::filter::{Filter, STAGES, turns, wrapped};
+use super::filter::{
+    BOUNDED, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with, late, matrices, state_bounds, turns, wrapped,
+};
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind};
-use crate::designed::{self, NonlinearStep, Running, StepOf};
+use crate::designed::{self, NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, with_variances};
 use crate::model::{Model, PlantModel};
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
-use crate::study::{PlantClass, Specification, Time};
-use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
+use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Time};
+use crate::synthesis::{Designed, Plan, number, uncertified};
 use crate::tuning;
 
 /// The kind.
@@ -51,6 +55,8 @@ crate::keys! {
         gate: Option<f64> as &GATE,
         /// Whether estimates on a log are smoothed.
         smooth: bool as &SMOOTH = false,
+        /// Bounds of the states; none for no bounds.
+        state_bounds: Option<Vec<(f64, f64)>> as &STATE_BOUNDS => state_bounds,
         /// The sigma points.
         sigma: SigmaPoints as [Sigma::KEYS] => sigma,
     }
@@ -86,7 +92,8 @@ fn sigma(given: &Given<'_>, reader: &mut Reader) -> Option<SigmaPoints> {
 impl UnscentedSpec {
     /// The filter for noise of intensity W and covariance V, with P(0) = I and the usual sigma points.
     pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
-        Self { filter: Filter::new(w, v, period), gate: None, smooth: false, sigma: SigmaPoints::default() }
+        let (filter, sigma) = (Filter::new(w, v, period), SigmaPoints::default());
+        Self { filter, gate: None, smooth: false, state_bounds: None, sigma }
     }
 }
 
@@ -109,6 +116,11 @@ impl Specification for UnscentedSpec {
         true
     }
 
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        let state_bounds = bounds_with(self.state_bounds.as_deref(), self.filter.w.nrows(), parameters);
+        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, ..self.clone() }.into())
+    }
+
     fn smooths(&self) -> bool {
         self.smooth
     }
@@ -121,12 +133,16 @@ impl Specification for UnscentedSpec {
 
 impl Kind for UnscentedSpec {
     filters!();
+
+    fn takes_delays(&self) -> bool {
+        true
+    }
 }
 
 impl UnscentedSpec {
     /// The filter of a plant in continuous or in discrete time.
     fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { filter: Filter { w, v, p0, period, .. }, sigma, gate, .. } = self;
+        let Self { filter: Filter { w, period, along, .. }, sigma, gate, state_bounds, .. } = self;
         let noises = self.filter.noises();
         let mut filter = UnscentedKalmanFilter::discrete(plant.model.clone(), noises, *sigma, *period)?
             .with_prediction(prediction)?;
@@ -138,13 +154,19 @@ impl UnscentedSpec {
         if let Some((outputs, states)) = turns(plant) {
             filter = filter.with_angles(outputs, states)?;
         }
+        if let Some(bounds) = state_bounds {
+            bounds_no_angle(plant, bounds)?;
+        }
+        let bounded = if state_bounds.is_some() { BOUNDED } else { "" };
+        let late = late(plant, self.smooth)?;
         let points = 2 * w.nrows() + 1;
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}",
+                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}{bounded}{late}{}",
+                along.words(),
                 wrapped(plant)
             )),
-            matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+            matrices: matrices(&self.filter),
             numbers: vec![
                 number(Quantity::Period, *period),
                 number("alpha", sigma.alpha),
@@ -153,7 +175,7 @@ impl UnscentedSpec {
             ],
             ..uncertified("no theorem of stability")
         };
-        Ok(Designed::new(filter.into(), report, None))
+        Ok(Designed::new(adapted(filter, along, state_bounds.as_deref(), &plant.delays)?, report, None))
     }
 }
 
@@ -167,6 +189,10 @@ impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
 
     fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
         replay.smoothed_filter(name, self.clone(), initial)
+    }
+
+    fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
+        Some(with_variances(self, rows))
     }
 
     fn filter(&self) -> Option<&dyn designed::Filter> {

@@ -81,6 +81,12 @@ impl<'a> MapNames<'a> {
         self.scope((self.plant.states.len(), 0), states)
     }
 
+    /// Functions of t, the states and the inputs: evaluated with x and u.
+    pub(crate) fn plant(&self) -> Result<Scope, ParameterError> {
+        let states = self.family(&self.plant.states, 'x', Variable::State);
+        self.scope((self.plant.states.len(), self.plant.inputs.len()), states.chain(self.inputs()))
+    }
+
     /// phi^L(z, y): as that of a KKL observer, with z for xi.
     pub(crate) fn off_manifold(&self) -> Result<Scope, ParameterError> {
         let z = (0..self.order).map(|k| (format!("z{}", k + 1), Variable::State(k)));

@@ -33,13 +33,14 @@ pub(super) fn input(node: &Node, plant: &PlantModel, linear: bool, reader: &mut 
     read(node, reader, |table| table.samples("t", &plant.inputs, between))
 }
 
-/// The columns of the true states of a log, if there are any; none for an unknown state.
-pub(super) type TrueStates = Option<Vec<Option<String>>>;
+/// The columns of the true states of a log, or of the variances of its outputs, if there are any; none for an unknown
+/// one.
+pub(super) type KnownColumns = Option<Vec<Option<String>>>;
 
 /// A log, with what is between its rows, and which estimates are scored on it.
 pub(super) fn log(
     node: &Node,
-    (columns, states): (&LogColumns, &TrueStates),
+    (columns, states, variances): (&LogColumns, &KnownColumns, &KnownColumns),
     (between, estimates): (BetweenRows, Estimates),
     every_row: bool,
     reader: &mut Reader,
@@ -48,14 +49,15 @@ pub(super) fn log(
     read(node, reader, |table| {
         let table = if every_row { table.counting_repeats() } else { table };
         let (recording, suspicions) = table.recording_with_suspicions(time, inputs, outputs)?;
-        let truth = states.as_ref().map(|states| {
-            let states: Vec<Option<&str>> = states.iter().map(Option::as_deref).collect();
-            table.samples_with_missing(time, &states)
-        });
+        let known = |names: &KnownColumns| {
+            let names: Option<Vec<Option<&str>>> = names.as_ref().map(|all| all.iter().map(Option::as_deref).collect());
+            names.map(|names| table.samples_with_missing(time, &names)).transpose()
+        };
         Ok(Log {
             columns: columns.clone(),
             recording: recording.between(SampleInterpolation::ZeroOrderHold, between),
-            truth: truth.transpose()?,
+            truth: known(states)?,
+            variances: known(variances)?,
             estimates,
             suspicions,
         })

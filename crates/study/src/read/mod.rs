@@ -7,6 +7,8 @@
 mod advise;
 mod angles;
 mod csv;
+mod delays;
+mod estimate;
 mod json;
 mod observer;
 mod operating_point;
@@ -120,14 +122,20 @@ pub(crate) fn study(
 }
 
 fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<Study> {
-    let plant = plant::plant(root.get("plant")?, reader)?;
+    let base = plant::plant(root.get("plant")?, reader)?;
+    let estimated = estimate::estimated(root, &base, reader)?;
+    let plant = if estimated.is_empty() {
+        base.clone()
+    } else {
+        estimate::with_states(root.get("plant")?, &base, &estimated, reader)?
+    };
     let operating_point =
-        root.get("operating_point").and_then(|node| operating_point::operating_point(node, &plant, reader));
+        root.get("operating_point").and_then(|node| operating_point::operating_point(node, &base, reader));
     let start =
-        operating_point.as_ref().map_or_else(|| vec![0.0; plant.states.len()], |point| point.x.as_slice().to_vec());
-    let observers = observer::observers(root, &plant, &start, source, reader);
-    let input = simulation_settings::input(root.get("input"), &plant, observers.as_deref(), reader);
-    let simulation = root.get("simulation").and_then(|node| simulation_settings::simulation(node, &plant, reader));
+        operating_point.as_ref().map_or_else(|| vec![0.0; base.states.len()], |point| point.x.as_slice().to_vec());
+    let observers = observer::observers(root, (&base, &estimated), &start, source, reader);
+    let input = simulation_settings::input(root.get("input"), (&base, &plant), observers.as_deref(), reader);
+    let mut simulation = root.get("simulation").and_then(|node| simulation_settings::simulation(node, &base, reader));
     if let (Some(node), Some(input), Some(simulation)) = (root.get("input"), &input, &simulation) {
         simulation_settings::input_over(node, input, plant.inputs.len(), simulation, reader);
     }
@@ -136,17 +144,20 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         simulation_settings::sampling_used(node, observers, reader);
     }
     let truth = match (root.get("truth"), &simulation) {
-        (Some(node), Some(simulation)) => truth::truth((root, node), &plant, simulation, reader),
+        (Some(node), Some(simulation)) => truth::truth((root, node), (&base, &estimated), simulation, reader),
         _ => None,
     };
     if let (None, Some(entry)) = (root.get("simulation"), root.entry("truth")) {
         reader.wrong(entry.span.clone(), "[truth] without a [simulation]", "expected a [simulation] of that plant");
     }
-    let log = root.get("log").and_then(|node| simulation_settings::log(node, &plant, reader));
-    let advise = root.get("advise").and_then(|node| advise::advise(node, &plant, simulation.as_ref(), reader));
+    if let Some(simulation) = &mut simulation {
+        estimate::simulated(simulation, truth.as_ref(), &estimated);
+    }
+    let log = root.get("log").and_then(|node| simulation_settings::log(node, (&base, &estimated), reader));
+    let advise = root.get("advise").and_then(|node| advise::advise(node, &base, simulation.as_ref(), reader));
     let tune = root
         .get("tune")
-        .and_then(|node| tune::tune((root, node), (&plant, observers.as_deref(), log.as_ref()), reader));
+        .and_then(|node| tune::tune((root, node), (&base, &estimated, observers.as_deref(), log.as_ref()), reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root.get("sweep").and_then(|node| {
         if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
@@ -162,7 +173,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     Some(Study {
         title: title.or(stem).unwrap_or_else(|| "study".to_owned()),
         about: root.get("about").and_then(Node::text).unwrap_or_default().to_owned(),
-        input: input?,
+        input: estimate::fed_back(input?, &estimated),
         operating_point: sound(root, "operating_point", operating_point).ok()?,
         simulation: sound(root, "simulation", simulation).ok()?,
         truth: sound(root, "truth", truth).ok()?,
@@ -181,6 +192,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         format: Format::Toml,
         source: Arc::clone(source),
         plant,
+        estimated,
     })
 }
 

@@ -8,12 +8,12 @@ use crate::kinds;
 use crate::model::PlantModel;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, check, disturbance};
-use crate::study::{GainLimits, ObserverSpec};
+use crate::study::{Estimated, GainLimits, ObserverKind, ObserverSpec};
 
 /// The observers; none if one has mistakes.
 pub(super) fn observers(
     root: &Node,
-    plant: &PlantModel,
+    plant: (&PlantModel, &[Estimated]),
     start: &[f64],
     source: &Source,
     reader: &mut Reader,
@@ -82,10 +82,10 @@ pub(crate) fn file_name(name: &str) -> String {
     plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
 }
 
-/// An observer from its table.
+/// An observer from its table, of the plant with these parameters as its last states.
 pub(super) fn observer(
     node: &Node,
-    plant: &PlantModel,
+    (plant, estimated): (&PlantModel, &[Estimated]),
     start: &[f64],
     (root, source): (&Node, &Source),
     reader: &mut Reader,
@@ -97,14 +97,38 @@ pub(super) fn observer(
         None => Some(start.to_vec()),
     };
     reader.fits_time = reader.dt.is_none() || kind.plant.time().discrete;
-    let kind = (kind.read)(&Given { node, plant, name: &name, root }, reader);
+    let read = (kind.read)(&Given { node, plant, name: &name, root }, reader);
+    let kind = if estimated.is_empty() { read } else { with_parameters(node, &read?, estimated, reader) };
     let limits = limits(node, size, reader);
     // A kind with mistakes has them already.
     let is_uncertain = kind.as_ref().is_none_or(|kind| kind.takes_uncertainty());
     let bounds = disturbance::bounds(node, size, root, is_uncertain, reader);
     smooth(node, root, reader)?;
     let place = source.place(check::head(node).start);
-    Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds.ok()?, place })
+    let mut initial = initial?;
+    initial.extend(estimated.iter().map(|one| one.value));
+    Some(ObserverSpec { name, initial, kind: kind?, limits: limits?, bounds: bounds.ok()?, place })
+}
+
+/// The kind that estimates these parameters too.
+fn with_parameters(
+    node: &Node,
+    kind: &ObserverKind,
+    estimated: &[Estimated],
+    reader: &mut Reader,
+) -> Option<ObserverKind> {
+    let with = kind.with_parameters(estimated);
+    if with.is_none() {
+        let names: Vec<&str> = estimated.iter().map(|one| one.name.as_str()).collect();
+        let message =
+            format!("the kind {} does not estimate the parameters of [estimate]: {}", kind.name(), names.join(", "));
+        // What has a first covariance can have one of parameters.
+        let has_covariance =
+            |kind: &&kinds::Declaration| kind.keys.iter().copied().flatten().any(|key| key.name == "p0");
+        let known: Vec<&str> = kinds::registry().into_iter().filter(has_covariance).map(|kind| kind.name).collect();
+        reader.wrong(node.get("kind")?.span.clone(), message, format!("expected one of {}", known.join(", ")));
+    }
+    with
 }
 
 /// Smoothed estimates are of logs.

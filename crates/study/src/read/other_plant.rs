@@ -3,11 +3,11 @@
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 
-use super::{Reported, plant};
+use super::{Reported, estimate, plant};
 use crate::model::PlantModel;
 use crate::reader::Reader;
 use crate::reader::tree::{Entry, Node, Value};
-use crate::study::OtherPlant;
+use crate::study::{Estimated, OtherPlant};
 
 /// The keys of a plant of matrices.
 const MATRICES: [&str; 4] = ["a", "b", "c", "d"];
@@ -20,7 +20,7 @@ const EQUATIONS: [&str; 2] = ["f", "h"];
 pub(super) fn changed(
     tree: &mut Node,
     change: &Node,
-    known: &PlantModel,
+    (known, estimated): (&PlantModel, &[Estimated]),
     reader: &mut Reader,
 ) -> Result<Option<OtherPlant>, Reported> {
     let said = |keys: &[&str]| keys.iter().copied().find_map(|key| change.entry(key));
@@ -74,7 +74,12 @@ pub(super) fn changed(
     let size = known.model.size();
     match read {
         Some(other) if other.model.size() == size => {
-            Ok(Some(OtherPlant { model: other.model, parameters: other.parameters }))
+            let values = estimated.iter().map(|one| other.parameters.get(&one.name).copied().unwrap_or(one.value));
+            let values = values.collect();
+            let other =
+                if estimated.is_empty() { Some(other) } else { estimate::with_states(tree, known, estimated, reader) };
+            let PlantModel { model, parameters, .. } = other.ok_or(Reported)?;
+            Ok(Some(OtherPlant { model, parameters, estimated: values }))
         }
         Some(other) => {
             let of = |size: Dimensions| {
@@ -134,7 +139,7 @@ fn parameters(tree: &mut Node, entry: &Entry, anew: bool, reader: &mut Reader) -
 }
 
 /// The table with this entry, in place of one with the same key.
-fn set(table: &mut Node, entry: Entry) {
+pub(super) fn set(table: &mut Node, entry: Entry) {
     let Value::Table(entries) = &mut table.value else { return };
     match entries.iter_mut().find(|other| other.key == entry.key) {
         Some(other) => other.node = entry.node,
@@ -143,7 +148,7 @@ fn set(table: &mut Node, entry: Entry) {
 }
 
 /// The table without these keys.
-fn remove(table: &mut Node, keys: &[&str]) {
+pub(super) fn remove(table: &mut Node, keys: &[&str]) {
     if let Value::Table(entries) = &mut table.value {
         entries.retain(|entry| !keys.contains(&entry.key.as_str()));
     }

@@ -11,7 +11,7 @@ use luenberger_plants::{Dimensions, StateSpace};
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
-use super::{angles, units};
+use super::{angles, delays, units};
 use crate::model::{Builtin, Model, PlantModel};
 use crate::reader::tree::{Node, Value};
 use crate::reader::{Reader, check, expression, rows_of, within};
@@ -65,7 +65,8 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     reader.dt = dt;
     let units = units::units(node.get("units"), [&states, &inputs, &outputs], &parameters, reader)?;
     let turns = angles::angles(node.get("angles"), (&model, &states, &outputs), &units, reader)?;
-    Some(PlantModel { model, states, inputs, outputs, units, turns, parameters, tables, time_unit, dt })
+    let delays = delays::delays(node.get("delays"), &outputs, dt, reader)?;
+    Some(PlantModel { model, states, inputs, outputs, units, turns, delays, parameters, tables, time_unit, dt })
 }
 
 /// Names of states, inputs and outputs.

@@ -14,12 +14,13 @@ use crate::reader::tree::Node;
 use crate::reader::{Reader, check, gain, maps, region};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
-use crate::study::{GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, SamplingSpec, Simulation};
+use crate::study::{Estimated, GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, SamplingSpec, Simulation};
 use crate::table::LogColumns;
 
+/// The input of `plant`, to which a feedback does not add what [estimate] adds to it; a law has the true values.
 pub(super) fn input(
     node: Option<&Node>,
-    plant: &PlantModel,
+    (plant, with_parameters): (&PlantModel, &PlantModel),
     observers: Option<&[ObserverSpec]>,
     reader: &mut Reader,
 ) -> Option<Input> {
@@ -35,7 +36,7 @@ pub(super) fn input(
         return None;
     }
     if let Some(entry) = node.entry("law") {
-        return law(node, &entry.node, plant, reader);
+        return law(node, &entry.node, with_parameters, reader);
     }
     if let Some(entry) = node.entry("jumps") {
         return reader.refuse(entry.span.clone(), "`jumps` without a `law`", "expected a `law` that jumps then");
@@ -277,7 +278,7 @@ pub(super) fn score_grid(node: &Node, simulation: &Simulation, observers: &[Obse
     }
 }
 
-pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Log> {
+pub(super) fn log(node: &Node, (plant, estimated): (&PlantModel, &[Estimated]), reader: &mut Reader) -> Option<Log> {
     let mut columns = |key: &str, names: &[String], what: &str| {
         let Some(list) = node.get(key) else { return Some(names.to_vec()) };
         let given: Vec<String> = list.texts()?.into_iter().map(str::to_owned).collect();
@@ -292,6 +293,7 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
         Some(given)
     };
     let (inputs, outputs) = (columns("inputs", &plant.inputs, "input"), columns("outputs", &plant.outputs, "output"));
+    let variances = node.given("variances", |_| columns("variances", &plant.outputs, "output"))?;
     let states = node.given("states", |_| columns("states", &plant.states, "state"))?;
     let known = |name: String| (name != "-").then_some(name);
     let columns = LogColumns {
@@ -299,14 +301,29 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
         inputs: inputs?,
         outputs: outputs?,
     };
-    let states = states.map(|states| states.into_iter().map(known).collect());
+    // The true values of parameters are in no column.
+    let unknown = || estimated.iter().map(|_| None);
+    let states = states.map(|states| states.into_iter().map(known).chain(unknown()).collect());
+    let variances = variances.map(|columns| columns.into_iter().map(known).collect());
     let between = match node.get("interpolation").and_then(Node::text) {
         Some("linear") => BetweenRows::Linear,
         Some("held") => BetweenRows::Held,
         _ => BetweenRows::Predicted,
     };
     let every_row = node.get("repeats").and_then(Node::text) == Some("measured");
-    super::csv::log(node.get("file")?, (&columns, &states), (between, estimates(node)), every_row, reader)
+    let known = (&columns, &states, &variances);
+    let log = super::csv::log(node.get("file")?, known, (between, estimates(node)), every_row, reader)?;
+    if let (Some(variances), Some(list)) = (&log.variances, node.get("variances")) {
+        let (rows, outputs) = variances.values().shape();
+        let places = (0..outputs).flat_map(|j| (0..rows).map(move |k| (k, j)));
+        let wrong = places.filter_map(|(k, j)| Some((k, j, variances.value(k, j)?))).find(|(.., value)| *value <= 0.0);
+        if let Some((k, j, value)) = wrong {
+            let (t, name) = (variances.times()[k], &plant.outputs[j]);
+            let message = format!("the variance of {name} is {value} at t = {t}");
+            return reader.refuse(list.span.clone(), message, "expected positive numbers, or none");
+        }
+    }
+    Some(log)
 }
 
 /// Which estimates of filters are scored.

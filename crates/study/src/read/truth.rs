@@ -2,29 +2,30 @@
 
 use luenberger_sim::{Disturbances, Fault, MeasurementLoss, Noise};
 
-use super::{Reported, other_plant};
+use super::{Reported, estimate, other_plant};
 use crate::model::PlantModel;
 use crate::reader::tree::{Entry, Node, Value};
 use crate::reader::{Reader, check};
-use crate::study::{Event, Simulation, Truth};
+use crate::study::{Estimated, Event, Simulation, Truth};
 
 pub(super) fn truth(
     (root, node): (&Node, &Node),
-    plant: &PlantModel,
+    (plant, estimated): (&PlantModel, &[Estimated]),
     simulation: &Simulation,
     reader: &mut Reader,
 ) -> Option<Truth> {
     let (n, m, p) = (plant.states.len(), plant.inputs.len(), plant.outputs.len());
     let mut tree = root.get("plant")?.clone();
-    let other = other_plant::changed(&mut tree, node, plant, reader).ok()?;
+    let other = other_plant::changed(&mut tree, node, (plant, estimated), reader).ok()?;
     let events = match node.get("event") {
         None => Vec::new(),
-        Some(list) => events(list, &mut tree, plant, reader)?,
+        Some(list) => events(list, &mut tree, (plant, estimated), reader)?,
     };
     let process_noise = match node.get("process_noise") {
         None => None,
         Some(noise) => {
-            let amplitude = reader.numbers(noise.get("amplitude")?, "amplitude", n, "state")?;
+            let mut amplitude = reader.numbers(noise.get("amplitude")?, "amplitude", n, "state")?;
+            amplitude.resize(n + estimated.len(), 0.0);
             let (period, seed) =
                 (noise.get("period")?.number()?, noise.get("seed").map_or(Some(0), Node::count)? as u64);
             let uniform = noise.get("distribution").and_then(Node::text) == Some("uniform");
@@ -41,17 +42,26 @@ pub(super) fn truth(
         process_noise,
         input_delay: delay("input_delay")?,
         output_delay: delay("measurement_delay")?,
+        // Those of [plant] are known to the observers.
+        output_delays: Vec::new(),
         actuator: fault(node, "actuator", (m, "input"), reader).ok()?,
         sensor: fault(node, "sensor", (p, "output"), reader).ok()?,
         quantisation,
         channel: channel(node, p, simulation, reader).ok()?,
     };
     let words = words(node);
-    Some(Truth { plant: other, events, disturbances, words })
+    let mut truth = Truth { plant: other, events, disturbances, words };
+    estimate::in_truth(&mut truth, n, estimated);
+    Some(truth)
 }
 
 /// The events, in the order of the file; each changes the plant that the ones before it have left.
-fn events(list: &Node, tree: &mut Node, plant: &PlantModel, reader: &mut Reader) -> Option<Vec<Event>> {
+fn events(
+    list: &Node,
+    tree: &mut Node,
+    (plant, estimated): (&PlantModel, &[Estimated]),
+    reader: &mut Reader,
+) -> Option<Vec<Event>> {
     let mut events: Vec<Event> = Vec::new();
     for node in list.list()? {
         let at = node.get("at")?.number()?;
@@ -63,7 +73,7 @@ fn events(list: &Node, tree: &mut Node, plant: &PlantModel, reader: &mut Reader)
             None => Vec::new(),
             Some(jump) => reader.numbers(jump, "jump", plant.states.len(), "state")?,
         };
-        let other = other_plant::changed(tree, node, plant, reader).ok()?;
+        let other = other_plant::changed(tree, node, (plant, estimated), reader).ok()?;
         if other.is_none() && jump.is_empty() {
             let expected = "expected `jump`, or another plant: `parameters`, `a`, `b`, `c`, `d`, `f` or `h`";
             return reader.refuse(check::head(node), "the event changes nothing", expected);

@@ -10,11 +10,11 @@ use crate::model::PlantModel;
 use crate::reader::Reader;
 use crate::reader::check;
 use crate::reader::tree::{Entry, Node, Value};
-use crate::study::{Log, ObserverSpec, Tunable, TuneSpec, Tuned};
+use crate::study::{Estimated, Log, ObserverSpec, Tunable, TuneSpec, Tuned};
 
 pub(super) fn tune(
     (root, node): (&Node, &Node),
-    (plant, observers, log): (&PlantModel, Option<&[ObserverSpec]>, Option<&Log>),
+    (plant, estimated, observers, log): (&PlantModel, &[Estimated], Option<&[ObserverSpec]>, Option<&Log>),
     reader: &mut Reader,
 ) -> Option<TuneSpec> {
     let Some(table) = root.get("log") else {
@@ -38,8 +38,16 @@ pub(super) fn tune(
         };
         return reader.refuse(at.span.clone(), message, expected);
     }
+    if !plant.delays.is_empty() {
+        let message = format!(
+            "outputs are measured late ({}), and the innovations of a filter of late measurements have no likelihood",
+            plant.late_outputs()
+        );
+        let expected = "expected a log in which the late columns stand at their times, without `delays`";
+        return reader.refuse(at.span.clone(), message, expected);
+    }
     let list = node.get("parameters")?;
-    let known = known(root, plant, observer)?;
+    let known = known(root, (plant, estimated), observer)?;
     let mut parameters = Vec::<Tuned>::new();
     for entry in list.list()? {
         for found in named(entry, &known, reader)? {
@@ -73,7 +81,7 @@ pub(super) fn tune(
             let message = format!("the log {name:?} is named twice");
             return reader.refuse(entry.span.clone(), message, "expected each log once");
         }
-        logs.push((name, simulation_settings::log(&with_file(table, entry), plant, reader)?));
+        logs.push((name, simulation_settings::log(&with_file(table, entry), (plant, estimated), reader)?));
     }
     let count = |key: &str, default: usize| node.get(key).map_or(Some(default), Node::count);
     Some(TuneSpec {
@@ -98,7 +106,7 @@ fn with_file(table: &Node, file: &Node) -> Node {
 type Known = Vec<(String, Vec<Tuned>)>;
 
 /// Everything that can be fitted.
-fn known(root: &Node, plant: &PlantModel, observer: &ObserverSpec) -> Option<Known> {
+fn known(root: &Node, (plant, estimated): (&PlantModel, &[Estimated]), observer: &ObserverSpec) -> Option<Known> {
     let own = root.at(&place_of(root, &observer.name)?)?;
     let mut known = Known::new();
     let (n, p) = (plant.states.len(), plant.outputs.len());
@@ -116,7 +124,11 @@ fn known(root: &Node, plant: &PlantModel, observer: &ObserverSpec) -> Option<Kno
             "w" if noise_node(own, "g").is_some() => numbered(order),
             _ => states,
         };
-        let matrix = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))?;
+        // Expressions are no numbers that are fitted.
+        let Some(matrix) = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))
+        else {
+            continue;
+        };
         let one = |(i, name): (usize, &String)| Tuned {
             what: match key {
                 "w" => Tunable::W(i),
@@ -127,7 +139,15 @@ fn known(root: &Node, plant: &PlantModel, observer: &ObserverSpec) -> Option<Kno
             value: matrix[(i, i)],
             bounds: None,
         };
-        let all: Vec<Tuned> = names.iter().enumerate().map(one).collect();
+        let mut all: Vec<Tuned> = names.iter().enumerate().map(one).collect();
+        all.extend(estimated.iter().enumerate().filter_map(|(k, one)| {
+            let (what, value) = match key {
+                "w" => (Tunable::W(order + k), one.w),
+                "p0" => (Tunable::P0(order + k), one.p0),
+                _ => return None,
+            };
+            Some(Tuned { what, name: format!("{key}[{}]", one.name), value, bounds: None })
+        }));
         known.extend(all.iter().map(|one| (one.name.clone(), vec![one.clone()])));
         known.push((key.to_owned(), all.into_iter().filter(|one| one.value > 0.0).collect()));
     }

@@ -28,7 +28,9 @@ pub(super) fn noise_node<'a>(own: &'a Node, key: &str) -> Option<&'a Node> {
 
 /// The order of W, V or P(0) of an observer of n states and p outputs: W has that of the noise where it enters by G.
 pub(super) fn order_of(own: &Node, key: &str, (n, p): (usize, usize)) -> usize {
-    let entering = || noise_node(own, "g").and_then(crate::reader::rows_of).map_or(n, |g| g.ncols());
+    let columns =
+        |g: &Node| Some(g.list()?.first()?.list().map_or_else(|| g.list().map_or(0, <[Node]>::len), <[Node]>::len));
+    let entering = || noise_node(own, "g").and_then(columns).unwrap_or(n);
     match key {
         "v" => p,
         "w" => entering(),
@@ -101,7 +103,7 @@ pub(crate) struct Editable<'a> {
 }
 
 /// The tables that the design of an observer depends on.
-const KEPT: [&str; 4] = ["plant", "operating_point", "solver", "observer"];
+const KEPT: [&str; 5] = ["plant", "operating_point", "estimate", "solver", "observer"];
 
 impl<'a> Editable<'a> {
     /// None if the text does not have the observer.
@@ -127,6 +129,7 @@ impl<'a> Editable<'a> {
     pub(crate) fn edits(&self, parameters: &[Tuned], values: &[f64], is_written: bool) -> Option<Vec<Edit>> {
         let own = self.root.at(&self.observer)?;
         let mut edits = Vec::new();
+        let n = self.study.order();
         for key in ["w", "v", "p0"] {
             let index = |what: &Tunable| match what {
                 Tunable::W(i) if key == "w" => Some(*i),
@@ -134,11 +137,16 @@ impl<'a> Editable<'a> {
                 Tunable::P0(i) if key == "p0" => Some(*i),
                 _ => None,
             };
-            let of: Vec<usize> = (0..parameters.len()).filter(|k| index(&parameters[*k].what).is_some()).collect();
+            let order = order_of(own, key, (n, self.study.plant.outputs.len()));
+            let all = (0..parameters.len()).filter(|k| index(&parameters[*k].what).is_some());
+            // What is behind the noise of the plant is of the parameters that are estimated.
+            let (of, of_parameters): (Vec<usize>, Vec<usize>) =
+                all.partition(|k| index(&parameters[*k].what) < Some(order));
+            let new = |k: usize| Some((index(&parameters[k].what)? - order, values[k]));
+            edits.extend(self.of_parameters(key, &of_parameters, new));
             if of.is_empty() {
                 continue;
             }
-            let order = order_of(own, key, (self.study.plant.states.len(), self.study.plant.outputs.len()));
             let node = noise_node(own, key);
             let matrix = node.map_or_else(|| Some(DMatrix::identity(order, order)), |node| weight(node, order))?;
             // Correlations stay as they are.
@@ -188,6 +196,19 @@ impl<'a> Editable<'a> {
             edits.push(Edit { parent: vec![top("log")], key: "outputs".to_owned(), before: "file", value, of: biased });
         }
         Some(edits)
+    }
+
+    /// The change of `w` or `p0` of the parameters that are estimated.
+    fn of_parameters(&self, key: &str, of: &[usize], new: impl Fn(usize) -> Option<(usize, f64)>) -> Option<Edit> {
+        let mut values: Vec<f64> =
+            self.study.estimated.iter().map(|one| if key == "w" { one.w } else { one.p0 }).collect();
+        for (k, value) in of.iter().filter_map(|k| new(*k)) {
+            values[k] = value;
+        }
+        let value = NewValue::Keyed(Keyed::List(values.into_iter().map(Keyed::Number).collect()));
+        let parent = vec![Step::Key("estimate".to_owned())];
+        let edit = Edit { parent, key: key.to_owned(), before: "parameters", value, of: of.to_vec() };
+        (!of.is_empty()).then_some(edit)
     }
 
     /// The study with these changes, of its plant and the observer alone.

@@ -1,6 +1,6 @@
 //! An observer of a study under other keys.
 
-use super::{json, observer, toml};
+use super::{json, observer, plant, toml};
 use crate::reader::tree::{Node, Value};
 use crate::reader::{Reader, check};
 use crate::schema::OBSERVER;
@@ -29,7 +29,14 @@ pub(crate) fn varied(
         let mut mistakes = Vec::new();
         check::table(node, &OBSERVER, &mut mistakes);
         let mut reader = Reader { dt: study.plant.dt, ..Reader::new(&study.folder, std::collections::BTreeMap::new()) };
-        let found = observer::observer(node, &study.plant, &requested.initial, (&root, &study.source), &mut reader)?;
+        // What the text has is of the plant without the parameters that are estimated.
+        let start = &requested.initial[..study.order()];
+        let base = match study.estimated.as_slice() {
+            [] => None,
+            _ => Some(plant::plant(root.get("plant")?, &mut reader)?),
+        };
+        let plant = (base.as_ref().unwrap_or(&study.plant), study.estimated.as_slice());
+        let found = observer::observer(node, plant, start, (&root, &study.source), &mut reader)?;
         let is_sound = mistakes.is_empty() && reader.mistakes.is_empty() && reader.absences.is_empty();
         is_sound.then_some(found)
     };

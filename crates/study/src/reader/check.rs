@@ -150,6 +150,10 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
                 mistakes.push(Diagnostic::new(x.span.clone(), message, "expected a text"));
             }
         }),
+        Type::Covariance if node.list().is_some_and(|list| list.iter().any(|entry| entry.text().is_some())) => {
+            value(node, &Key { value: Type::Expressions, ..*key }, mistakes);
+        }
+        Type::Covariance => value(node, &Key { value: Type::Weight, ..*key }, mistakes),
         Type::Expressions => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
             expression(x, &format!("entry {} of `{name}`", i + 1), mistakes);
         }),

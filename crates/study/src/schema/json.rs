@@ -97,6 +97,7 @@ fn kind(kind: &Type) -> Value {
         Type::Expressions => list(&expression()),
         Type::ExpressionRows => json!({ "anyOf": [list(&expression()), list(&list(&expression()))] }),
         Type::Weight => json!({ "anyOf": [number(Range::Any), list(&number(Range::Any)), rows()] }),
+        Type::Covariance => json!({ "anyOf": [number(Range::Any), list(&expression()), rows()] }),
         Type::Poles => {
             let complex = json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 });
             list(&json!({ "anyOf": [{ "type": "number" }, complex] }))

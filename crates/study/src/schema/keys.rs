@@ -1,6 +1,7 @@
 //! The tables of a study file, except for those of the observers.
 
 use super::advise::ADVISE;
+use super::estimate::ESTIMATE;
 use super::observers::OBSERVER;
 use super::truth::TRUTH;
 use super::tune::TUNE;
@@ -25,6 +26,11 @@ pub const STUDY: Table = Table {
             "operating_point",
             Type::Table(&OPERATING_POINT),
             "An equilibrium, at which kinds for linear plants are designed for the linearisation of a nonlinear one (`luenberger new --list` says which).",
+        ),
+        optional(
+            "estimate",
+            Type::Table(&ESTIMATE),
+            "Parameters of the plant that filters with a covariance estimate with its state.",
         ),
         optional("input", Type::Table(&INPUT), "The input of the plant (default 0)."),
         optional("simulation", Type::Table(&SIMULATION), "The simulation of the plant and its observers."),
@@ -112,6 +118,11 @@ const PLANT: Table = Table {
             "angles",
             Type::Names(1),
             "States and outputs that are angles, in rad or in their `units` (rad, mrad, deg, gon, rev): differences of readings, sigma points and errors are taken modulo a full turn. A state that is measured itself and its output need to be named once.",
+        ),
+        optional(
+            "delays",
+            Type::Named,
+            "Outputs that are measured late, with their delays: what is read at t was true at t less the delay. The simulated sensors are late by them, and filters take each measurement at its time.",
         ),
         optional(
             "time_unit",
@@ -391,6 +402,11 @@ const LOG: Table = Table {
             "outputs",
             Type::Texts,
             "The columns of the outputs, or expressions of columns, such as \"acc_x/9.81\" (default: the names of the plant's outputs).",
+        ),
+        optional(
+            "variances",
+            Type::Texts,
+            "The columns, or expressions of columns, of the variances of the measurements, one for each output, such as \"accuracy^2\"; \"-\" for an output with that of `v`. Where a row has one it takes the place of the entry of V (default: V).",
         ),
         optional(
             "repeats",

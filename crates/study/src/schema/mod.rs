@@ -4,6 +4,7 @@
 //! generated from it ([`json_schema`]), and the guide can list it. Keys that are not in it are errors.
 
 mod advise;
+mod estimate;
 mod json;
 mod keys;
 mod observers;

@@ -29,6 +29,7 @@ use luenberger_wording::setters;
 use crate::deployment::{ExportOptions, ExportRefusal, Prepared, chosen, prepared};
 use crate::design::design;
 use crate::digest::sha256;
+use crate::execute::with_variances;
 use crate::study::Study;
 use crate::table::{Form, LogColumns, LogRow, LogRows};
 use position::Position;
@@ -111,6 +112,9 @@ pub struct Stream {
     delivered: Position,
 }
 
+/// Why a log with variances is not streamed.
+const OTHER_VARIANCES: &str = "`variances` in [log] are those of its rows, and the exported step has one V for all: expected a study without them, in which `v` covers what the sensor does";
+
 impl Stream {
     /// The stream of the observer of that name; without a name, of the only observer.
     ///
@@ -122,6 +126,9 @@ impl Stream {
         let observer = chosen(study, name)?;
         let designed = design(study, observer, &AtomicBool::new(false));
         let designed = designed.map_err(|why| ExportRefusal::design(observer, why))?;
+        if study.log.as_ref().is_some_and(|log| with_variances(&designed.runnable, log).is_some()) {
+            return Err(ExportRefusal::Options(OTHER_VARIANCES));
+        }
         let of_export = ExportOptions {
             period: options.period,
             substeps: options.substeps,

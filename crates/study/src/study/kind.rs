@@ -9,7 +9,7 @@ use std::sync::Arc;
 use luenberger_design::{Periods, Region};
 use nalgebra::{Complex, DMatrix};
 
-use super::{GainSpec, LinearSpec, Study};
+use super::{Estimated, GainSpec, LinearSpec, Study};
 
 /// Whether a kind takes plants that are linear only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -194,6 +194,13 @@ pub trait Specification: Setting {
     /// with the period `dt`; none if it has neither.
     fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
         let _ = (factor, dt);
+        None
+    }
+
+    /// The same for the plant with these parameters as further states, the last ones; none for a kind that does not
+    /// estimate parameters.
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        let _ = parameters;
         None
     }
 

@@ -50,6 +50,14 @@ impl<'a> Plan<'a> {
         .advise(other_kinds(self.study, self.requested))
     }
 
+    /// The refusal of a plant of which outputs are measured late.
+    pub(crate) fn not_for_delays(&self) -> NoObserver {
+        let (kind, late) = (self.requested.kind.name(), self.study.plant.late_outputs());
+        NoObserver::new(format!("outputs are measured late ({late}), and the kind {kind} takes a reading for one of now"))
+            .hint("extended-kalman, iterated-extended-kalman or ukf, or `measurement_delay` in [truth], of which observers do not know")
+            .advise(other_kinds(self.study, self.requested))
+    }
+
     /// That the period of the observer is that of the plant.
     ///
     /// # Errors

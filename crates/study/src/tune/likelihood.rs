@@ -7,23 +7,25 @@ use luenberger_sim::{Recording, Settings};
 use nalgebra::DMatrix;
 
 use crate::design::Designed;
-use crate::execute::{replay_of, replay_settings};
+use crate::execute::{replay_of, replay_settings, with_variances};
 use crate::kinds;
 use crate::read::{Edit, Editable};
-use crate::study::{ObserverSpec, Study, Tunable, TuneSpec};
+use crate::study::{Log, ObserverSpec, Study, Tunable, TuneSpec};
 use crate::synthesis::Plan;
 
 /// A log: times, inputs and outputs, and how many of its first rows are fitted.
-pub(super) struct Data {
+pub(super) struct Data<'a> {
     pub(super) name: String,
     pub(super) t: Vec<f64>,
     u: DMatrix<Option<f64>>,
     y: DMatrix<Option<f64>>,
+    log: &'a Log,
     pub(super) fitted: usize,
 }
 
-impl Data {
-    fn new(name: &str, recording: &Recording, held_out: f64) -> Self {
+impl<'a> Data<'a> {
+    fn new(name: &str, log: &'a Log, held_out: f64) -> Self {
+        let recording = &log.recording;
         let table = |samples: &luenberger_sim::Samples| {
             let (rows, columns) = samples.values().shape();
             DMatrix::from_fn(rows, columns, |k, j| samples.value(k, j))
@@ -31,7 +33,7 @@ impl Data {
         let t = recording.times().to_vec();
         let fitted = ((1.0 - held_out) * t.len() as f64).ceil() as usize;
         let (u, y) = (table(recording.inputs()), table(recording.outputs()));
-        Self { name: name.to_owned(), fitted: fitted.clamp(2, t.len()), t, u, y }
+        Self { name: name.to_owned(), fitted: fitted.clamp(2, t.len()), t, u, y, log }
     }
 
     /// The first rows, outputs less their biases.
@@ -60,7 +62,7 @@ pub(super) struct Criterion<'a> {
     pub(super) spec: &'a TuneSpec,
     pub(super) requested: &'a ObserverSpec,
     pub(super) editable: Editable<'a>,
-    pub(super) data: Vec<Data>,
+    pub(super) data: Vec<Data<'a>>,
     /// As of any replay of the study.
     settings: Settings,
     /// Measurements that the gate of the filter rejects with the values of the study.
@@ -73,7 +75,7 @@ impl<'a> Criterion<'a> {
     pub(super) fn new(study: &'a Study, spec: &'a TuneSpec, cancel: &'a AtomicBool) -> Option<Self> {
         let requested = study.observer(&spec.observer)?;
         let editable = Editable::new(study, &spec.observer)?;
-        let data = spec.logs.iter().map(|(name, log)| Data::new(name, &log.recording, spec.held_out)).collect();
+        let data = spec.logs.iter().map(|(name, log)| Data::new(name, log, spec.held_out)).collect();
         Some(Self {
             study,
             spec,
@@ -93,8 +95,8 @@ impl<'a> Criterion<'a> {
         let designed = kinds::with_covariance(&plan).map_err(|none| none.hypothesis)?;
         let none = vec![0.0; self.study.plant.outputs.len()];
         for data in &mut self.data {
-            let replayed =
-                run(self.study, (self.requested, &designed), data.recording(data.t.len(), &none)?, self.settings)?;
+            let recording = data.recording(data.t.len(), &none)?;
+            let replayed = run(self.study, (self.requested, &designed), (data.log, recording), self.settings)?;
             for (k, j) in replayed.consistency.iter().flat_map(|consistency| &consistency.rejected) {
                 if let Some(row) = replayed.row[*k] {
                     data.y[(row, *j)] = None;
@@ -123,9 +125,9 @@ impl<'a> Criterion<'a> {
                 bias[j] = *value;
             }
         }
-        let of = |data: &Data| {
+        let of = |data: &Data<'_>| {
             let rows = if is_whole { data.t.len() } else { data.fitted };
-            run(&study, (requested, &designed), data.recording(rows, &bias)?, self.settings)
+            run(&study, (requested, &designed), (data.log, data.recording(rows, &bias)?), self.settings)
         };
         self.data.iter().map(of).collect()
     }
@@ -165,11 +167,13 @@ fn sum(replayed: &ReplayedObserver, from: usize) -> Result<f64, String> {
 fn run(
     study: &Study,
     (requested, designed): (&ObserverSpec, &Designed),
-    recording: Recording,
+    (log, recording): (&Log, Recording),
     settings: Settings,
 ) -> Result<ReplayedObserver, String> {
     let replay = replay_of(&study.plant, recording, settings);
-    let replayed = designed.runnable.replay(replay, &requested.name, &requested.initial).run();
+    let of_rows = with_variances(&designed.runnable, log);
+    let runnable = of_rows.as_ref().unwrap_or(&designed.runnable);
+    let replayed = runnable.replay(replay, &requested.name, &requested.initial).run();
     let mut replayed = replayed.map_err(|error| error.to_string())?;
     replayed.observers.pop().ok_or_else(|| "the log was not replayed".to_owned())
 }

@@ -236,7 +236,7 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
     let parameters: Vec<TunedParameter> = parameters.collect();
     let remarks = words::remarks(&criterion, &parameters, (&free, &bounds), (&information, found.len(), agreeing));
     let tuned: Vec<f64> = parameters.iter().map(|one| one.after).collect();
-    let log = |data: &likelihood::Data| TunedLog {
+    let log = |data: &likelihood::Data<'_>| TunedLog {
         file: data.name.clone(),
         fitted: data.fitted,
         held_out: data.t.len() - data.fitted,
@@ -271,7 +271,7 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
 
 /// Enough measurements in both parts.
 fn is_long_enough(criterion: &Criterion<'_>) -> Result<(), TuneError> {
-    let count = |part: &dyn Fn(&likelihood::Data) -> std::ops::Range<usize>| {
+    let count = |part: &dyn Fn(&likelihood::Data<'_>) -> std::ops::Range<usize>| {
         let ranges = || criterion.data.iter().map(|data| (data, part(data)));
         let rows: usize = ranges().map(|(_, range)| range.len()).sum();
         (rows, ranges().map(|(data, range)| data.measurements(range)).sum::<usize>())

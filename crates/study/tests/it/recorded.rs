@@ -440,6 +440,12 @@ pub(crate) fn others() -> Vec<(&'static str, String)> {
     };
     // The first state is an angle, and the output that is this state.
     let of_angles = |text: String| text.replace("[plant]\n", "[plant]\nangles = [\"x1\"]\n");
+    // The weight of the pendulum is a state.
+    let of_parameter = |text: &str| {
+        let text =
+            text.replace("sin(x1)", "weight*sin(x1)").replace("[plant]\n", "[plant]\nparameters = { weight = 1 }\n");
+        format!("{text}[estimate]\nparameters = [\"weight\"]\np0 = [0.1]\nw = [1e-3]\n")
+    };
     let noise_of_map = "w = [1e-3, 1e-2]\nv = 0.01\nperiod = 0.1";
     vec![
         ("ukf", pendulum(&format!("kind = \"ukf\"\n{noise}"))),
@@ -469,6 +475,8 @@ pub(crate) fn others() -> Vec<(&'static str, String)> {
             of_angles(map(&format!("kind = \"mhe\"\nwindow = 3\n{noise_of_map}")))
                 .replace("x1 + 0.1*x2", "wrap(x1 + 0.1*x2)"),
         ),
+        ("ekf-parameter", of_parameter(&pendulum(&format!("kind = \"extended-kalman\"\n{noise}")))),
+        ("mhe-parameter", of_parameter(&pendulum(&format!("kind = \"mhe\"\nwindow = 3\n{noise}")))),
         ("chain", pendulum("kind = \"high-gain\"\nr = 0.1")),
         ("discrete", motor("kind = \"luenberger\"\npoles = [0.5, 0.6]")),
         ("cubic-of-samples", motor("kind = \"sampled-cubic\"\npoles = [0.5, 0.6]\ngamma = 1\nperiod = 0.05")),
