@@ -37,6 +37,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("iterated-extended-kalman", |random| expression_study(random, "iterated-extended-kalman")),
     ("ukf", |random| expression_study(random, "ukf")),
     ("mhe", |random| expression_study(random, "mhe")),
+    ("particle", |random| expression_study(random, "particle")),
     ("kkl", maps),
     ("pebo", parameters),
     ("kkl-peb", parameters),
