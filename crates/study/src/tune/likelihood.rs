@@ -10,7 +10,7 @@ use crate::design::Designed;
 use crate::execute::{replay_of, replay_settings};
 use crate::kinds;
 use crate::read::{Edit, Editable};
-use crate::study::{ObserverSpec, Study, Tunable, TuneSpec};
+use crate::study::{Log, ObserverSpec, Study, Tunable, TuneSpec};
 use crate::synthesis::Plan;
 
 /// A log: times, inputs and outputs, and how many of its first rows are fitted.
@@ -23,15 +23,15 @@ pub(super) struct Data {
 }
 
 impl Data {
-    fn new(name: &str, recording: &Recording, held_out: f64) -> Self {
+    fn new(name: &str, log: &Log, held_out: f64) -> Self {
+        let recording = &log.recording;
         let table = |samples: &luenberger_sim::Samples| {
             let (rows, columns) = samples.values().shape();
             DMatrix::from_fn(rows, columns, |k, j| samples.value(k, j))
         };
         let t = recording.times().to_vec();
-        let fitted = ((1.0 - held_out) * t.len() as f64).ceil() as usize;
         let (u, y) = (table(recording.inputs()), table(recording.outputs()));
-        Self { name: name.to_owned(), fitted: fitted.clamp(2, t.len()), t, u, y }
+        Self { name: name.to_owned(), fitted: log.fitted(held_out), t, u, y }
     }
 
     /// The first rows, outputs less their biases.
@@ -73,7 +73,7 @@ impl<'a> Criterion<'a> {
     pub(super) fn new(study: &'a Study, spec: &'a TuneSpec, cancel: &'a AtomicBool) -> Option<Self> {
         let requested = study.observer(&spec.observer)?;
         let editable = Editable::new(study, &spec.observer)?;
-        let data = spec.logs.iter().map(|(name, log)| Data::new(name, &log.recording, spec.held_out)).collect();
+        let data = spec.logs.iter().map(|(name, log)| Data::new(name, log, spec.held_out)).collect();
         Some(Self {
             study,
             spec,
