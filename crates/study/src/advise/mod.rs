@@ -138,8 +138,8 @@ impl Ground<'_> {
     }
 }
 
-/// Where the observers of a study run: on its log for criteria of a log and without a noisy simulation, otherwise in its
-/// simulation.
+/// Where the observers of a study run: on its log for criteria of a log and without a noisy simulation, otherwise in
+/// its simulation.
 fn ground<'a>(study: &'a Study, options: &AdviseOptions<'_>) -> Result<Ground<'a>, StudyError> {
     let missing = |needs| Err(StudyError::Missing { step: "advise", needs });
     let asks = |of: fn(Criterion) -> bool| {

@@ -105,8 +105,8 @@ fn from_second_differences((study, log): (&Study, &Log), j: usize, first: usize)
 /// Least and largest values of the states, and which they are.
 type Bounds = Option<(Vec<(f64, f64)>, String)>;
 
-/// Where the states are in the rows that are fitted: the true ones where the log has them, otherwise the estimates of the
-/// first observer of the study that runs.
+/// Where the states are in the rows that are fitted: the true ones where the log has them, otherwise the estimates of
+/// the first observer of the study that runs.
 fn bounds((study, log): (&Study, &Log), first: usize, run: &RunOptions<'_>) -> Result<Bounds, StudyError> {
     let of_column = |truth: &Samples, i: usize| {
         let all = (0..first).filter_map(|k| truth.value(k, i));

@@ -150,7 +150,8 @@ impl Predictions {
     }
 }
 
-/// Whether the estimate of an observer depends on the measurement of its own time: what a NaN in its place leaves of it.
+/// Whether the estimate of an observer depends on the measurement of its own time: whether a NaN in its place leaves
+/// something of it undefined.
 fn reads_measurement(member: &Member<'_>, log: &Log) -> bool {
     let runs = &member.designed.runnable;
     let size = runs.dimensions();

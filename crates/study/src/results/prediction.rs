@@ -15,8 +15,8 @@ pub struct PredictionReport {
     /// of its innovations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log_likelihood: Option<f64>,
-    /// The root mean square of the errors of the states that the log knows, in units of a scale, or of a single state in
-    /// its own unit; none without a true state, and of several without a scale.
+    /// The root mean square of the errors of the states that the log knows, in units of a scale, or of a single state
+    /// in its own unit; none without a true state, and of several without a scale.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
     /// The error of each of these states.

@@ -110,8 +110,8 @@ fn of_filter(rows: &Rows) -> Vec<(f64, f64, [f64; 2])> {
     rows.iter().map(one).collect()
 }
 
-/// The predictions of the reduced-order observer with the pole 0.5: z' = 0.8 z + u + l (y+ - 0.9 y - 0.2 z), 0.8 - 0.2 l
-/// = 0.5, and y+ is predicted as 0.9 y + 0.2 z before it is measured.
+/// The predictions of the reduced-order observer with the pole 0.5: z+ = 0.8 z + u + l (y+ - 0.9 y - 0.2 z), where
+/// 0.8 - 0.2 l = 0.5, and y+ is predicted as 0.9 y + 0.2 z before it is measured.
 fn of_reduced(rows: &Rows) -> Vec<f64> {
     let l = 1.5;
     let (mut z, mut found) = (0.0, vec![rows[0][1]]);

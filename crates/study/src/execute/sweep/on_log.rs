@@ -1,5 +1,5 @@
-//! A sweep on a log: each observer at each value, one run of the log for each, judged by its predictions of the part that
-//! is held out. No noise is drawn, so that there is no ensemble.
+//! A sweep on a log: each observer at each value, one run of the log for each, judged by its predictions of the part
+//! that is held out. No noise is drawn, so that there is no ensemble.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
