@@ -105,7 +105,7 @@ impl Predictions {
     ) -> Result<Self, String> {
         let by_model;
         let innovation = match &replayed.innovation {
-            None => return Err("it estimates no state that the outputs depend on".to_owned()),
+            None => return Err("it does not estimate the whole state, and predicts no output".to_owned()),
             Some(_) if reads_measurement(member, log) => {
                 by_model = predicted_by_model((study, log), replayed)?;
                 &by_model
