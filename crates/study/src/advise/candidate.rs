@@ -292,20 +292,15 @@ impl Candidate {
     pub(super) fn medians(&self) -> Medians {
         let known = |x: f64| x.is_finite().then_some(x);
         let median = |values: Vec<f64>| known(percentile(values, 50));
-        let states = match self.on_log() {
-            Some(_) => Vec::new(),
-            None => {
-                let of = |i: usize| median(self.scores(|run| Some(run.merits.states.get(i)?.rmse)));
-                (0..self.spec.initial.len()).map(of).collect()
-            }
-        };
+        let state = |i: usize| median(self.scores(|run| Some(run.merits.states.get(i)?.rmse)));
+        let count = if self.on_log().is_some() { 0 } else { self.spec.initial.len() };
         Medians {
             rms: median(self.rms()),
             rms_range: [known(percentile(self.rms(), 5)), known(percentile(self.rms(), 95))],
             settling: median(self.settling()),
             peak: median(self.peak()),
             steady_rms: median(self.steady()),
-            states,
+            states: (0..count).map(state).collect(),
         }
     }
 }

@@ -458,7 +458,7 @@ pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
     }
     let panel = |(label, score): (String, Score<'_>)| {
         let points = report.rows.iter().map(|row| (row.observer.as_str(), row.value, score(row)));
-        swept(study, Panel::new(parameter(&report.parameter), label).log_x(), points.collect())
+        swept(study, Panel::new(parameter(&report.parameter), label).log_x(), &points.collect::<Vec<_>>())
     };
     let caption = match report.ensemble {
         1 => "One run at each value.".to_owned(),
@@ -468,7 +468,7 @@ pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
 }
 
 /// A curve for each observer over the values of a sweep.
-fn swept(study: &Study, mut panel: Panel, points: Vec<(&str, f64, Option<f64>)>) -> Panel {
+fn swept(study: &Study, mut panel: Panel, points: &[(&str, f64, Option<f64>)]) -> Panel {
     let mut observers: Vec<&str> = points.iter().map(|(name, ..)| *name).collect();
     observers.dedup();
     for name in observers {
@@ -498,7 +498,7 @@ pub(super) fn sweep_on_log(study: &Study, report: &LogSweepReport) -> Named {
         let panel = if is_log { panel.log_x() } else { panel };
         let points =
             report.rows.iter().map(|row| (row.observer.as_str(), row.value, row.on_log.as_ref().and_then(score)));
-        swept(study, panel, points.collect())
+        swept(study, panel, &points.collect::<Vec<_>>())
     };
     let caption = "The predictions of the part of the log that is held out.";
     figure("sweep", "Sweep", caption, scores.into_iter().map(panel).collect())

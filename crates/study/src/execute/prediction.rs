@@ -125,7 +125,7 @@ impl Predictions {
                 errors: errors.as_ref().map(|errors| errors.row(k).iter().copied().collect()).unwrap_or_default(),
             });
         }
-        let mut rejected = 0;
+        let mut rejected = 0usize;
         for (k, _) in replayed.consistency.iter().flat_map(|consistency| &consistency.rejected) {
             let Some(row) = replayed.row[*k].and_then(|row| row.checked_sub(first)) else { continue };
             if let Some(row) = &mut rows[row] {

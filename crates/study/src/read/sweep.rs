@@ -39,7 +39,11 @@ pub(super) fn sweep(
     if on_log {
         of_log(node, (at, &parameter), reader)?;
     }
-    let held_out = share(node, reader)?;
+    let held_out = node.get("held_out").and_then(Node::number);
+    if let (Some(share), Some(entry)) = (held_out.filter(|share| *share > MOST_HELD_OUT), node.get("held_out")) {
+        let expected = format!("expected a share up to {MOST_HELD_OUT}");
+        return reader.refuse(entry.span.clone(), format!("`held_out` is {share}"), expected);
+    }
     let observers_named = named(node, observers, reader).ok()?;
     let chosen = |observer: &&ObserverSpec| observers_named.as_ref().is_none_or(|names| names.contains(&observer.name));
     let swept: Vec<&ObserverSpec> = observers?.iter().filter(chosen).collect();
@@ -74,17 +78,6 @@ pub(super) fn sweep(
         on_log,
         held_out,
     })
-}
-
-/// The share that is held out, if it is given.
-fn share(node: &Node, reader: &mut Reader) -> Option<Option<f64>> {
-    let Some(at) = node.get("held_out") else { return Some(None) };
-    let share = at.number()?;
-    if share > MOST_HELD_OUT {
-        let expected = format!("expected a share up to {MOST_HELD_OUT}");
-        return reader.refuse(at.span.clone(), format!("`held_out` is {share}"), expected);
-    }
-    Some(Some(share))
 }
 
 /// What a log can be swept over: what observers are designed by.

@@ -1,5 +1,7 @@
 //! One-step predictions of an observer on the part of a log that is held out.
 
+use std::fmt::Write;
+
 use luenberger_proof::wording::significant;
 use serde::Serialize;
 
@@ -100,11 +102,11 @@ impl LogSweepReport {
             );
             let likely = judged.iter().filter_map(|(value, of)| Some((value, of.log_likelihood?)));
             if let Some((value, most)) = likely.max_by(|a, b| a.1.total_cmp(&b.1)) {
-                text += &format!("; the largest log-likelihood, {}, with {}", short(most), short(*value));
+                _ = write!(text, "; the largest log-likelihood, {}, with {}", short(most), short(*value));
             }
             let errors = judged.iter().filter_map(|(value, of)| Some((value, of.error?)));
             if let Some((value, least)) = errors.min_by(|a, b| a.1.total_cmp(&b.1)) {
-                text += &format!("; the least error, {}, with {}", short(least), short(*value));
+                _ = write!(text, "; the least error, {}, with {}", short(least), short(*value));
             }
             Some(text + ".")
         };

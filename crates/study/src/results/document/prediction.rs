@@ -23,14 +23,15 @@ pub(crate) struct Columns {
 
 impl Columns {
     /// Those that some of the scores have.
-    pub(crate) fn of<'a>(all: impl Iterator<Item = &'a PredictionReport> + Clone) -> Self {
-        let first = || all.clone().next();
+    pub(crate) fn of<'a>(all: impl Iterator<Item = &'a PredictionReport>) -> Self {
+        let all: Vec<&PredictionReport> = all.collect();
+        let first = || all.first();
         let states = first().map_or(0, |of| of.states.len());
         Self {
             outputs: first().iter().flat_map(|of| &of.outputs).map(|of| of.output.clone()).collect(),
             states: first().iter().flat_map(|of| &of.states).take(MOST_STATES).map(|of| of.state.clone()).collect(),
-            has_likelihood: all.clone().any(|of| of.log_likelihood.is_some()),
-            has_norm: states > 1 && all.clone().any(|of| of.error.is_some()),
+            has_likelihood: all.iter().any(|of| of.log_likelihood.is_some()),
+            has_norm: states > 1 && all.iter().any(|of| of.error.is_some()),
         }
     }
 
