@@ -82,8 +82,9 @@ pub(crate) enum Command {
     ///
     /// Every kind of observer whose hypotheses hold for the plant is tuned by its rule from the same information (noise
     /// level, region, settling time), which the study gives in [advise] or which is derived, and run on the same
-    /// noises. The kinds that do not apply are listed with the hypothesis that fails. The study needs a [simulation]
-    /// with noise. With -o: figures of error against cost and peak, the scores of all runs, and the study with the
+    /// noises, or on the log of the study, where they are judged by their predictions of the last part. The kinds that
+    /// do not apply are listed with the hypothesis that fails. The study needs a [simulation] with noise, or a [log].
+    /// With -o: figures of error against cost and peak, the scores of all runs, and the study with the
     /// recommended observers. The exit code is 1 if no observer is ranked.
     #[command(after_help = examples::ADVISE)]
     Advise(AdviseInput),
@@ -360,9 +361,10 @@ pub(crate) struct AdviseInput {
     /// its folder
     #[arg(value_name = "STUDY")]
     pub(crate) study: Source,
-    /// Criterion, or several with weights: error, noise, peak, settling, cost, proved; error=2,cost=1
-    #[arg(long, value_name = "CRITERIA", default_value = "error")]
-    pub(crate) by: Criteria,
+    /// Criterion, or several with weights: error, noise, peak, settling, cost, proved, on a log innovations and
+    /// likelihood; error=2,cost=1 [default: error, on a log innovations]
+    #[arg(long, value_name = "CRITERIA")]
+    pub(crate) by: Option<Criteria>,
     /// Time budget, such as 30s or 5min; what it does not reach is listed
     #[arg(long, value_name = "TIME", value_parser = time, default_value = "1min", allow_hyphen_values = true)]
     pub(crate) budget: f64,

@@ -9,7 +9,8 @@
 //! | `linalg` | matrix equations, placement, observability |
 //! | `observer` | a designed observer: its numbers, runs, steps and files |
 //! | `certificate` | facts, certificate files, verification |
-//! | `run` | study files, trajectories |
+//! | `run` | study files, trajectories, the fit of a filter to a log |
+//! | `stream` | an observer on rows that arrive |
 //! | `blocks` | sweeps that several processes compute |
 //! | `export` | code for the target |
 //! | `kinds` | the kinds of observers |
@@ -25,6 +26,7 @@ mod kinds;
 mod linalg;
 mod observer;
 mod run;
+mod stream;
 mod work;
 
 use pyo3::prelude::*;
@@ -37,6 +39,7 @@ fn _luenberger(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observer::Design>()?;
     module.add_class::<observer::Stepper>()?;
     module.add_class::<run::StudyFile>()?;
+    module.add_class::<stream::RowStream>()?;
     module.add_function(wrap_pyfunction!(certificate::verify, module)?)?;
     module.add_function(wrap_pyfunction!(kinds::kinds, module)?)?;
     module.add_function(wrap_pyfunction!(run::check, module)?)?;

@@ -81,6 +81,7 @@ impl Design {
         let (plant, observer) = (&self.study.plant, &self.study.observers[0]);
         let size = self.designed.runnable.dimensions();
         Ok(dictionary!(py; kind = observer.kind.name(), name = observer.name.as_str(), states = &plant.states,
+            turns = plant.turns_of(&plant.states),
             inputs = &plant.inputs, outputs = &plant.outputs, order = size.state,
             period = observer.kind.period().or(self.designed.runnable.period()), initial = list(py, &observer.initial)))
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use luenberger_plants::StateSpace;
 use luenberger_study::execute::{Limits, SweepOptions};
 use luenberger_study::results::{ObserverRun, Results};
+use luenberger_study::tune::{TuneOptions, tune};
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute_in_part};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -33,7 +34,8 @@ pub(crate) fn read(py: Python<'_>, text: &str, folder: &Path) -> PyResult<Study>
 pub(crate) fn check<'py>(py: Python<'py>, study: &str) -> PyResult<Bound<'py, PyDict>> {
     let study = read(py, study, ".".as_ref())?;
     let plant = study.plant;
-    let found = dictionary!(py; states = plant.states, inputs = plant.inputs, outputs = plant.outputs);
+    let turns = plant.turns_of(&plant.states);
+    let found = dictionary!(py; states = plant.states, inputs = plant.inputs, outputs = plant.outputs, turns);
     if let Some(point) = study.operating_point {
         let StateSpace { a, b, c, d } = &point.linear;
         let at = dictionary!(py;
@@ -163,7 +165,7 @@ impl StudyFile {
         let (study, plant) = (&self.study, &self.study.plant);
         let observers: Vec<&str> = study.observers.iter().map(|observer| observer.name.as_str()).collect();
         Ok(dictionary!(py; title = study.title.as_str(), about = study.about.as_str(), states = &plant.states,
-            units = plant.units_of(&plant.states), inputs = &plant.inputs, outputs = &plant.outputs, observers))
+            units = plant.units_of(&plant.states), turns = plant.turns_of(&plant.states), inputs = &plant.inputs, outputs = &plant.outputs, observers))
     }
 
     /// Executes a step: the results as JSON, the trajectories, and why it ended early, if it did.
@@ -203,5 +205,27 @@ impl StudyFile {
             execute_in_part(&study, step, &options)
         })?;
         answer(py, executed)
+    }
+
+    /// Fits what [tune] names: the fit as JSON, and the tuned study.
+    #[pyo3(signature = (output, force, threads, write, progress, /))]
+    fn tune<'py>(
+        &self,
+        py: Python<'py>,
+        output: Option<PathBuf>,
+        force: bool,
+        threads: Option<usize>,
+        write: bool,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let study = Arc::clone(&self.study);
+        let tuned = interruptible(py, progress.as_ref(), move |context| {
+            let (progress, cancel) = (context.progress, context.cancel);
+            let run = RunOptions { output, force, threads, progress, cancel, ..RunOptions::default() };
+            tune(&study, &TuneOptions { run, write })
+        })?;
+        let report = tuned.map_err(|why| study_error(py, &why))?;
+        let json = serde_json::to_string(&report).map_err(|why| error::plain(py, "StudyError", why))?;
+        Ok(dictionary!(py; json, study = report.study.as_str(), text = report.text()))
     }
 }

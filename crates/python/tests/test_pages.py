@@ -56,3 +56,44 @@ def test_the_other_programs_of_the_page(tmp_path, monkeypatch, capsys):
     hidden = {"A": np.diag([1.0, -1.0]), "G": np.eye(2), "C": [[0.0, 1.0]], "QN": 1.0, "RN": 1.0}
     exec(errors, {"luenberger": lg, "control": control, **hidden})
     assert "(1+0j) 0.0" in capsys.readouterr().out
+
+
+def test_the_programs_on_logs_and_angles(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    page = programs("docs/python.md")
+    (log,) = [text for text in page if "study.tune" in text]
+    random = np.random.default_rng(1)
+    level, rows = 0.0, []
+    for k in range(300):
+        voltage = float(k % 20 < 10)
+        rows.append({"t": 0.1 * k, "voltage": voltage, "tacho": level + 0.2 * random.normal()})
+        level += 0.1 * (2.4 * voltage - 0.9 * level) + 0.05 * random.normal()
+    pandas.DataFrame(rows).to_csv("log.csv", index=False)
+    text = """
+[plant]
+states = ["speed"]
+inputs = ["voltage"]
+outputs = ["tacho"]
+parameters = { friction = 0.7 }
+f = ["speed + 0.1*(2.4*voltage - friction*speed)"]
+h = ["speed"]
+dt = 0.1
+[log]
+file = "log.csv"
+[[observer]]
+name = "filter"
+kind = "extended-kalman"
+w = [0.01]
+v = [0.01]
+period = 0.1
+[tune]
+observer = "filter"
+parameters = ["w", "friction"]
+profile = 0
+"""
+    names = {"luenberger": lg, "pandas": pandas, "rows": rows, "study": lg.Study.from_text(text, folder=tmp_path)}
+    exec(log, names)
+    assert names["stream"].samples == 300 and set(names["estimate"]) == {"t", "speed_hat", "speed_2sigma"}
+    (angles,) = [text for text in page if "angles=" in text]
+    exec(angles, names)
+    assert names["observer"].kind == "extended-kalman"

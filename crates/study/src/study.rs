@@ -315,6 +315,10 @@ pub struct AdviseSpec {
     pub disturbance: Option<Vec<f64>>,
     /// The sampling period.
     pub period: Option<f64>,
+    /// Standard deviation of a measurement of each output of a log.
+    pub noise: Option<Vec<f64>>,
+    /// The share of a log, its last part, by which observers are ranked.
+    pub held_out: Option<f64>,
     /// Runs of each observer.
     pub ensemble: usize,
     /// The seed of the first estimates.
@@ -323,8 +327,19 @@ pub struct AdviseSpec {
 
 impl Default for AdviseSpec {
     fn default() -> Self {
-        let (settling, region, initial, w, e, disturbance, period) = (None, None, None, None, None, None, None);
-        Self { settling, region, initial, w, e, disturbance, period, ensemble: 20, seed: 0 }
+        Self {
+            settling: None,
+            region: None,
+            initial: None,
+            w: None,
+            e: None,
+            disturbance: None,
+            period: None,
+            noise: None,
+            held_out: None,
+            ensemble: 20,
+            seed: 0,
+        }
     }
 }
 
@@ -397,6 +412,14 @@ pub struct Log {
     pub estimates: luenberger_sim::Estimates,
     /// Suspicious data in the log, such as gaps.
     pub suspicions: Vec<Suspicion>,
+}
+
+impl Log {
+    /// How many of its first rows are fitted where this share of them, the last ones, is held out.
+    pub(crate) fn fitted(&self, held_out: f64) -> usize {
+        let rows = self.recording.times().len();
+        (((1.0 - held_out) * rows as f64).ceil() as usize).clamp(2.min(rows), rows)
+    }
 }
 
 /// The available plots.
@@ -483,4 +506,8 @@ pub struct Sweep {
     pub seed: u64,
     /// The observers, by their names; all if none are named.
     pub observers: Option<Vec<String>>,
+    /// Whether the observers run on the log, and not in the simulation.
+    pub on_log: bool,
+    /// The share of the log, its last part, by which they are judged.
+    pub held_out: Option<f64>,
 }

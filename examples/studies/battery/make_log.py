@@ -1,4 +1,4 @@
-"""Makes log.csv: a lithium-ion cell of 850 mAh under a varying load, as a data logger would have recorded it.
+"""Makes log.csv and raw.csv: a lithium-ion cell of 850 mAh under a varying load, as a data logger would have recorded it.
 
 The cell is the circuit of M. Chen and G. A. Rincon-Mora, Accurate electrical battery model capable of predicting
 runtime and I-V performance, IEEE Transactions on Energy Conversion 21(2), 2006, equations (2) to (6): open-circuit
@@ -9,14 +9,19 @@ The log has what logs have: noise and quantisation, a logger that was off from t
 that failed for a minute, six outliers, and a temperature every 10 s only. The true state of charge is written beside
 it, as a reference instrument would have it.
 
-Run with Python 3 and numpy: python make_log.py > log.csv
+raw.csv is the same as the logger wrote it: milliseconds of the epoch, integers in mA, mV and thousandths of a degree,
+the last temperature repeated until the next one, NaN for the sensor that failed, and a first column of numbers.
+
+Run with Python 3 and numpy: python make_log.py > log.csv; python make_log.py raw > raw.csv
 """
 
 import math
+import sys
 
 import numpy as np
 
 CAPACITY = 3060.0  # 850 mAh in As
+START = 1714564800000  # 2024-05-01 12:00:00 UTC in ms
 
 
 def open_circuit_voltage(soc):
@@ -32,7 +37,7 @@ def parameters(soc):
     )
 
 
-def main():
+def main(raw):
     random = np.random.default_rng(2026)
     # The load: a new level every 5 to 40 s, between charging with 0.4 A and discharging with 1.5 A, and some rests.
     load = []
@@ -42,7 +47,8 @@ def main():
     dropout = range(2400, 2460)
     outliers = {700: 0.35, 1210: -0.5, 2050: 0.4, 2051: 0.45, 2800: -0.3, 3100: 0.6}
     soc, short, long, temperature = 0.95, 0.0, 0.0, 25.0
-    print("t [s],current [A],voltage [V],temperature [degC],soc_true [-]")
+    print(",stamp,i_mA,u_mV,t_mdegC,soc_ref" if raw else "t [s],current [A],voltage [V],temperature [degC],soc_true [-]")
+    count = 0
     for t in range(3600):
         current = load[t]
         series, _, _ = parameters(soc)
@@ -50,7 +56,20 @@ def main():
         seen = voltage + random.normal(0.0, 0.005) + outliers.get(t, 0.0)
         drawn = current + random.normal(0.0, 0.005)
         felt = temperature + random.normal(0.0, 0.1)
-        if not 1500 < t < 1900:
+        if t % 10 == 0:
+            held = felt
+        if raw and not 1500 < t < 1900:
+            cells = [
+                f"{count}",
+                f"{START + 1000 * t}",
+                f"{1000 * drawn:.0f}",
+                "NaN" if t in dropout else f"{1000 * seen:.0f}",
+                f"{1000 * held:.0f}",
+                f"{soc:.5f}",
+            ]
+            print(",".join(cells))
+            count += 1
+        elif not 1500 < t < 1900:
             cells = [
                 f"{t}",
                 f"{drawn:.3f}",
@@ -71,4 +90,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:] == ["raw"])

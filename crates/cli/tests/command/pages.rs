@@ -63,7 +63,7 @@ const PARTS: [(&str, &str, &str); 20] = [
 ];
 
 /// Blocks that no test of this file runs, by their page and first line, with the reason.
-const ELSEWHERE: [(&str, &str, &str); 24] = [
+const ELSEWHERE: [(&str, &str, &str); 26] = [
     ("../README.md", "import control", "crates/python/tests/test_pages.py runs it"),
     ("../README.md", "cargo xtask reproduce", "continuous integration runs it; a test of xtask reads the arguments"),
     ("certificates.md", "cargo run --example certificate ", "builds programs that the tests of luenberger-proof run"),
@@ -91,6 +91,8 @@ const ELSEWHERE: [(&str, &str, &str); 24] = [
     ("python.md", "import control", "crates/python/tests/test_pages.py runs it"),
     ("python.md", "from distributed import Client", "the tests of crates/python run sweeps on a cluster of Dask"),
     ("python.md", "study = luenberger.Study", "crates/python/tests/test_pages.py runs it"),
+    ("python.md", "tuned = study.tune()", "crates/python/tests/test_pages.py runs it"),
+    ("python.md", "car = luenberger.plant(", "crates/python/tests/test_pages.py runs it"),
     ("python.md", "try:", "crates/python/tests/test_pages.py runs it"),
 ];
 
@@ -247,7 +249,7 @@ fn every_example_does_what_its_page_says() {
         // The pages name the example of a battery as from the root of the repository.
         let battery = Path::new("examples/studies/battery");
         std::fs::create_dir_all(here.join(battery)).unwrap();
-        for file in ["battery.toml", "log.csv"] {
+        for file in ["battery.toml", "log.csv", "raw.csv"] {
             std::fs::copy(docs().join("..").join(battery).join(file), here.join(battery).join(file)).unwrap();
         }
         let path = std::env::join_paths(

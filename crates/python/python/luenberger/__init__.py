@@ -58,7 +58,8 @@ from .observability import Mode, Observability, observability
 from .observers import Export, Observer
 from .plants import OperatingPoint, Plant, plant
 from .registry import Kind, kinds, observer
-from .studies import Results, Study
+from .streams import Stream
+from .studies import Results, Study, Tuned
 from .systems import StateSpace, ss
 from .trajectories import Trajectory
 
@@ -99,10 +100,12 @@ __all__ = [
     "SingularEquation",
     "Solution",
     "StateSpace",
+    "Stream",
     "Study",
     "StudyError",
     "StudyFileError",
     "Trajectory",
+    "Tuned",
     "Uncontrollable",
     "Undecided",
     "Unobservable",

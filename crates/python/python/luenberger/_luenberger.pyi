@@ -9,6 +9,7 @@ __all__ = [
     "Blocks",
     "Certificate",
     "Design",
+    "RowStream",
     "Stepper",
     "StudyFile",
     "__version__",
@@ -82,6 +83,27 @@ class StudyFile:
         progress: _Progress | None,
         /,
     ) -> dict[str, Any]: ...
+    def tune(
+        self, output: _Path | None, force: bool, threads: int | None, write: bool, progress: _Progress | None, /
+    ) -> dict[str, Any]: ...
+
+@final
+class RowStream:
+    def __new__(
+        cls,
+        study: StudyFile,
+        observer: str | None,
+        dt: float | None,
+        substeps: int | None,
+        timed: bool,
+        predicted: bool | None,
+        /,
+    ) -> RowStream: ...
+    def columns(self) -> list[str]: ...
+    def samples(self) -> int: ...
+    def step(self, row: str, /) -> str: ...
+    def saved(self) -> str: ...
+    def resume(self, text: str, /) -> None: ...
 
 @final
 class Blocks:

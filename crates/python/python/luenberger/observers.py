@@ -122,6 +122,7 @@ class Observer:
         self.kind: str = summary["kind"]
         self.dt: float | None = summary["period"]
         self._is_at_varying_periods = "jitter" in self._spec or "misses" in self._spec
+        self._turns: list[float] | None = summary["turns"]
         self._order: int = summary["order"]
         self._initial: Array = summary["initial"]
         self._report: dict[str, Any] = json.loads(self._design.report())
@@ -377,7 +378,7 @@ class Observer:
 
     def _run(self, study: dict[str, Any], folder: str, *, on_log: bool) -> Trajectory:
         found = self._design.run(as_json(study), folder, on_log)
-        return trajectory(found, self.plant.states, self.plant.inputs, self.plant.outputs)
+        return trajectory(found, self.plant.states, self.plant.inputs, self.plant.outputs, self._turns)
 
     def _input(self, u: Any, folder: Path) -> dict[str, Any] | None:
         m = self.plant.ninputs

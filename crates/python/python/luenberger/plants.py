@@ -192,6 +192,7 @@ def plant(
     tables: Mapping[str, Any] | None = None,
     units: Sequence[str] | Mapping[str, str] | None = None,
     time_unit: str | None = None,
+    angles: Sequence[str] | None = None,
 ) -> Plant:
     """A nonlinear plant from its equations.
 
@@ -217,6 +218,9 @@ def plant(
         tables.
     time_unit : str, optional
         Unit of the time.
+    angles : sequence of str, optional
+        States and outputs that are angles, in their units (default rad): filters take their differences within half a
+        turn, and so are errors.
 
     Returns
     -------
@@ -254,6 +258,8 @@ def plant(
         table["units"] = dict(units) if isinstance(units, Mapping) else _texts("units", units)
     if time_unit is not None:
         table["time_unit"] = time_unit
+    if angles is not None:
+        table["angles"] = _texts("angles", angles)
     return Plant(table, region)
 
 

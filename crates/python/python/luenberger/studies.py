@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from . import _html, _luenberger
 from ._arrays import number
+from .streams import Stream
 from .trajectories import Trajectory, trajectory
 
-__all__ = ["Results", "Study"]
+__all__ = ["Results", "Study", "Tuned"]
 
 # progress(stage, item, done, total), called in the thread of the call.
 Progress = Callable[[str, str, int, int], Any]
@@ -64,6 +66,7 @@ class Study:
         self.inputs: list[str] = summary["inputs"]
         self.outputs: list[str] = summary["outputs"]
         self.observers: list[str] = summary["observers"]
+        self._turns: list[float] | None = summary["turns"]
 
     @classmethod
     def from_text(cls, text: str, *, format: str = "toml", folder: str | PathLike[str] = ".") -> Study:
@@ -119,9 +122,7 @@ class Study:
         StudyError
             The study could not be executed. An observer that is not applicable is no error: see `Results.failures`.
         """
-        bar = _Bar() if progress is True else None
-        callback = bar if bar is not None else None if isinstance(progress, bool) else progress
-        try:
+        with _progress(progress) as callback:
             found = self._inner.execute(
                 step,
                 None if output is None else Path(output),
@@ -133,18 +134,87 @@ class Study:
                 restart,
                 callback,
             )
-        finally:
-            if bar is not None:
-                bar.close()
-        return results(found, self.states, self.inputs, self.outputs)
+        return results(found, self.states, self.inputs, self.outputs, self._turns)
+
+    def tune(
+        self,
+        *,
+        output: str | PathLike[str] | None = None,
+        force: bool = False,
+        write: bool = False,
+        threads: int | None = None,
+        progress: Progress | bool | None = None,
+    ) -> Tuned:
+        """Fit what the table [tune] names to the log, by the maximum likelihood of the innovations of a filter.
+
+        The interpreter's lock is released meanwhile, and Ctrl-C ends the fit. Results do not depend on the threads.
+
+        Parameters
+        ----------
+        output : path-like, optional
+            A folder for report, figures and data; without it none is written.
+        force : bool, optional
+            Write into a folder that has other files, and over a tuned study that is there.
+        write : bool, optional
+            Write the tuned study beside the study, as `tuned.toml`.
+        threads : int, optional
+            Number of threads (default: that of the processors).
+        progress : callable or bool, optional
+            As in `run`.
+
+        Returns
+        -------
+        Tuned
+
+        Raises
+        ------
+        StudyError
+            The log has no information on a parameter, the likelihood no maximum, a part of the log is too short, or the
+            filter fails; with the numbers.
+        """
+        with _progress(progress) as callback:
+            found = self._inner.tune(None if output is None else Path(output), force, threads, write, callback)
+        return Tuned(json.loads(found["json"]), found["study"], found["text"])
+
+    def stream(
+        self,
+        observer: str | None = None,
+        *,
+        dt: float | None = None,
+        substeps: int | None = None,
+        timed: bool = True,
+        predicted: bool | None = None,
+        state: str | None = None,
+    ) -> Stream:
+        """An observer of the study on rows that arrive one after the other; see `Stream`."""
+        return Stream(self, observer, dt=dt, substeps=substeps, timed=timed, predicted=predicted, state=state)
 
     def __repr__(self) -> str:
         return f"<Study {self.title!r}: {', '.join(self.observers) or 'no observers'}>"
 
 
-def results(found: dict[str, Any], states: list[str], inputs: list[str], outputs: list[str]) -> Results:
+@contextmanager
+def _progress(progress: Progress | bool | None) -> Iterator[Progress | None]:
+    """The function that is told the progress: a bar of tqdm for True."""
+    if progress is not True:
+        yield None if isinstance(progress, bool) else progress
+        return
+    bar = _Bar()
+    try:
+        yield bar
+    finally:
+        bar.close()
+
+
+def results(
+    found: dict[str, Any],
+    states: list[str],
+    inputs: list[str],
+    outputs: list[str],
+    turns: list[float] | None = None,
+) -> Results:
     """The results that the extension module returns."""
-    runs = [trajectory(run, states, inputs, outputs) for run in found["runs"]]
+    runs = [trajectory(run, states, inputs, outputs, turns) for run in found["runs"]]
     on_log = [run["on_log"] for run in found["runs"]]
     return Results(json.loads(found["json"]), runs, on_log, found["failures"])
 
@@ -245,7 +315,7 @@ class Results:
     @property
     def sweep(self) -> dict[str, list[Any]]:
         """The sweep, one row for each value and observer, as `pandas.DataFrame` takes it."""
-        sweep = self.data.get("sweep")
+        sweep = self.data.get("sweep") or self.data.get("sweep_on_log")
         return _columns([_flat(row) for row in sweep["rows"]]) if sweep else {}
 
     def plot(self, states: Any = None, axes: Any = None) -> Any:
@@ -275,6 +345,81 @@ class Results:
         return "".join(parts)
 
 
+class Tuned(Mapping[str, Any]):
+    """What a filter assumes, fitted to a log: a mapping with all numbers, as the file `tune.json` has them.
+
+    Made by `Study.tune`.
+
+    Attributes
+    ----------
+    study : str
+        The tuned study, the text of the study with other numbers and comments that say where they come from.
+    fitted : dict of float
+        The fitted values by the names of the parameters.
+
+    Examples
+    --------
+    >>> import luenberger, math, pathlib, tempfile
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> rows = "".join(f"{k},{math.sin(3 * k * k)}\\n" for k in range(200))
+    >>> _ = pathlib.Path(folder.name, "log.csv").write_text("t,y\\n" + rows)
+    >>> study = luenberger.Study.from_text('''
+    ... [plant]
+    ... a = [[0.9]]
+    ... c = [[1]]
+    ... outputs = ["y"]
+    ... dt = 1
+    ... [log]
+    ... file = "log.csv"
+    ... [[observer]]
+    ... name = "filter"
+    ... kind = "extended-kalman"
+    ... w = [0.001]
+    ... v = [1]
+    ... period = 1
+    ... [tune]
+    ... observer = "filter"
+    ... parameters = ["v"]
+    ... profile = 0
+    ... ''', folder=folder.name)
+    >>> tuned = study.tune()
+    >>> folder.cleanup()
+    >>> 0.4 < tuned.fitted["v[y]"] < 0.6
+    True
+    """
+
+    def __init__(self, data: dict[str, Any], study: str, text: str) -> None:
+        self._data = data
+        self._text = text
+        self.study = study
+        self.fitted: dict[str, float] = {one["name"]: one["after"] for one in data["parameters"]}
+
+    def __getitem__(self, key: str) -> Any:
+        return self._data[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._data)
+
+    def __len__(self) -> int:
+        return len(self._data)
+
+    @property
+    def parameters(self) -> dict[str, list[Any]]:
+        """The parameters with standard errors and intervals, one row for each, as `pandas.DataFrame` takes them."""
+        return _columns([{"unit": None, **row} for row in self._data["parameters"]])
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the tuned study."""
+        Path(path).write_text(self.study)
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{name} = {value:g}" for name, value in self.fitted.items())
+        return f"<Tuned {self._data['observer']!r}: {found}>"
+
+
 def _score_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     found = []
     for row in rows:
@@ -288,15 +433,15 @@ def _score_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _flat(row: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables as columns `a.b`; lists of states and percentiles as `STATE.b`, `percentile5.b`."""
+    """Nested tables as columns `a.b`; lists of states, outputs and percentiles as `STATE.b`, `percentile5.b`."""
     flat: dict[str, Any] = {}
     for key, value in row.items():
         if isinstance(value, dict):
             flat.update(_flat(value, f"{prefix}{key}."))
         elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
             for item in value:
-                name = item.get("state") or f"{key[:-1]}{item.get('percent')}"
-                rest = {key: value for key, value in item.items() if key not in ("state", "percent")}
+                name = item.get("state") or item.get("output") or f"{key[:-1]}{item.get('percent')}"
+                rest = {key: value for key, value in item.items() if key not in ("state", "output", "percent")}
                 flat.update(_flat(rest, f"{prefix}{name}."))
         else:
             flat[f"{prefix}{key}"] = value

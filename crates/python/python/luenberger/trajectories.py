@@ -32,6 +32,8 @@ class Trajectory:
         The name of the observer.
     states, inputs, outputs : list of str
         Names.
+    turns : list of float or None
+        The full turn of each state that is an angle, in its unit, and 0 of the others; None without angles.
 
     Examples
     --------
@@ -52,13 +54,18 @@ class Trajectory:
     states: list[str]
     inputs: list[str]
     outputs: list[str]
+    turns: list[float] | None = field(default=None, repr=False)
 
     @property
     def error(self) -> Array:
-        """The estimation error, x - xhat."""
+        """The estimation error, x - xhat, of angles within half a turn."""
         if self.xhat is None:
             return np.full_like(self.x, np.nan)
-        return self.x - self.xhat
+        error: Array = self.x - self.xhat
+        for i, turn in enumerate(self.turns or []):
+            if turn > 0:
+                error[i] += turn * np.floor(0.5 - error[i] / turn)
+        return error
 
     def to_dict(self) -> dict[str, Array]:
         """Columns by name, as `pandas.DataFrame` takes them: t, states, estimates `x_hat`, inputs, outputs."""
@@ -111,7 +118,9 @@ class Trajectory:
         return _html.table(caption, ["state", "largest |error|", "last error"], rows)
 
 
-def trajectory(found: dict[str, Any], states: list[str], inputs: list[str], outputs: list[str]) -> Trajectory:
+def trajectory(
+    found: dict[str, Any], states: list[str], inputs: list[str], outputs: list[str], turns: list[float] | None
+) -> Trajectory:
     """The trajectory that the extension module returns."""
     t, x = found["t"], found["x"]
     return Trajectory(
@@ -125,4 +134,5 @@ def trajectory(found: dict[str, Any], states: list[str], inputs: list[str], outp
         states=states,
         inputs=inputs,
         outputs=outputs,
+        turns=turns,
     )

@@ -1,7 +1,7 @@
 //! An `[[observer]]` as text, and a study with further observers.
 
 use crate::error::StudyError;
-use crate::read::Format;
+use crate::read::{self, Format};
 use crate::study::Study;
 use crate::tuning::{Keys, Value, object};
 
@@ -77,7 +77,7 @@ fn start_of_inline_list(text: &str) -> Option<usize> {
     is_inline.then_some(span.start + 1)
 }
 
-/// The study with these observers.
+/// The study with these observers, without its log, on which no design depends.
 pub(crate) fn study_with(study: &Study, blocks: &[Block]) -> Result<Study, StudyError> {
-    Study::from_text(study.source.name(), &text_with(study, blocks)?, study.format, &study.folder)
+    read::without_log(study, &text_with(study, blocks)?)
 }

@@ -14,6 +14,7 @@ use crate::deployment::{self, ExportOptions};
 use crate::design::{Designed, attempt};
 use crate::execute::Scored;
 use crate::kinds::Rule;
+use crate::results::PredictionReport;
 use crate::statistics;
 use crate::study::{ObserverSpec, Study};
 use crate::tuning::{Context, Information, InformationKind};
@@ -33,7 +34,31 @@ pub(super) struct Candidate {
     /// Operations of a step of the exported program, or why there is none.
     pub(super) cost: Result<usize, String>,
     /// The runs, in their order, or why they ended early.
-    pub(super) runs: Vec<Result<Scored, String>>,
+    pub(super) runs: Vec<Result<Score, String>>,
+}
+
+/// The scores of a run.
+pub(super) enum Score {
+    Simulated(Scored),
+    /// Of a log, with the rows that are outside of the region of the design.
+    OnLog(PredictionReport, usize),
+}
+
+impl Score {
+    /// Whether the run left the region of the design.
+    pub(super) fn left(&self) -> bool {
+        match self {
+            Self::Simulated(scored) => scored.left,
+            Self::OnLog(_, outside) => *outside > 0,
+        }
+    }
+
+    fn simulated(&self) -> Option<&Scored> {
+        match self {
+            Self::Simulated(scored) => Some(scored),
+            Self::OnLog(..) => None,
+        }
+    }
 }
 
 /// What has become of a kind.
@@ -225,12 +250,25 @@ impl Candidate {
 
     /// A score of each run.
     pub(super) fn scores(&self, of: impl Fn(&Scored) -> Option<f64>) -> Vec<f64> {
-        let one = |run: &Result<Scored, String>| run.as_ref().ok().and_then(&of).unwrap_or(f64::INFINITY);
+        let simulated = |run: &Score| run.simulated().and_then(&of);
+        let one = |run: &Result<Score, String>| run.as_ref().ok().and_then(simulated).unwrap_or(f64::INFINITY);
         self.runs.iter().map(one).collect()
     }
 
+    /// The scores on the part of a log that is held out.
+    pub(super) fn on_log(&self) -> Option<&PredictionReport> {
+        self.runs.iter().flatten().find_map(|run| match run {
+            Score::OnLog(report, _) => Some(report),
+            Score::Simulated(_) => None,
+        })
+    }
+
+    /// The root mean square of the error of each run.
     pub(super) fn rms(&self) -> Vec<f64> {
-        self.scores(|run| Some(run.merits.norm.as_ref()?.rms))
+        match self.on_log() {
+            Some(report) => vec![report.error.unwrap_or(f64::INFINITY)],
+            None => self.scores(|run| Some(run.merits.norm.as_ref()?.rms)),
+        }
     }
 
     pub(super) fn settling(&self) -> Vec<f64> {
@@ -254,15 +292,15 @@ impl Candidate {
     pub(super) fn medians(&self) -> Medians {
         let known = |x: f64| x.is_finite().then_some(x);
         let median = |values: Vec<f64>| known(percentile(values, 50));
-        let states =
-            (0..self.spec.initial.len()).map(|i| median(self.scores(|run| Some(run.merits.states.get(i)?.rmse))));
+        let state = |i: usize| median(self.scores(|run| Some(run.merits.states.get(i)?.rmse)));
+        let count = if self.on_log().is_some() { 0 } else { self.spec.initial.len() };
         Medians {
             rms: median(self.rms()),
             rms_range: [known(percentile(self.rms(), 5)), known(percentile(self.rms(), 95))],
             settling: median(self.settling()),
             peak: median(self.peak()),
             steady_rms: median(self.steady()),
-            states: states.collect(),
+            states: (0..count).map(state).collect(),
         }
     }
 }
@@ -270,6 +308,11 @@ impl Candidate {
 impl Ranked for Candidate {
     fn value(&self, criterion: Criterion) -> f64 {
         match criterion {
+            Criterion::Innovations => self.on_log().map_or(f64::INFINITY, |report| report.relative),
+            Criterion::Likelihood => {
+                let mean = self.on_log().and_then(|report| report.log_likelihood);
+                mean.map_or(f64::INFINITY, |mean| (-mean).exp())
+            }
             Criterion::Error => percentile(self.rms(), 50),
             Criterion::Noise => percentile(self.steady(), 50),
             Criterion::Peak => percentile(self.peak(), 50),

@@ -1,5 +1,5 @@
 //! Which observer should I use? Every kind of observer whose hypotheses hold for the plant of a study is tuned by its
-//! rule from the same information, run on the same noises, and ranked.
+//! rule from the same information, run on the same noises or on the log of the study, and ranked.
 //!
 //! | file | subject |
 //! |---|---|
@@ -7,6 +7,7 @@
 //! | `rules`, `tuning` | **the table of kinds**; the numbers of their rules |
 //! | `block` | an observer as text; a study with further observers |
 //! | `candidate` | design, cost and scores of one observer |
+//! | `on_log` | the information and the scores that a log gives |
 //! | `ranking` | criteria and order |
 //! | `words`, `figure`, `report` | the ranking in words, as a figure, as data |
 //!
@@ -16,6 +17,7 @@ pub(crate) mod block;
 mod candidate;
 mod document;
 mod figure;
+mod on_log;
 pub(crate) mod ranking;
 mod report;
 mod words;
@@ -36,17 +38,19 @@ use luenberger_wording::setters;
 use rayon::prelude::*;
 
 use self::block::{Block, text_with};
-use self::candidate::{Candidate, Outcome};
+use self::candidate::{Candidate, Outcome, Score};
 use self::ranking::{Ranked, preferred, rank, tied};
 use crate::error::StudyError;
+use crate::error::log::LogError;
+use crate::execute::prediction::{self, quoted};
 use crate::execute::{self, Limits, Trial, within};
 use crate::kinds::{self, Declaration, Rule, Tuning, registry};
 use crate::read::Format;
 use crate::results::Quantity;
 use crate::statistics::pareto_front;
-use crate::study::{AdviseSpec, ObserverSpec, Simulation, Study};
+use crate::study::{AdviseSpec, Log, ObserverSpec, Simulation, Study};
 use crate::trajectory;
-use crate::tuning::Information;
+use crate::tuning::{Basis, Information};
 use crate::{RunOptions, design, write_folder};
 
 /// Default time budget in seconds.
@@ -56,8 +60,8 @@ pub const BUDGET: f64 = 60.0;
 pub struct AdviseOptions<'a> {
     /// Output folder, progress, interruption and threads; its limits do not apply.
     pub run: RunOptions<'a>,
-    /// What the observers are ranked by.
-    pub criteria: Criteria,
+    /// What the observers are ranked by; by default the error in a simulation, and the innovations on a log.
+    pub criteria: Option<Criteria>,
     /// Time budget in seconds. What is not reached within it is listed.
     pub budget: f64,
     /// Whether observers of the study that a rule could tune are ranked too, with the tuning of the study (default
@@ -67,7 +71,7 @@ pub struct AdviseOptions<'a> {
 
 impl Default for AdviseOptions<'_> {
     fn default() -> Self {
-        Self { run: RunOptions::default(), criteria: Criteria::default(), budget: BUDGET, own_tuning: true }
+        Self { run: RunOptions::default(), criteria: None, budget: BUDGET, own_tuning: true }
     }
 }
 
@@ -99,22 +103,15 @@ impl<'a> AdviseOptions<'a> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 /// # Errors
-/// [`StudyError::Missing`] without a simulation or without measurement noise; [`StudyError::Sim`] for a plant that
-/// cannot be simulated; errors of the results folder.
+/// [`StudyError::Missing`] without a simulation with measurement noise and without a log, and for criteria that need
+/// the other of them; [`StudyError::OnLog`] for a log on which observers cannot be compared; [`StudyError::Sim`] for a
+/// plant that cannot be simulated; errors of the results folder.
 pub fn advise(study: &Study, options: &AdviseOptions<'_>) -> Result<(Advice, Option<StudyError>), StudyError> {
-    let missing = |needs| StudyError::Missing { step: "advise", needs };
-    let simulation = study.simulation.as_ref().ok_or_else(|| {
-        missing("a [simulation]: a log has no true state with noise of a known level to compare with")
-    })?;
-    if !simulation.is_noisy() {
-        return Err(missing(
-            "measurement noise (simulation.noise, or sensors with an amplitude), without which the fastest observer is the best",
-        ));
-    }
+    let ground = ground(study, options)?;
     let end = Duration::try_from_secs_f64(options.budget).ok().and_then(|budget| Instant::now().checked_add(budget));
     let run =
         RunOptions { output: None, limits: Limits::NONE, sweep: options.run.sweep.clone(), until: end, ..options.run };
-    let mut advice = within(&run, |run| compare(study, simulation, options, run))?;
+    let mut advice = within(&run, |run| compare(study, ground, options, run))?;
     if let Some(root) = &options.run.output {
         let mut files = std::mem::take(&mut advice.1);
         files.push(("advice.json".to_owned(), (serde_json::to_string_pretty(&advice.0)? + "\n").into_bytes()));
@@ -124,26 +121,82 @@ pub fn advise(study: &Study, options: &AdviseOptions<'_>) -> Result<(Advice, Opt
     Ok((advice.0, interrupted))
 }
 
+/// Where the observers run.
+#[derive(Clone, Copy)]
+enum Ground<'a> {
+    Simulation(&'a Simulation),
+    Log(&'a Log),
+}
+
+impl Ground<'_> {
+    /// What observers are ranked by if nothing else is asked for.
+    fn criterion(self) -> Criterion {
+        match self {
+            Self::Simulation(_) => Criterion::Error,
+            Self::Log(_) => Criterion::Innovations,
+        }
+    }
+}
+
+/// Where the observers of a study run: on its log for criteria of a log and without a noisy simulation, otherwise in
+/// its simulation.
+fn ground<'a>(study: &'a Study, options: &AdviseOptions<'_>) -> Result<Ground<'a>, StudyError> {
+    let missing = |needs| Err(StudyError::Missing { step: "advise", needs });
+    let asks = |of: fn(Criterion) -> bool| {
+        options.criteria.as_ref().is_some_and(|criteria| criteria.0.iter().any(|(criterion, _)| of(*criterion)))
+    };
+    match (&study.simulation, &study.log) {
+        (None, None) => missing("a [simulation] with measurement noise, or a [log]"),
+        (_, None) if asks(Criterion::is_of_log) => missing("a [log] to rank by innovations or likelihood"),
+        (None, Some(_)) if asks(Criterion::is_of_simulation) => {
+            missing("a [simulation] to rank by noise, peak or settling, which need the true state")
+        }
+        (Some(_), Some(_)) if asks(Criterion::is_of_log) && asks(Criterion::is_of_simulation) => missing(
+            "criteria of one kind (noise, peak and settling are those of a simulation, innovations and likelihood of a log)",
+        ),
+        (Some(simulation), log) if !asks(Criterion::is_of_log) => match log {
+            _ if simulation.is_noisy() => Ok(Ground::Simulation(simulation)),
+            Some(log) if !asks(Criterion::is_of_simulation) => on_log(log, asks(|one| one == Criterion::Error)),
+            _ => missing(
+                "measurement noise (simulation.noise, or sensors with an amplitude), without which the fastest observer is the best",
+            ),
+        },
+        (_, Some(log)) => on_log(log, asks(|one| one == Criterion::Error)),
+        (Some(simulation), None) => Ok(Ground::Simulation(simulation)),
+    }
+}
+
+/// A log, which has true states where they are asked for.
+fn on_log(log: &Log, needs_truth: bool) -> Result<Ground<'_>, StudyError> {
+    if needs_truth && log.truth.is_none() {
+        let needs = "columns of true states (`states` in [log]) to rank by error";
+        return Err(StudyError::Missing { step: "advise", needs });
+    }
+    Ok(Ground::Log(log))
+}
+
 /// Files by their names in the results folder.
 type Files = Vec<(String, Vec<u8>)>;
 
 fn compare(
     study: &Study,
-    simulation: &Simulation,
+    ground: Ground<'_>,
     options: &AdviseOptions<'_>,
     run: &RunOptions<'_>,
 ) -> Result<(Advice, Files), StudyError> {
     let default = AdviseSpec::default();
     let spec = study.advise.as_ref().unwrap_or(&default);
+    let criteria = options.criteria.clone().unwrap_or_else(|| ground.criterion().into());
     let mut advice = Advice {
         title: study.title.clone(),
         plant: execute::summary(study),
         observability: None,
         information: Vec::new(),
-        criteria: options.criteria.clone(),
+        criteria,
         runs: 0,
-        ensemble: spec.ensemble,
+        ensemble: if matches!(ground, Ground::Log(_)) { 1 } else { spec.ensemble },
         scoring: None,
+        held_out: None,
         ranking: Vec::new(),
         pareto_cost: Vec::new(),
         pareto_peak: Vec::new(),
@@ -159,6 +212,43 @@ fn compare(
         advice.observability = Some(why);
         return Ok((advice, Files::new()));
     }
+    let found = match ground {
+        Ground::Simulation(simulation) => simulated((study, simulation), spec, options, run, &mut advice)?,
+        Ground::Log(log) => logged((study, log), spec, options, run, &mut advice)?,
+    };
+    let Some(candidates) = found else { return Ok((advice, Files::new())) };
+    let accuracy = advice.accuracy();
+    let (scores, order) = rank(&candidates, &advice.criteria, accuracy);
+    let ordered: Vec<&Candidate> = order.iter().map(|&i| &candidates[i]).collect();
+    advice.ranking = order.iter().map(|&i| ranked(&candidates[i], scores[i])).collect();
+    for (criterion, names) in [(Criterion::Cost, &mut advice.pareto_cost), (Criterion::Peak, &mut advice.pareto_peak)] {
+        if matches!(ground, Ground::Log(_)) && criterion == Criterion::Peak {
+            continue;
+        }
+        let complete: Vec<&&Candidate> = ordered.iter().filter(|one| one.is_complete()).collect();
+        let points: Vec<_> = complete.iter().map(|one| (one.value(criterion), one.value(accuracy))).collect();
+        *names = pareto_front(&points).into_iter().map(|i| complete[i].spec.name.clone()).collect();
+    }
+    let scored: Vec<(&Candidate, f64)> = order.iter().map(|&i| (&candidates[i], scores[i])).collect();
+    let chosen = recommended(&scored);
+    let words = words::Ranking { study, criteria: &advice.criteria, accuracy, ordered: scored, runs: advice.runs };
+    advice.explanation = words.sentences();
+    advice.recommended = chosen.iter().map(|one| one.spec.name.clone()).collect();
+    let blocks: Vec<Block> = chosen.iter().filter_map(|one| one.block.clone()).collect();
+    advice.study = text_with(study, &blocks)?;
+    let files = if options.run.output.is_some() { files(study, &advice, &ordered, accuracy)? } else { Files::new() };
+    advice.files = files.iter().map(|(name, _)| name.clone()).chain(["advice.json".to_owned()]).collect();
+    Ok((advice, files))
+}
+
+/// The candidates with their runs in a simulation; none if the time is over before.
+fn simulated(
+    (study, simulation): (&Study, &Simulation),
+    spec: &AdviseSpec,
+    options: &AdviseOptions<'_>,
+    run: &RunOptions<'_>,
+    advice: &mut Advice,
+) -> Result<Option<Vec<Candidate>>, StudyError> {
     let fed = fed(study, run)?;
     let fed = fed.as_ref().map(|(requested, designed)| (*requested, designed));
     let period = crate::tuning::period(study, simulation, spec).0;
@@ -169,37 +259,46 @@ fn compare(
     let plant = match Trial::new(study, &rough, fed, 0)?.plant(run.until) {
         Err(luenberger_sim::SimError::TimeLimit { .. }) => {
             advice.not_reached.push("everything: the run of the plant alone takes longer than the budget".to_owned());
-            return Ok((advice, Files::new()));
+            return Ok(None);
         }
         plant => plant?,
     };
-    let information = Information::of(study, simulation, spec, &plant);
+    let basis = Basis::of_simulation(study, simulation, spec, &plant);
+    let information = Information::of(study, spec, &basis).ok_or(LogError::NoRegion)?;
     advice.observability = hidden(study, &information)?;
     advice.information.clone_from(&information.lines);
     let scored = Simulation { scale: Some(information.scale.clone()), ..rough.clone() };
     let trial = Trial::new(study, &scored, fed, spec.seed)?;
     advice.scoring = Some(trial.scoring());
-
-    let mut candidates = designs(study, &information, options, run, &mut advice)?;
+    let mut candidates = designs(study, &information, options, run, advice)?;
     advice.runs = runs(&trial, &mut candidates, &information, spec.ensemble, run, &mut advice.not_reached)?;
-    let (scores, order) = rank(&candidates, &options.criteria);
-    let ordered: Vec<&Candidate> = order.iter().map(|&i| &candidates[i]).collect();
-    advice.ranking = order.iter().map(|&i| ranked(&candidates[i], scores[i])).collect();
-    for (criterion, names) in [(Criterion::Cost, &mut advice.pareto_cost), (Criterion::Peak, &mut advice.pareto_peak)] {
-        let complete: Vec<&&Candidate> = ordered.iter().filter(|one| one.is_complete()).collect();
-        let points: Vec<_> = complete.iter().map(|one| (one.value(criterion), one.value(Criterion::Error))).collect();
-        *names = pareto_front(&points).into_iter().map(|i| complete[i].spec.name.clone()).collect();
-    }
-    let scored: Vec<(&Candidate, f64)> = order.iter().map(|&i| (&candidates[i], scores[i])).collect();
-    let chosen = recommended(&scored);
-    let words = words::Ranking { study, criteria: &options.criteria, ordered: scored, runs: advice.runs };
-    advice.explanation = words.sentences();
-    advice.recommended = chosen.iter().map(|one| one.spec.name.clone()).collect();
-    let blocks: Vec<Block> = chosen.iter().filter_map(|one| one.block.clone()).collect();
-    advice.study = text_with(study, &blocks)?;
-    let files = if options.run.output.is_some() { files(study, &advice, &ordered)? } else { Files::new() };
-    advice.files = files.iter().map(|(name, _)| name.clone()).chain(["advice.json".to_owned()]).collect();
-    Ok((advice, files))
+    Ok(Some(candidates))
+}
+
+/// The candidates with their run on a log; none if the time is over before.
+fn logged(
+    (study, log): (&Study, &Log),
+    spec: &AdviseSpec,
+    options: &AdviseOptions<'_>,
+    run: &RunOptions<'_>,
+    advice: &mut Advice,
+) -> Result<Option<Vec<Candidate>>, StudyError> {
+    let first = prediction::held_out(log, prediction::share(study, spec.held_out))?;
+    let basis = match on_log::basis((study, log), spec, first, run) {
+        Err(StudyError::Interrupted) => {
+            advice.not_reached.push("everything: the first run on the log takes longer than the budget".to_owned());
+            return Ok(None);
+        }
+        basis => basis?,
+    };
+    let information = Information::of(study, spec, &basis).ok_or(LogError::NoRegion)?;
+    advice.observability = hidden(study, &information)?;
+    advice.information.clone_from(&information.lines);
+    let mut candidates = designs(study, &information, options, run, advice)?;
+    let open = (run, &mut advice.not_reached);
+    advice.held_out = on_log::scored((study, log), first, &mut candidates, &information, open)?;
+    advice.runs = usize::from(!candidates.is_empty());
+    Ok(Some(candidates))
 }
 
 /// Why no observer of a linear plant exists, if none does.
@@ -362,7 +461,7 @@ fn runs(
             let spec = &candidate.spec;
             let initial = trial.initial(spec, information.region.states(), number as u64);
             match trial.run((spec, &candidate.designed), initial, number as u64, until) {
-                Ok(outcome) => Ok(Some(outcome)),
+                Ok(outcome) => Ok(Some(outcome.map(Score::Simulated))),
                 Err(StudyError::Interrupted) => Ok(None),
                 Err(error) => Err(error),
             }
@@ -411,8 +510,9 @@ fn ranked(one: &Candidate, score: f64) -> RankedObserver {
         score: score.is_finite().then_some(score),
         finished: one.finished(),
         ended: one.runs.iter().find_map(|run| run.as_ref().err().cloned()),
-        left_region: one.runs.iter().flatten().filter(|run| run.left).count(),
+        left_region: one.runs.iter().flatten().filter(|run| run.left()).count(),
         medians: one.medians(),
+        on_log: one.on_log().cloned(),
         operations: one.cost.as_ref().ok().copied(),
         not_exported: one.cost.as_ref().err().cloned(),
         noise_gain: report.quantity(Quantity::NoiseGain),
@@ -437,8 +537,8 @@ fn recommended<'a>(scored: &[(&'a Candidate, f64)]) -> Vec<&'a Candidate> {
 }
 
 /// The study with the recommended observers and its data, the scores of all runs, and the figure.
-fn files(study: &Study, advice: &Advice, ordered: &[&Candidate]) -> Result<Files, StudyError> {
-    let mut files = figure::files(ordered)?;
+fn files(study: &Study, advice: &Advice, ordered: &[&Candidate], accuracy: Criterion) -> Result<Files, StudyError> {
+    let mut files = figure::files(ordered, accuracy)?;
     let extension = if study.format == Format::Json { "json" } else { "toml" };
     files.push((format!("study.{extension}"), advice.study.clone().into_bytes()));
     for file in &study.files {
@@ -450,8 +550,25 @@ fn files(study: &Study, advice: &Advice, ordered: &[&Candidate]) -> Result<Files
             files.push((file.name.clone(), bytes));
         }
     }
-    files.push(("runs.csv".to_owned(), table(ordered).into_bytes()));
+    let table = if advice.held_out.is_some() { table_on_log(study, ordered) } else { table(ordered) };
+    files.push(("runs.csv".to_owned(), table.into_bytes()));
     Ok(files)
+}
+
+/// The scores on the part of the log that is held out.
+fn table_on_log(study: &Study, ordered: &[&Candidate]) -> String {
+    let (outputs, states) = (&study.plant.outputs, &study.plant.states);
+    let mut text = format!("observer,{},failure\n", prediction::csv_head(outputs, states));
+    for one in ordered {
+        let cells = prediction::csv_cells(one.on_log(), outputs, states);
+        _ = writeln!(text, "{},{cells},{}", quoted(&one.spec.name), failure(one.runs.first()));
+    }
+    text
+}
+
+/// Why a run ended early, as a cell.
+fn failure(run: Option<&Result<Score, String>>) -> String {
+    run.and_then(|run| run.as_ref().err()).map(|why| quoted(why)).unwrap_or_default()
 }
 
 /// The scores of each run.
@@ -465,8 +582,7 @@ fn table(ordered: &[&Candidate]) -> String {
                 if x.is_finite() { shortest(x) } else { String::new() }
             };
             let cells = columns.iter().map(cell).collect::<Vec<_>>().join(",");
-            let failure = run.as_ref().err().map(|why| format!("\"{}\"", why.replace('"', "\"\""))).unwrap_or_default();
-            _ = writeln!(text, "\"{}\",{number},{cells},{failure}", one.spec.name.replace('"', "\"\""));
+            _ = writeln!(text, "{},{number},{cells},{}", quoted(&one.spec.name), failure(Some(run)));
         }
     }
     text

@@ -24,11 +24,34 @@ pub enum Criterion {
     Cost,
     /// Whether convergence is proved.
     Proved,
+    /// On a log: the root mean square of the innovations, each relative to the deviation of its output.
+    Innovations,
+    /// On a log: the inverse of the geometric mean of the probability densities that a filter gives the measurements.
+    Likelihood,
 }
 
 impl Criterion {
     /// All of them.
-    pub const ALL: [Self; 6] = [Self::Error, Self::Noise, Self::Peak, Self::Settling, Self::Cost, Self::Proved];
+    pub const ALL: [Self; 8] = [
+        Self::Error,
+        Self::Noise,
+        Self::Peak,
+        Self::Settling,
+        Self::Cost,
+        Self::Proved,
+        Self::Innovations,
+        Self::Likelihood,
+    ];
+
+    /// Whether it needs a log.
+    pub(super) fn is_of_log(self) -> bool {
+        matches!(self, Self::Innovations | Self::Likelihood)
+    }
+
+    /// Whether it needs a simulation.
+    pub(super) fn is_of_simulation(self) -> bool {
+        matches!(self, Self::Noise | Self::Peak | Self::Settling)
+    }
 
     /// Its name in options.
     pub fn name(self) -> &'static str {
@@ -39,6 +62,8 @@ impl Criterion {
             Self::Settling => "settling",
             Self::Cost => "cost",
             Self::Proved => "proved",
+            Self::Innovations => "innovations",
+            Self::Likelihood => "likelihood",
         }
     }
 
@@ -51,6 +76,8 @@ impl Criterion {
             Self::Settling => "settling time",
             Self::Cost => "operations per step",
             Self::Proved => "proof",
+            Self::Innovations => "relative innovation",
+            Self::Likelihood => "inverse density",
         }
     }
 }
@@ -64,7 +91,13 @@ pub struct Criteria(pub Vec<(Criterion, f64)>);
 
 impl Default for Criteria {
     fn default() -> Self {
-        Self(vec![(Criterion::Error, 1.0)])
+        Criterion::Error.into()
+    }
+}
+
+impl From<Criterion> for Criteria {
+    fn from(criterion: Criterion) -> Self {
+        Self(vec![(criterion, 1.0)])
     }
 }
 
@@ -127,8 +160,8 @@ pub fn preferred<'a, T: Ranked>(tied: &[&'a T]) -> Option<&'a T> {
 }
 
 /// The score of each, and the indices in the order of the ranking: those whose runs all finished first, by score, then
-/// by error.
-pub fn rank<T: Ranked>(all: &[T], criteria: &Criteria) -> (Vec<f64>, Vec<usize>) {
+/// by `accuracy`.
+pub fn rank<T: Ranked>(all: &[T], criteria: &Criteria, accuracy: Criterion) -> (Vec<f64>, Vec<usize>) {
     let best = |criterion: Criterion| {
         let values = |complete: bool| {
             let of = all.iter().filter(move |one| one.is_complete() || !complete);
@@ -149,7 +182,7 @@ pub fn rank<T: Ranked>(all: &[T], criteria: &Criteria) -> (Vec<f64>, Vec<usize>)
     let key = |i: usize| (scores[i] * 1e9).round();
     order.sort_by(|&i, &j| {
         let complete = all[j].is_complete().cmp(&all[i].is_complete());
-        let error = |i: usize| all[i].value(Criterion::Error);
+        let error = |i: usize| all[i].value(accuracy);
         complete.then(key(i).total_cmp(&key(j))).then(error(i).total_cmp(&error(j)))
     });
     (scores, order)

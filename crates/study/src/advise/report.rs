@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::candidate::Medians;
-use super::ranking::Criteria;
-use crate::results::{DesignVerdict, PlantSummary, ScoringReport, Statement};
+use super::ranking::{Criteria, Criterion};
+use crate::results::{DesignVerdict, PlantSummary, PredictionReport, ScoringReport, Statement};
 use crate::tuning::{InformationKind, PriorInformation};
 
 /// Which observer to use for a study, and why.
@@ -28,6 +28,9 @@ pub struct Advice {
     /// Where and in which units errors are scored; none if no run was reached.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scoring: Option<ScoringReport>,
+    /// On a log: which rows the observers are judged on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<String>,
     /// The observers, the best first.
     pub ranking: Vec<RankedObserver>,
     /// Names of those that no other is better than in error and cost.
@@ -53,6 +56,14 @@ pub struct Advice {
     pub study: String,
 }
 
+impl Advice {
+    /// What tells beside the criteria how good an estimate is: the error, or on a log the innovations.
+    pub(super) fn accuracy(&self) -> Criterion {
+        let is_by_error = self.criteria.0.iter().any(|(criterion, _)| *criterion == Criterion::Error);
+        if is_by_error || self.held_out.is_none() { Criterion::Error } else { Criterion::Innovations }
+    }
+}
+
 /// An observer of the ranking.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RankedObserver {
@@ -72,6 +83,9 @@ pub struct RankedObserver {
     /// Its scores.
     #[serde(flatten)]
     pub medians: Medians,
+    /// Its scores on the part of a log that is held out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on_log: Option<PredictionReport>,
     /// Floating-point operations of a step on the target.
     pub operations: Option<usize>,
     /// Why it has no step on a target.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use luenberger_proof::wording::{capital, counted, significant};
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, Score};
 use super::ranking::{Criteria, Criterion, Ranked, SMALL, preferred, ratio, tied};
 use crate::results::DesignVerdict;
 use crate::study::Study;
@@ -25,6 +25,8 @@ fn times(x: f64) -> String {
 pub(super) struct Ranking<'a> {
     pub(super) study: &'a Study,
     pub(super) criteria: &'a Criteria,
+    /// What is given beside the criteria: the error, or on a log the innovations.
+    pub(super) accuracy: Criterion,
     pub(super) ordered: Vec<(&'a Candidate, f64)>,
     pub(super) runs: usize,
 }
@@ -32,6 +34,10 @@ pub(super) struct Ranking<'a> {
 impl Ranking<'_> {
     pub(super) fn sentences(&self) -> Vec<String> {
         let Some((first, _)) = self.ordered.first() else { return Vec::new() };
+        if self.ordered.iter().all(|(one, _)| one.finished() == 0) && first.runs.len() == 1 {
+            let why = self.ordered.iter().map(|(one, _)| format!("{}{}", one.spec.name, self.ended(one)));
+            return std::iter::once("No observer finished its run:".to_owned()).chain(why).collect();
+        }
         let mut all = vec![self.winner(first)];
         for (rank, (other, score)) in self.ordered.iter().enumerate().skip(1).take(EXPLAINED - 1) {
             all.push(format!("{}. {}", rank + 1, self.behind(first, other, *score)));
@@ -74,9 +80,9 @@ impl Ranking<'_> {
         let name = &first.spec.name;
         let what = match &self.criteria.0[..] {
             [(Criterion::Proved, _)] if first.is_proved() => {
-                "has a proof, and the least rms |e| of those that have one".to_owned()
+                format!("has a proof, and the least {} of those that have one", self.accuracy.quantity())
             }
-            [(Criterion::Proved, _)] => "has the least rms |e|; none has a proof".to_owned(),
+            [(Criterion::Proved, _)] => format!("has the least {}; none has a proof", self.accuracy.quantity()),
             [(criterion, _)] => {
                 let value = first.value(*criterion);
                 format!("has the least {}, {}", criterion.quantity(), self.valued(*criterion, value))
@@ -115,13 +121,14 @@ impl Ranking<'_> {
             );
         }
         let mut text = match &self.criteria.0[..] {
-            _ if !other.is_complete() => format!("{name}{}.{}", self.ended(other), Self::otherwise(first, other)),
+            _ if !other.is_complete() => format!("{name}{}.{}", self.ended(other), self.otherwise(first, other)),
             [(Criterion::Proved, _)] if other.is_proved() == first.is_proved() => {
-                let of = ratio(other.value(Criterion::Error), first.value(Criterion::Error));
+                let of = ratio(other.value(self.accuracy), first.value(self.accuracy));
                 format!(
-                    "{name} {} {} the rms |e| of {best}.",
+                    "{name} {} {} the {} of {best}.",
                     if other.is_proved() { "has a proof too, and" } else { "has no proof either, and" },
-                    times(of)
+                    times(of),
+                    self.accuracy.quantity()
                 )
             }
             [(Criterion::Proved, _)] => format!("{name} has no proof."),
@@ -142,12 +149,18 @@ impl Ranking<'_> {
             }
             _ => format!("{name}: score {}, {}.", short(score), self.factors(other)),
         };
-        if other.is_complete() && first.is_complete() {
+        if other.is_complete() && first.is_complete() && other.on_log().is_none() {
             text += &self.halves(first, other);
         }
         _ = write!(text, " {}.", capital(other.character));
-        let left = other.runs.iter().flatten().filter(|run| run.left).count();
-        if left > 0 {
+        let left = other.runs.iter().flatten().filter(|run| run.left()).count();
+        if let Some(Ok(Score::OnLog(_, rows @ 1..))) = other.runs.first() {
+            _ = write!(
+                text,
+                " It left the region of its design at {}, which its proof does not cover.",
+                counted(*rows, "row")
+            );
+        } else if left > 0 {
             _ = write!(
                 text,
                 " It left the region of its design in {left} of {}, which its proof does not cover.",
@@ -183,18 +196,22 @@ impl Ranking<'_> {
     fn ended(&self, one: &Candidate) -> String {
         let failed = self.runs - one.finished();
         let why = one.runs.iter().find_map(|run| run.as_ref().err());
+        if let (Some(why), [_]) = (why, &one.runs[..]) {
+            return format!(": {why}");
+        }
         why.map(|why| format!(" ended early in {failed} of {}, first: {why}", counted(self.runs, "run")))
             .unwrap_or_default()
     }
 
     /// The error of one that did not finish all its runs, in the median.
-    fn otherwise(first: &Candidate, other: &Candidate) -> String {
-        let (error, least) = (other.value(Criterion::Error), first.value(Criterion::Error));
+    fn otherwise(&self, first: &Candidate, other: &Candidate) -> String {
+        let (error, least) = (other.value(self.accuracy), first.value(self.accuracy));
         if !error.is_finite() {
             return String::new();
         }
         format!(
-            " Its median rms |e|, these runs counted as the largest, is {} that of {} ({} against {}).",
+            " Its median {}, these runs counted as the largest, is {} that of {} ({} against {}).",
+            self.accuracy.quantity(),
             times(ratio(error, least)),
             first.spec.name,
             short(error),
@@ -238,12 +255,13 @@ impl Ranking<'_> {
         };
         match self.ordered.iter().enumerate().find(|(_, (one, _))| one.is_proved() && one.is_complete()) {
             Some((rank, (proved, _))) => {
-                let price = ratio(proved.value(Criterion::Error), first.value(Criterion::Error));
+                let price = ratio(proved.value(self.accuracy), first.value(self.accuracy));
                 format!(
-                    "{name} {has}. The first with a proof is {} (rank {}), with {} the rms |e|: {}.",
+                    "{name} {has}. The first with a proof is {} (rank {}), with {} the {}: {}.",
                     proved.spec.name,
                     rank + 1,
                     times(price),
+                    self.accuracy.quantity(),
                     statement(proved)
                 )
             }
@@ -260,8 +278,9 @@ impl Ranking<'_> {
         let rest = if cheapest.spec.name == first.spec.name {
             ", the fewest of all".to_owned()
         } else {
-            let price = ratio(cheapest.value(Criterion::Error), first.value(Criterion::Error));
-            format!("; the fewest are {least}, of {}, with {} the rms |e|", cheapest.spec.name, times(price))
+            let price = ratio(cheapest.value(self.accuracy), first.value(self.accuracy));
+            let quantity = self.accuracy.quantity();
+            format!("; the fewest are {least}, of {}, with {} the {quantity}", cheapest.spec.name, times(price))
         };
         Some(match &first.cost {
             Ok(cost) => {

@@ -1,5 +1,6 @@
 //! Errors of reading and executing a study.
 
+pub(crate) mod log;
 pub(crate) mod sweep;
 pub(crate) mod tune;
 
@@ -7,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::diagnostic::Diagnostics;
 use crate::limits::{Excess, duration};
+use log::LogError;
 use sweep::SweepError;
 use tune::TuneError;
 
@@ -94,6 +96,9 @@ pub enum StudyError {
     /// The blocks of a sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    /// Observers on the part of a log that is held out.
+    #[error(transparent)]
+    OnLog(#[from] LogError),
     /// The fit of a filter to a log.
     #[error(transparent)]
     Tune(#[from] TuneError),

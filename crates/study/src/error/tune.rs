@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use luenberger_proof::wording::{counted, significant};
+use luenberger_proof::wording::significant;
 
 /// Error of fitting a filter to a log.
 #[derive(Debug, thiserror::Error)]
@@ -15,23 +15,6 @@ pub enum TuneError {
         observer: String,
         /// Why.
         why: String,
-    },
-    /// A part of the logs has too few measurements.
-    #[error(
-        "{what} {} with {}, and at least {least} are needed: {advice}",
-        counted(*rows, "row"), counted(*measurements, "measurement")
-    )]
-    TooShort {
-        /// Which part: `the part that is held out has`.
-        what: &'static str,
-        /// Its rows.
-        rows: usize,
-        /// Its measurements.
-        measurements: usize,
-        /// How many are needed.
-        least: usize,
-        /// What can be done.
-        advice: &'static str,
     },
     /// The likelihood does not depend on a parameter.
     #[error(

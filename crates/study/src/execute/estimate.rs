@@ -76,28 +76,36 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
         observed + if step == Step::Observe { 0.0 } else { each_design + 0.01 * study.observers.len() as f64 };
     let own = match step {
         Step::Simulate | Step::Compare | Step::Run => study.observers.len(),
-        Step::Sweep => 1,
+        Step::Sweep => usize::from(study.sweep.as_ref().is_none_or(|sweep| !sweep.on_log)),
         Step::Observe | Step::Design | Step::Certify => 0,
     };
     let swept = match (&study.sweep, step) {
-        (Some(sweep), Step::Sweep | Step::Run) => sweep::runs(study, sweep),
+        (Some(sweep), Step::Sweep | Step::Run) => sweep::simulated(study, sweep),
+        _ => 0,
+    };
+    // How often all observers run on the log.
+    let swept_on_log = match (&study.sweep, step) {
+        (Some(sweep), Step::Sweep | Step::Run) if sweep.on_log => sweep.values.len(),
         _ => 0,
     };
     let again = match &study.sweep {
-        Some(sweep) if swept > 0 && sweep.parameter.redesigns() => each_design * sweep.values.len() as f64,
+        Some(sweep) if swept + swept_on_log > 0 && sweep.parameter.redesigns() => {
+            each_design * sweep.values.len() as f64
+        }
         _ => 0.0,
     };
     let memory = memory(study, step, threads);
     let simulated = study.simulation.as_ref().filter(|_| own + swept > 0);
-    let on_log = study.log.as_ref().filter(|_| matches!(step, Step::Simulate | Step::Compare | Step::Run));
-    let runs = simulated.map_or(0, |_| own + swept) + on_log.map_or(0, |_| study.observers.len());
+    let on_log = usize::from(matches!(step, Step::Simulate | Step::Compare | Step::Run)) + swept_on_log;
+    let of_log = study.log.as_ref().filter(|_| on_log > 0);
+    let runs = simulated.map_or(0, |_| own + swept) + of_log.map_or(0, |_| on_log * study.observers.len());
     // Of the runs of a sweep only the scores are written.
     let is_written = step != Step::Sweep;
     let running = simulated.map_or(0.0, |simulation| {
         let written = if is_written { writing(study, simulation.samples) } else { 0.0 };
         each_run(study, simulation, own + swept) * (own + swept) as f64 + written * own as f64
     });
-    let running = running + on_log.map_or(0.0, |log| all_on_log(study, log));
+    let running = running + of_log.map_or(0.0, |log| on_log as f64 * all_on_log(study, log));
     let mostly = if running > designs + again { "simulations" } else { "designs" };
     Estimate { runs, seconds: designs + again + running, mostly: mostly.to_owned(), memory }
 }

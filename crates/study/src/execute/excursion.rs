@@ -4,12 +4,13 @@
 
 use luenberger_design::Region;
 use luenberger_proof::wording::{counted, significant};
+use luenberger_sim::replay::ReplayedObserver;
 use luenberger_sim::{SimError, Trajectory};
 use serde::{Deserialize, Serialize};
 
 use super::rows::Run;
 use super::sampling;
-use crate::study::{ObserverSpec, Study};
+use crate::study::{Log, ObserverSpec, Study};
 use crate::trajectory::Member;
 
 /// How much of a run is outside.
@@ -161,6 +162,18 @@ pub(super) fn of_rows(study: &Study, requested: &ObserverSpec, run: &Run) -> Opt
         outside += usize::from(watch.is_outside(*t, &row(&run.x, k), &row(&run.u, k), &estimate));
     }
     watch.finish(Extent::Rows(outside, run.t.len()))
+}
+
+/// At how many rows of a replay input or estimate are outside of the region of the design.
+pub(super) fn rows_outside(study: &Study, requested: &ObserverSpec, log: &Log, replayed: &ReplayedObserver) -> usize {
+    let Some(mut watch) = Watch::of(study, requested) else { return 0 };
+    let mut u = vec![0.0; study.plant.inputs.len()];
+    let mut row = |(k, t): (usize, &f64)| {
+        log.recording.inputs().at(*t, &mut u);
+        let estimate: Vec<f64> = replayed.estimate.row(k).iter().copied().collect();
+        watch.is_outside(*t, &[], &u, &estimate)
+    };
+    replayed.t.iter().enumerate().filter(|at| row(*at)).count()
 }
 
 /// Runs on a log that leave the region for which a property was proved, or in which a map was fitted.

@@ -46,7 +46,7 @@ pub(crate) fn with_variances(runnable: &Runnable, log: &Log) -> Option<Runnable>
     runnable.with_variances(&Arc::new(RowVariances(log.variances.clone()?)))
 }
 
-fn replay(
+pub(super) fn replay(
     study: &Study,
     log: &Log,
     member: &Member<'_>,
@@ -197,7 +197,7 @@ fn warning(study: &Study, log: &Log, replayed: &ReplayedObserver, period: Option
 }
 
 /// A gate that rejects this share of the measurements of an output rejects more than outliers.
-const REJECTED: f64 = 0.1;
+pub(super) const REJECTED: f64 = 0.1;
 
 /// Outputs of which the gate of a filter rejects so much that it can no longer be trusted.
 fn locked_out(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Vec<String> {

@@ -10,6 +10,7 @@ mod observe;
 mod options;
 mod pareto;
 pub(crate) mod pictures;
+pub(crate) mod prediction;
 mod rows;
 mod sampling;
 mod scores;
@@ -21,11 +22,13 @@ mod trial;
 mod warn;
 
 pub use crate::digest::FileDigest;
+pub use crate::error::log::LogError;
 pub use crate::error::sweep::{Fault, SweepError};
 pub use crate::limits::{Excess, Limits, about, bytes, duration};
 pub use estimate::{Estimate, MemoryEstimate, estimate};
 pub(crate) use log::{replay_of, settings as replay_settings, with_variances};
 pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
+pub(crate) use prediction::LEAST_HELD_OUT;
 pub(crate) use trial::{Scored, Trial};
 
 pub use sweep::{BLOCKS, BlockSettings, Computed, Plan, Shard, SharedSweep, SweepStatus, reduce_sweep, sweep_status};
@@ -100,6 +103,7 @@ pub fn execute_in_part(
         intervals: Vec::new(),
         log: None,
         sweep: None,
+        sweep_on_log: None,
         warnings: Vec::new(),
         files: Vec::new(),
         renamed: Vec::new(),
@@ -338,6 +342,17 @@ fn stages(
         results.notes = notes;
         figures.extend(pictures::sweep(study, &report).into_iter().chain(pareto::sweep(study, &report)));
         results.sweep = Some(report);
+        save(folder, results)?;
+    }
+    if let (Some(sweep), Some(log), true) =
+        (study.sweep.as_ref().filter(|sweep| sweep.on_log), &study.log, all || step == Step::Sweep)
+    {
+        options.check()?;
+        let (report, open) = sweep::on_log::sweep(study, (log, sweep), options)?;
+        folder.write("sweep.csv", sweep::on_log::table(study, &report).as_bytes())?;
+        results.warnings.extend(open);
+        figures.extend(pictures::sweep_on_log(study, &report));
+        results.sweep_on_log = Some(report);
         save(folder, results)?;
     }
     if folder.is_wanted() {

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::filter::is_filter;
 use super::rows::Run;
 use crate::results::with_unit;
-use crate::results::{SweepReport, SweepRow};
+use crate::results::{LogSweepReport, PredictionReport, SweepReport, SweepRow};
 use crate::study::{Quantity, Study};
 use crate::trajectory::Member;
 
@@ -442,8 +442,6 @@ type Score<'a> = Box<dyn Fn(&SweepRow) -> Option<f64> + 'a>;
 
 /// The sweep: each score against the parameter. Without a norm, the scores of the states that are shown.
 pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
-    let mut observers: Vec<&String> = report.rows.iter().map(|row| &row.observer).collect();
-    observers.dedup();
     let timed = |text: &str| with_unit(text, study.plant.time_unit.as_ref());
     let mut scores: Vec<(String, Score<'_>)> = Vec::new();
     if report.scoring.scale.is_some() {
@@ -459,24 +457,51 @@ pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
         }
     }
     let panel = |(label, score): (String, Score<'_>)| {
-        let mut panel = Panel::new(parameter(&report.parameter), label).log_x();
-        for name in &observers {
-            let of = report.rows.iter().filter(|row| row.observer == **name);
-            let mut points: Vec<(f64, f64)> = of.filter_map(|row| Some((row.value, score(row)?))).collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            if points.len() > 1 {
-                let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-                let curve = Series::line(name.as_str(), &x, &y).numbered(place(study, name));
-                panel = panel.series(curve.marker(luenberger_figures::Marker::Circle));
-            }
-        }
-        panel
+        let points = report.rows.iter().map(|row| (row.observer.as_str(), row.value, score(row)));
+        swept(study, Panel::new(parameter(&report.parameter), label).log_x(), &points.collect::<Vec<_>>())
     };
     let caption = match report.ensemble {
         1 => "One run at each value.".to_owned(),
         runs => format!("Medians of {runs} runs at each value."),
     };
     figure("sweep", "Sweep", &caption, scores.into_iter().map(panel).collect())
+}
+
+/// A curve for each observer over the values of a sweep.
+fn swept(study: &Study, mut panel: Panel, points: &[(&str, f64, Option<f64>)]) -> Panel {
+    let mut observers: Vec<&str> = points.iter().map(|(name, ..)| *name).collect();
+    observers.dedup();
+    for name in observers {
+        let of = points.iter().filter(|(other, ..)| *other == name);
+        let mut points: Vec<(f64, f64)> = of.filter_map(|(_, value, score)| Some((*value, (*score)?))).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if points.len() > 1 {
+            let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+            let curve = Series::line(name, &x, &y).numbered(place(study, name));
+            panel = panel.series(curve.marker(luenberger_figures::Marker::Circle));
+        }
+    }
+    panel
+}
+
+/// The sweep on a log: each score against the parameter.
+pub(super) fn sweep_on_log(study: &Study, report: &LogSweepReport) -> Named {
+    type Of = fn(&PredictionReport) -> Option<f64>;
+    let mut scores: Vec<(&str, Of)> = vec![("relative innovation", |of| Some(of.relative))];
+    let has = |of: Of| report.rows.iter().filter_map(|row| row.on_log.as_ref()).any(|one| of(one).is_some());
+    let further: [(&str, Of); 2] =
+        [("log-likelihood of a measurement", |of| of.log_likelihood), ("rms of |e|", |of| of.error)];
+    scores.extend(further.into_iter().filter(|(_, of)| has(*of)));
+    let is_log = report.values.iter().all(|value| *value > 0.0);
+    let panel = |(label, score): (&str, Of)| {
+        let panel = Panel::new(report.parameter.as_str(), label);
+        let panel = if is_log { panel.log_x() } else { panel };
+        let points =
+            report.rows.iter().map(|row| (row.observer.as_str(), row.value, row.on_log.as_ref().and_then(score)));
+        swept(study, panel, &points.collect::<Vec<_>>())
+    };
+    let caption = "The predictions of the part of the log that is held out.";
+    figure("sweep", "Sweep", caption, scores.into_iter().map(panel).collect())
 }
 
 /// Axis label of the sweep parameter.

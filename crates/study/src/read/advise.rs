@@ -8,6 +8,9 @@ use crate::reader::tree::Node;
 use crate::reader::{Reader, region};
 use crate::study::{AdviseSpec, Simulation};
 
+/// The largest share of a log that can be held out.
+pub(super) const MOST_HELD_OUT: f64 = 0.9;
+
 pub(super) fn advise(
     node: &Node,
     plant: &PlantModel,
@@ -44,6 +47,12 @@ pub(super) fn advise(
         let message = format!("`period` is {period}, and the plant is in discrete time with dt = {dt}");
         reader.wrong(entry.span.clone(), message, format!("expected {dt}"));
     }
+    let noise = node.get("noise").and_then(|list| reader.numbers(list, "noise", size.outputs, "output"));
+    let held_out = node.get("held_out").and_then(Node::number);
+    if let (Some(share), Some(entry)) = (held_out.filter(|share| *share > MOST_HELD_OUT), node.get("held_out")) {
+        let message = format!("`held_out` is {share}");
+        reader.wrong(entry.span.clone(), message, format!("expected a share up to {MOST_HELD_OUT}"));
+    }
     let default = AdviseSpec::default();
     let spec = AdviseSpec {
         settling: node.get("settling").and_then(Node::number),
@@ -53,6 +62,8 @@ pub(super) fn advise(
         e,
         disturbance,
         period,
+        noise,
+        held_out,
         ensemble: node.get("ensemble").map_or(Some(default.ensemble), Node::count)?,
         seed: node.get("seed").map_or(Some(0), Node::count)? as u64,
     };

@@ -36,7 +36,7 @@ use crate::error::StudyError;
 use crate::schema::STUDY;
 use crate::study::Study;
 
-use crate::reader::tree::Node;
+use crate::reader::tree::{Node, Value};
 use crate::reader::{Reader, check};
 pub use crate::study::Format;
 pub(crate) use observer::file_name;
@@ -121,6 +121,32 @@ pub(crate) fn study(
     Err(Diagnostics::new(source, mistakes).into())
 }
 
+/// The study in a changed text, without its log and what is done with it: a log need not be read again for a design.
+///
+/// # Errors
+/// As [`Study::from_text`].
+pub(crate) fn without_log(study: &Study, text: &str) -> Result<Study, StudyError> {
+    let source = Arc::new(Source::new(study.source.name(), text));
+    let (mut root, mut mistakes) = match study.format {
+        Format::Toml => toml::tree(text),
+        Format::Json => json::tree(text),
+    };
+    let mut found = None;
+    if mistakes.is_empty() {
+        check::table(&root, &STUDY, &mut mistakes);
+        if let Value::Table(entries) = &mut root.value {
+            entries.retain(|entry| !["log", "tune", "sweep"].contains(&entry.key.as_str()));
+        }
+        let mut reader = Reader::new(&study.folder, BTreeMap::new());
+        found = assemble(&root, &source, &mut reader);
+        mistakes.extend(reader.mistakes.into_iter().chain(reader.absences));
+    }
+    match (found, mistakes.is_empty()) {
+        (Some(found), true) => Ok(Study { format: study.format, ..found }),
+        _ => Err(Diagnostics::new(source, mistakes).into()),
+    }
+}
+
 fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<Study> {
     let base = plant::plant(root.get("plant")?, reader)?;
     let estimated = estimate::estimated(root, &base, reader)?;
@@ -159,12 +185,9 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         .get("tune")
         .and_then(|node| tune::tune((root, node), (&base, &estimated, observers.as_deref(), log.as_ref()), reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
-    let sweep = root.get("sweep").and_then(|node| {
-        if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
-            reader.wrong(entry.span.clone(), "[sweep] without a [simulation]", "expected a [simulation] to vary");
-        }
-        sweep::sweep((root, node), observers.as_deref(), simulation.as_ref(), source, reader)
-    });
+    let sweep = root
+        .get("sweep")
+        .and_then(|node| sweep::sweep((root, node), observers.as_deref(), simulation.as_ref(), source, reader));
     let title = root.get("title").and_then(Node::text).map(str::to_owned);
     let stem = match source.name() {
         STANDARD_INPUT => None,

@@ -295,6 +295,18 @@ pub(super) fn log(node: &Node, (plant, estimated): (&PlantModel, &[Estimated]), 
     let (inputs, outputs) = (columns("inputs", &plant.inputs, "input"), columns("outputs", &plant.outputs, "output"));
     let variances = node.given("variances", |_| columns("variances", &plant.outputs, "output"))?;
     let states = node.given("states", |_| columns("states", &plant.states, "state"))?;
+    if let (Some(outputs), Some(list)) = (&outputs, node.get("outputs")) {
+        let again = (0..outputs.len()).find_map(|j| Some((outputs[..j].iter().position(|of| *of == outputs[j])?, j)));
+        if let Some((first, second)) = again {
+            let (one, other) = (&plant.outputs[first], &plant.outputs[second]);
+            let message = format!("the outputs {one} and {other} are both the column {:?}", outputs[first]);
+            return reader.refuse(
+                list.span.clone(),
+                message,
+                "expected a column for each: one measurement would count twice",
+            );
+        }
+    }
     let known = |name: String| (name != "-").then_some(name);
     let columns = LogColumns {
         time: node.get("time").map_or(Some("t"), Node::text)?.to_owned(),

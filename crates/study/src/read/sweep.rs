@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use luenberger_expression::nearest;
 
+use super::advise::MOST_HELD_OUT;
 use super::assemble;
 use super::simulation_settings::named;
 use crate::diagnostic::{Diagnostic, Source};
@@ -22,6 +23,27 @@ pub(super) fn sweep(
 ) -> Option<Sweep> {
     let at = node.get("parameter")?;
     let parameter = parameter(root, at, reader)?;
+    let on_log = match node.get("on").and_then(Node::text) {
+        Some(on) => on == "log",
+        None => root.get("simulation").is_none() && root.get("log").is_some(),
+    };
+    let table = if on_log { "log" } else { "simulation" };
+    if root.get(table).is_none() {
+        let message = format!("[sweep] without a [{table}]");
+        return reader.refuse(
+            node.span.clone(),
+            message,
+            format!("expected a [{table}] to vary, or [log] and `on = \"log\"`"),
+        );
+    }
+    if on_log {
+        of_log(node, (at, &parameter), reader)?;
+    }
+    let held_out = node.get("held_out").and_then(Node::number);
+    if let (Some(share), Some(entry)) = (held_out.filter(|share| *share > MOST_HELD_OUT), node.get("held_out")) {
+        let expected = format!("expected a share up to {MOST_HELD_OUT}");
+        return reader.refuse(entry.span.clone(), format!("`held_out` is {share}"), expected);
+    }
     let observers_named = named(node, observers, reader).ok()?;
     let chosen = |observer: &&ObserverSpec| observers_named.as_ref().is_none_or(|names| names.contains(&observer.name));
     let swept: Vec<&ObserverSpec> = observers?.iter().filter(chosen).collect();
@@ -53,7 +75,30 @@ pub(super) fn sweep(
         ensemble: node.get("ensemble").map_or(Some(1), Node::count)?,
         seed: node.get("seed").map_or(Some(0), Node::count)? as u64,
         observers: observers_named,
+        on_log,
+        held_out,
     })
+}
+
+/// What a log can be swept over: what observers are designed by.
+fn of_log(node: &Node, (at, parameter): (&Node, &Swept), reader: &mut Reader) -> Option<()> {
+    if !parameter.redesigns() {
+        let message = format!("`parameter` is {}, which no log depends on", parameter.name());
+        let expected =
+            "expected gamma, poles, or a number of the plant or of an observer: a log has its noise and its states";
+        return reader.refuse(at.span.clone(), message, expected);
+    }
+    if let Some((ensemble, runs)) =
+        node.get("ensemble").and_then(|at| Some((at, at.count()?))).filter(|(_, runs)| *runs > 1)
+    {
+        let message = format!("`ensemble` is {runs}, and on a log there is one run at each value");
+        return reader.refuse(
+            ensemble.span.clone(),
+            message,
+            "expected no ensemble: runs differ by random noise, and a log has none to draw",
+        );
+    }
+    Some(())
 }
 
 fn parameter(root: &Node, at: &Node, reader: &mut Reader) -> Option<Swept> {

@@ -1,16 +1,19 @@
 //! The table [tune].
 
 use luenberger_expression::nearest;
+use luenberger_proof::wording::shortest;
 use nalgebra::DMatrix;
 
+use super::advise::MOST_HELD_OUT;
 use super::simulation_settings;
 use super::tuned::{noise_node, order_of, place_of};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::Kalman;
 use crate::model::PlantModel;
 use crate::reader::Reader;
 use crate::reader::check;
 use crate::reader::tree::{Entry, Node, Value};
-use crate::study::{Estimated, Log, ObserverSpec, Tunable, TuneSpec, Tuned};
+use crate::study::{Estimated, GainSpec, Log, ObserverSpec, Tunable, TuneSpec, Tuned};
 
 pub(super) fn tune(
     (root, node): (&Node, &Node),
@@ -25,12 +28,18 @@ pub(super) fn tune(
     let names: Vec<String> = observers.iter().map(|observer| observer.name.clone()).collect();
     let at = node.get("observer")?;
     let observer = &observers[reader.position(at, "observer", &names)?];
-    if !observer.kind.has_likelihood(plant.dt) {
-        let message =
-            format!("the innovations of {:?}, of the kind {}, have no likelihood", observer.name, observer.kind.name());
-        let known = observers.iter().filter(|other| other.kind.has_likelihood(plant.dt));
+    if let Some(refused) = without_likelihood(observer, plant) {
+        let message = format!(
+            "the innovations of {:?}, of the kind {}, have no likelihood{}",
+            observer.name,
+            observer.kind.name(),
+            refused.why()
+        );
+        let known = observers.iter().filter(|other| without_likelihood(other, plant).is_none());
         let known: Vec<String> = known.map(|other| format!("{:?}", other.name)).collect();
-        let expected = if known.is_empty() {
+        let expected = if let Some(instead) = refused.instead(plant) {
+            instead
+        } else if known.is_empty() {
             "expected a filter that computes the covariance of its innovations, and no observer of this study does"
                 .to_owned()
         } else {
@@ -69,9 +78,13 @@ pub(super) fn tune(
         }
     }
     let held_out = node.get("held_out").map_or(Some(0.3), Node::number)?;
-    if held_out > 0.9 {
+    if held_out > MOST_HELD_OUT {
         let message = format!("`held_out` is {held_out}");
-        return reader.refuse(node.get("held_out")?.span.clone(), message, "expected a share from 0 to 0.9");
+        return reader.refuse(
+            node.get("held_out")?.span.clone(),
+            message,
+            format!("expected a share from 0 to {MOST_HELD_OUT}"),
+        );
     }
     let file = table.get("file")?.text()?.to_owned();
     let mut logs = vec![(file, log.clone())];
@@ -93,6 +106,61 @@ pub(super) fn tune(
         seed: count("seed", 0)? as u64,
         profile: count("profile", 4)?,
     })
+}
+
+/// Why the innovations of an observer have no likelihood.
+#[derive(Clone, Copy, PartialEq)]
+enum WithoutLikelihood {
+    /// It computes no covariance.
+    NoCovariance,
+    /// It is stationary, and in continuous time: V is an intensity.
+    Intensity,
+    /// It is stationary, and takes an angle as a number.
+    Angle,
+    /// It is stationary, and its noises are correlated.
+    Correlated,
+}
+
+/// None if they have one.
+fn without_likelihood(observer: &ObserverSpec, plant: &PlantModel) -> Option<WithoutLikelihood> {
+    let noises = observer.kind.of::<Kalman>().and_then(|of| match &of.0.gain {
+        GainSpec::Kalman(noises) => Some(noises),
+        _ => None,
+    });
+    match noises {
+        Some(noises) if noises.s.is_some() => Some(WithoutLikelihood::Correlated),
+        Some(_) if plant.dt.is_none() => Some(WithoutLikelihood::Intensity),
+        Some(_) if plant.turns_of(&plant.outputs).is_some() => Some(WithoutLikelihood::Angle),
+        _ => (!observer.kind.has_likelihood(plant.dt)).then_some(WithoutLikelihood::NoCovariance),
+    }
+}
+
+impl WithoutLikelihood {
+    fn why(self) -> &'static str {
+        match self {
+            Self::NoCovariance => "",
+            Self::Intensity => ": in continuous time its V is an intensity, and a sample has no covariance",
+            Self::Angle => {
+                ": it takes the difference of an angle and its estimate as it is, so that a full turn is an error"
+            }
+            Self::Correlated => ": its process and measurement noise are correlated",
+        }
+    }
+
+    /// What to write in its place, if another kind is the same filter.
+    fn instead(self, plant: &PlantModel) -> Option<String> {
+        match self {
+            Self::NoCovariance => None,
+            Self::Intensity => Some(
+                "expected the same filter as kind = \"extended-kalman\": w as it is, v = the intensity over the sampling period, and period".to_owned(),
+            ),
+            Self::Angle => Some(format!(
+                "expected the same filter as kind = \"extended-kalman\", which wraps angles: w and v as they are, and period = {}",
+                plant.dt.map(shortest).unwrap_or_default()
+            )),
+            Self::Correlated => Some("expected kind = \"extended-kalman\" with w and v, without s".to_owned()),
+        }
+    }
 }
 
 /// The table of the log with another file.

@@ -10,6 +10,7 @@ mod coverage;
 mod document;
 mod log;
 mod no_observer;
+mod prediction;
 mod quantity;
 pub(crate) mod report;
 mod score_tables;
@@ -20,7 +21,7 @@ pub use about_zero::{ABOUT_ZERO, ABOUT_ZERO_MEANS, is_about_zero};
 pub(crate) use alternative::Proposal;
 pub use alternative::{Advice, Alternative};
 pub use coverage::{CoverageReport, StateCoverage};
-pub(crate) use document::{eigenvalue, with_unit};
+pub(crate) use document::{Columns, eigenvalue, with_unit};
 pub use document::{leading, log_data};
 pub(crate) use log::whiteness;
 pub use log::{
@@ -28,6 +29,7 @@ pub use log::{
     SmoothedDeviation, SmoothedReport, StateScore,
 };
 pub use no_observer::{Cause, NoObserver};
+pub use prediction::{ErrorOf, LogSweepReport, LogSweepRow, PredictionOf, PredictionReport};
 pub(crate) use quantity::Label;
 pub use quantity::Quantity;
 pub use score_tables::{ScoreCell, ScoreTable};
@@ -78,6 +80,9 @@ pub struct Results {
     /// The sweep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep: Option<SweepReport>,
+    /// The sweep on the log.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep_on_log: Option<LogSweepReport>,
     /// Warnings that qualify the results.
     pub warnings: Vec<String>,
     /// Files of the results folder besides `study.json` and `manifest.json`, by their names in it.

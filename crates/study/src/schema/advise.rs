@@ -40,6 +40,16 @@ pub(super) const ADVISE: Table = Table {
             "Sampling period of sampled observers and of exported code (default: that of the first sampled observer of the study, else of the noise).",
         ),
         optional(
+            "noise",
+            Type::Numbers(Range::NotNegative),
+            "Standard deviation of a measurement of each output of a log, p numbers (default: that of V of the first filter of the study, else from second differences of the measurements); in a simulation it is that of the simulation.",
+        ),
+        optional(
+            "held_out",
+            Type::Number(Range::Positive),
+            "The share of a log, its last part, by which observers are ranked (default: that of [tune], else 0.3).",
+        ),
+        optional(
             "ensemble",
             Type::Count(1),
             "Runs of each observer, each with other noise and another first estimate (default 20).",

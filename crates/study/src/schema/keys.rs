@@ -471,7 +471,7 @@ pub(crate) const SWEPT: &[(&str, &str)] = &[
 
 const SWEEP: Table = Table {
     name: "[sweep]",
-    about: "A parameter sweep: at each value all observers are designed and simulated again, in parallel.",
+    about: "A parameter sweep: at each value all observers are designed and run again, in parallel, in the simulation or on the log.",
     variants: None,
     keys: &[
         required(
@@ -499,5 +499,21 @@ const SWEEP: Table = Table {
         ),
         optional("seed", Type::Count(0), "Seed of the ensemble (default 0)."),
         optional("observers", Type::Texts, "Only these observers, by name."),
+        optional(
+            "on",
+            Type::Choice(&[
+                ("simulation", "At each value the observers run in the simulation."),
+                (
+                    "log",
+                    "They run on the log, once at each value, and are judged by their predictions of its last part.",
+                ),
+            ]),
+            "What the observers run on (default simulation, or log in a study without one).",
+        ),
+        optional(
+            "held_out",
+            Type::Number(Range::Positive),
+            "On a log: the share of it, its last part, by which observers are judged (default: that of [tune], else 0.3).",
+        ),
     ],
 };

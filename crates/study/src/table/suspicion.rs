@@ -53,6 +53,15 @@ pub enum Suspicion {
         /// How many there are.
         count: usize,
     },
+    /// An output that jumps to and fro from row to row, as where two sensors write into one column.
+    Alternating {
+        /// Its name.
+        column: String,
+        /// How far it jumps from one value to the next, in the median.
+        step: f64,
+        /// How far it is from a value to the one after the next.
+        over_two: f64,
+    },
     /// A column that never changes.
     Constant {
         /// Its name.
@@ -110,6 +119,11 @@ impl Suspicion {
                 )
             }
             Self::Several { first, count } => format!("{}; the first of {count}", first.in_words(time_unit)),
+            Self::Alternating { column, step, over_two } => format!(
+                "`{column}` jumps to and fro by {} from value to value, and moves by {} over two (medians): two sensors in one column?",
+                significant(*step, 3),
+                significant(*over_two, 3)
+            ),
             Self::Constant { column, value } => format!("`{column}` is {value} throughout"),
             Self::Saturated { column, value, samples, longest: (from, to) } => format!(
                 "`{column}` is at its limit {value} in {samples} samples, longest from t = {} to {}{unit}: saturation?",
@@ -224,9 +238,29 @@ pub(super) fn suspicions(
         found.extend(own.map(|(from, to)| Suspicion::Gap { column: Some(column.clone()), from, to, usual }));
         let t: Vec<f64> = there.iter().map(|k| recording.times()[*k]).collect();
         let y: Vec<f64> = there.iter().map(|k| recording.outputs().values()[(*k, j)]).collect();
+        found.extend(alternating(name, &y));
         found.extend(stuck(name, &t, &y));
     }
     grouped(found)
+}
+
+/// The fewest values of which it can be said that they alternate.
+const ALTERNATING: usize = 20;
+
+/// A column whose values go up and down in turn, ten times as far from one to the next as over two.
+fn alternating(name: &str, column: &[f64]) -> Option<Suspicion> {
+    let steps: Vec<f64> = column.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let turns = steps.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
+    if column.len() < ALTERNATING || 20 * turns < 19 * (steps.len() - 1) {
+        return None;
+    }
+    let median = |mut sizes: Vec<f64>| {
+        sizes.sort_by(f64::total_cmp);
+        sizes[sizes.len() / 2]
+    };
+    let step = median(steps.iter().map(|step| step.abs()).collect());
+    let over_two = median(column.windows(3).map(|of| (of[2] - of[0]).abs()).collect());
+    (step > 10.0 * over_two).then(|| Suspicion::Alternating { column: name.to_owned(), step, over_two })
 }
 
 /// The quantum of a column whose values are multiples of one, if each value occurs twice or more on average.

@@ -31,9 +31,8 @@ impl<'a> Data<'a> {
             DMatrix::from_fn(rows, columns, |k, j| samples.value(k, j))
         };
         let t = recording.times().to_vec();
-        let fitted = ((1.0 - held_out) * t.len() as f64).ceil() as usize;
         let (u, y) = (table(recording.inputs()), table(recording.outputs()));
-        Self { name: name.to_owned(), fitted: fitted.clamp(2, t.len()), t, u, y, log }
+        Self { name: name.to_owned(), fitted: log.fitted(held_out), t, u, y, log }
     }
 
     /// The first rows, outputs less their biases.

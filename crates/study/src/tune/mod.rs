@@ -35,8 +35,9 @@ use luenberger_wording::{rounded, setters};
 use rayon::prelude::*;
 
 use crate::error::StudyError;
+use crate::error::log::LogError;
 pub use crate::error::tune::TuneError;
-use crate::execute::{self, Limits, within};
+use crate::execute::{self, LEAST_HELD_OUT, Limits, within};
 use crate::study::{Format, Study, TuneSpec};
 use crate::{RunOptions, write_folder};
 use coordinate::Coordinate;
@@ -104,7 +105,7 @@ impl<'a> TuneOptions<'a> {
 /// ```
 /// # Errors
 /// [`StudyError::Missing`] without a table `[tune]`; [`TuneError`] for a log without information, a likelihood without
-/// a maximum, parts of the log that are too short, a filter that fails, and a file that exists; errors of files.
+/// a maximum, a filter that fails, and a file that exists; [`LogError::TooShort`]; errors of files.
 pub fn tune(study: &Study, options: &TuneOptions<'_>) -> Result<TuneReport, StudyError> {
     let missing = || StudyError::Missing { step: "tune", needs: "a table [tune]" };
     let spec = study.tune.as_ref().ok_or_else(missing)?;
@@ -137,9 +138,6 @@ fn file_name(study: &Study) -> String {
     let names = std::iter::once(format!("tuned.{extension}")).chain((2..).map(|k| format!("tuned-{k}.{extension}")));
     names.into_iter().find(|name| *name != own).unwrap_or_default()
 }
-
-/// Least measurements of the part that is held out: fewer have no test of whiteness.
-const LEAST_HELD_OUT: usize = 20;
 
 /// Least measurements that are fitted, for each parameter.
 const LEAST_FITTED: usize = 5;
@@ -270,7 +268,7 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
 }
 
 /// Enough measurements in both parts.
-fn is_long_enough(criterion: &Criterion<'_>) -> Result<(), TuneError> {
+fn is_long_enough(criterion: &Criterion<'_>) -> Result<(), LogError> {
     let count = |part: &dyn Fn(&likelihood::Data<'_>) -> std::ops::Range<usize>| {
         let ranges = || criterion.data.iter().map(|data| (data, part(data)));
         let rows: usize = ranges().map(|(_, range)| range.len()).sum();
@@ -280,12 +278,12 @@ fn is_long_enough(criterion: &Criterion<'_>) -> Result<(), TuneError> {
     let (rows, measurements) = count(&|data| 0..data.fitted);
     if measurements < least {
         let (what, advice) = ("the part that is fitted has", "fit fewer parameters, or more of the log");
-        return Err(TuneError::TooShort { what, rows, measurements, least, advice });
+        return Err(LogError::TooShort { what, rows, measurements, least, advice });
     }
     let (rows, measurements) = count(&|data| data.fitted..data.t.len());
     if criterion.spec.held_out > 0.0 && measurements < LEAST_HELD_OUT {
         let (what, advice) = ("the part that is held out has", "increase `held_out`, or set it to 0 to fit all rows");
-        return Err(TuneError::TooShort { what, rows, measurements, least: LEAST_HELD_OUT, advice });
+        return Err(LogError::TooShort { what, rows, measurements, least: LEAST_HELD_OUT, advice });
     }
     Ok(())
 }

@@ -123,8 +123,17 @@ pub(crate) fn initial(study: &Study, spec: &AdviseSpec) -> (Vec<f64>, String) {
     }
 }
 
-/// The sampling period and its source.
+/// The sampling period and its source, of a simulation.
 pub(crate) fn period(study: &Study, simulation: &Simulation, spec: &AdviseSpec) -> (f64, String) {
+    let shortest = simulation.sensors.iter().map(|sensor| sensor.period).fold(f64::INFINITY, f64::min);
+    period_or(study, spec, || match &simulation.noise {
+        Some(noise) if simulation.sensors.is_empty() => (noise.period, "simulation.noise".to_owned()),
+        _ => (shortest, "the fastest sensor".to_owned()),
+    })
+}
+
+/// The sampling period and its source, with the one that takes the place of what the study does not say.
+fn period_or(study: &Study, spec: &AdviseSpec, other: impl Fn() -> (f64, String)) -> (f64, String) {
     if let Some(dt) = study.plant.dt {
         return (dt, "plant.dt".to_owned());
     }
@@ -135,40 +144,91 @@ pub(crate) fn period(study: &Study, simulation: &Simulation, spec: &AdviseSpec) 
     if let Some((period, name)) = sampled {
         return (period, format!("period of the observer {name:?}"));
     }
-    let shortest = simulation.sensors.iter().map(|sensor| sensor.period).fold(f64::INFINITY, f64::min);
-    match &simulation.noise {
-        Some(noise) if simulation.sensors.is_empty() => (noise.period, "simulation.noise".to_owned()),
-        _ => (shortest, "the fastest sensor".to_owned()),
+    other()
+}
+
+/// What the information of a study is derived from.
+#[derive(Debug, Clone)]
+pub(crate) struct Basis {
+    /// The noise of each output, and where it is from.
+    pub(crate) noises: (Vec<Option<OutputNoise>>, String),
+    /// The least and the largest value of each state, where they are known, and of which run.
+    pub(crate) states: Option<(Vec<(f64, f64)>, String)>,
+    /// Those of each input, and the input at the start.
+    pub(crate) inputs: (Vec<(f64, f64)>, Vec<f64>),
+    /// The sampling period and its source.
+    pub(crate) period: (f64, String),
+    /// Units of the states, if they are given.
+    pub(crate) scale: Option<Vec<f64>>,
+    pub(crate) duration: f64,
+    pub(crate) band: f64,
+    /// W per unit of time that is used unless [advise] gives one, and its source.
+    pub(crate) w: Option<(DMatrix<f64>, String)>,
+}
+
+/// The least and the largest entry of each column.
+pub(crate) fn ranges(columns: &DMatrix<f64>) -> Vec<(f64, f64)> {
+    columns.column_iter().map(|column| (column.min(), column.max())).collect()
+}
+
+impl Basis {
+    /// A simulation, with the run of its plant.
+    pub(crate) fn of_simulation(study: &Study, simulation: &Simulation, spec: &AdviseSpec, run: &Trajectory) -> Self {
+        let noises = (0..study.plant.outputs.len()).map(|output| simulation.noise_of(output)).collect();
+        let mut start = vec![0.0; study.plant.inputs.len()];
+        if let Some(program) = study.input.program() {
+            program.at(0.0, &mut start);
+        }
+        let own = study.truth.as_ref().and_then(|truth| truth.disturbances.process_noise.as_ref());
+        let w = own.filter(|noise| noise.variances().iter().any(|variance| *variance > 0.0)).map(|noise| {
+            let each = DVector::from_vec(noise.variances()) * noise.period();
+            (DMatrix::from_diagonal(&each), "truth.process_noise: variance times period".to_owned())
+        });
+        Self {
+            noises: (noises, "simulation".to_owned()),
+            states: Some((ranges(&run.x), "the run of the plant".to_owned())),
+            inputs: (ranges(&run.u), start),
+            period: period(study, simulation, spec),
+            scale: simulation.scale.clone(),
+            duration: simulation.duration,
+            band: simulation.band,
+            w,
+        }
+    }
+
+    /// The sampling period of a log, with the one of its rows for what the study does not say.
+    pub(crate) fn period_of_log(study: &Study, spec: &AdviseSpec, median: f64) -> (f64, String) {
+        period_or(study, spec, || (median, "the median period of the log".to_owned()))
     }
 }
 
 impl Information {
-    /// The information of a study whose plant makes this run.
-    pub(crate) fn of(study: &Study, simulation: &Simulation, spec: &AdviseSpec, run: &Trajectory) -> Self {
+    /// The information of a study, derived from this basis; none if nothing bounds the states.
+    pub(crate) fn of(study: &Study, spec: &AdviseSpec, basis: &Basis) -> Option<Self> {
         let plant = &study.plant;
         let unit = plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
-        let outputs = plant.outputs.len();
-        let noises: Vec<_> = (0..outputs).map(|output| simulation.noise_of(output)).collect();
+        let (noises, noise_from) = &basis.noises;
         let noise: Vec<f64> = noises.iter().map(|noise| noise.map_or(0.0, |noise| noise.variance().sqrt())).collect();
         let intensity: Vec<f64> =
             noises.iter().map(|noise| noise.map_or(0.0, |noise| noise.variance() * noise.period)).collect();
         let bound = |noise: &OutputNoise| noise.amplitude * if noise.gaussian { LARGEST } else { 1.0 };
         let largest: Vec<f64> = noises.iter().map(|noise| noise.as_ref().map_or(0.0, bound)).collect();
         let (initial, initial_from) = initial(study, spec);
-        let (period, period_from) = period(study, simulation, spec);
-        let (region, region_from) = region(study, spec, run, &initial);
+        let (period, period_from) = basis.period.clone();
+        let (region, region_from) = region(study, spec, basis, &initial)?;
         let widths: Vec<f64> = region.states().iter().map(|(low, high)| high - low).collect();
-        let scale = simulation.scale.clone().unwrap_or_else(|| widths.clone());
+        let scale = basis.scale.clone().unwrap_or_else(|| widths.clone());
         let (settling, settling_from) = match spec.settling {
             Some(settling) => (settling, "advise.settling".to_owned()),
-            None => (simulation.duration / 4.0, "a quarter of the duration".to_owned()),
+            None => (basis.duration / 4.0, "a quarter of the duration".to_owned()),
         };
-        let band = simulation.band;
+        let band = basis.band;
         let rate = -band.ln() / settling;
-        let linearised = linearised(study, &initial);
+        let linearised = linearised(study, &initial, &basis.inputs.1);
         let linear_rate = rate.max(2.0 * slowest(&linearised.0, plant.dt).unwrap_or(0.0));
         let first_error: Vec<f64> = widths.iter().map(|width| width / DEVIATIONS).collect();
-        let (w, w_from) = process_noise(study, spec, &linearised, (&intensity, &noise), (&scale, rate, period));
+        let (w, w_from) =
+            process_noise(study, (spec, basis), &linearised, (&intensity, &noise), (&scale, rate, period));
         let (e, e_from) = disturbance(study, spec);
         let acting = acting(study, spec);
 
@@ -187,7 +247,7 @@ impl Information {
         tell(
             InformationKind::Noise.name(),
             format!("standard deviation {}, held {}{unit}", each(&plant.outputs, &noise), shortest(held)),
-            "simulation".to_owned(),
+            noise_from.clone(),
         );
         tell("sampling period", format!("{}{unit}", shortest(period)), period_from);
         tell("first estimate", each(&plant.states, &initial), initial_from);
@@ -217,7 +277,7 @@ impl Information {
             let bounds: Vec<String> = bounds.iter().map(|bound| shortest(*bound)).collect();
             tell(InformationKind::Bounds.name(), format!("|w| <= ({})", bounds.join(", ")), from.clone());
         }
-        Self {
+        Some(Self {
             noise,
             intensity,
             largest,
@@ -236,7 +296,7 @@ impl Information {
             scale,
             linearised,
             lines,
-        }
+        })
     }
 }
 
@@ -246,8 +306,8 @@ fn outward(low: f64, high: f64) -> (f64, f64) {
     (at_least(low, DIGITS).parse().unwrap_or(low), at_most(high, DIGITS).parse().unwrap_or(high))
 }
 
-/// The region, with bounds of all inputs, and its source.
-fn region(study: &Study, spec: &AdviseSpec, run: &Trajectory, initial: &[f64]) -> (Region, String) {
+/// The region, with bounds of all inputs, and its source; none if nothing bounds the states.
+fn region(study: &Study, spec: &AdviseSpec, basis: &Basis, initial: &[f64]) -> Option<(Region, String)> {
     let is_bounded = |region: &Region| region.states().iter().all(|(low, high)| low.is_finite() && high.is_finite());
     let own = study.observers.iter().find_map(|observer| {
         let region = observer.kind.region().filter(is_bounded)?;
@@ -257,32 +317,31 @@ fn region(study: &Study, spec: &AdviseSpec, run: &Trajectory, initial: &[f64]) -
         (Some(region), _) => (region.clone(), "advise.region".to_owned()),
         (None, Some(own)) => own,
         (None, None) => {
+            let (ranges, of) = basis.states.as_ref()?;
             let bound = |i: usize| {
-                let column = run.x.column(i);
-                let (low, high) = (column.min().min(initial[i]), column.max().max(initial[i]));
+                let (low, high) = (ranges[i].0.min(initial[i]), ranges[i].1.max(initial[i]));
                 // A state at rest has a region of the size of its value.
                 let width = if high > low { high - low } else { high.abs().max(1.0) };
                 outward(low - MARGIN * width, high + MARGIN * width)
             };
             let states: Vec<(f64, f64)> = (0..study.plant.states.len()).map(bound).collect();
-            let from = "the run of the plant and the first estimate, widened by half on each side".to_owned();
-            (Region::new(&states), from)
+            (Region::new(&states), format!("{of} and the first estimate, widened by half on each side"))
         }
     };
     let is_finite = |bounds: &[(f64, f64)]| bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());
     if !study.plant.inputs.is_empty() && !region.input_bounds().is_some_and(is_finite) {
         let bound = |j: usize| {
-            let (low, high) = (run.u.column(j).min(), run.u.column(j).max());
+            let (low, high) = basis.inputs.0[j];
             let margin = 0.05 * if high > low { high - low } else { high.abs().max(1.0) };
             outward(low - margin, high + margin)
         };
         region = region.inputs(&(0..study.plant.inputs.len()).map(bound).collect::<Vec<_>>());
     }
-    (region, from)
+    Some((region, from))
 }
 
 /// A and C at the first estimate, under the input at the start.
-fn linearised(study: &Study, initial: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
+fn linearised(study: &Study, initial: &[f64], input: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     let model = &study.plant.model;
     if let Some(linear) = model.linear() {
         return (linear.a.clone(), linear.c.clone());
@@ -290,11 +349,7 @@ fn linearised(study: &Study, initial: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     if let Some(point) = &study.operating_point {
         return (point.linear.a.clone(), point.linear.c.clone());
     }
-    let mut u = DVector::zeros(study.plant.inputs.len());
-    if let Some(program) = study.input.program() {
-        program.at(0.0, u.as_mut_slice());
-    }
-    let x = DVector::from_column_slice(initial);
+    let (x, u) = (DVector::from_column_slice(initial), DVector::from_column_slice(input));
     (model.state_jacobian(0.0, &x, &u), model.output_jacobian(0.0, &x, &u))
 }
 
@@ -337,7 +392,7 @@ fn acting(study: &Study, spec: &AdviseSpec) -> Option<(Vec<f64>, DMatrix<f64>, S
 /// The intensity of the process noise and its source.
 fn process_noise(
     study: &Study,
-    spec: &AdviseSpec,
+    (spec, basis): (&AdviseSpec, &Basis),
     (a, c): &(DMatrix<f64>, DMatrix<f64>),
     (intensity, noise): (&[f64], &[f64]),
     (scale, rate, period): (&[f64], f64, f64),
@@ -345,10 +400,8 @@ fn process_noise(
     if let Some(w) = &spec.w {
         return (Ok(w.clone()), "advise.w".to_owned());
     }
-    let own = study.truth.as_ref().and_then(|truth| truth.disturbances.process_noise.as_ref());
-    if let Some(own) = own.filter(|noise| noise.variances().iter().any(|variance| *variance > 0.0)) {
-        let each = DVector::from_vec(own.variances()) * own.period();
-        return (Ok(DMatrix::from_diagonal(&each)), "truth.process_noise: variance times period".to_owned());
+    if let Some((w, from)) = &basis.w {
+        return (Ok(w.clone()), from.clone());
     }
     let from = "the least multiple of the squared scales of the states with which the stationary Kalman filter settles in time";
     let unit = DMatrix::from_diagonal(&DVector::from_iterator(scale.len(), scale.iter().map(|s| s * s)));

@@ -3,7 +3,7 @@
 mod information;
 mod value;
 
-pub(crate) use information::{Information, period, speed};
+pub(crate) use information::{Basis, Information, period, ranges, speed};
 pub use information::{InformationKind, PriorInformation};
 pub(crate) use value::object;
 pub use value::{Keys, Value};

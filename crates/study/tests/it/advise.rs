@@ -52,7 +52,7 @@ fn advice(text: &str, options: &AdviseOptions<'_>) -> Advice {
 }
 
 fn by(criteria: &str) -> AdviseOptions<'static> {
-    AdviseOptions { criteria: criteria.parse().unwrap(), budget: 600.0, ..AdviseOptions::default() }
+    AdviseOptions { criteria: Some(criteria.parse().unwrap()), budget: 600.0, ..AdviseOptions::default() }
 }
 
 fn names(advice: &Advice) -> Vec<&str> {

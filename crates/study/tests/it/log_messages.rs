@@ -163,3 +163,15 @@ fn a_long_log_is_estimated_and_tells_its_rows() {
     let ratio = cost.seconds / seconds;
     assert!((0.05..20.0).contains(&ratio), "estimated {} s, took {seconds} s", cost.seconds);
 }
+
+/// One column for two outputs would count each measurement twice.
+#[test]
+fn two_outputs_of_one_column_are_refused() {
+    let folder = scratch("log-one-column");
+    std::fs::write(folder.join("log.csv"), "t,y\n0,1\n1,2\n2,3\n").unwrap();
+    let text = "[plant]\na = [[-1]]\nc = [[1], [1]]\noutputs = [\"left\", \"right\"]\n[log]\nfile = \"log.csv\"\noutputs = [\"y\", \"y\"]\n";
+    let error = luenberger_study::Study::from_text("study.toml", text, luenberger_study::Format::Toml, &folder);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("the outputs left and right are both the column \"y\""), "{error}");
+    assert!(error.contains("one measurement would count twice"), "{error}");
+}

@@ -18,6 +18,7 @@ mod filters;
 mod folder;
 mod functional;
 mod gain_limits;
+mod held_out;
 mod high_gain;
 mod import;
 mod in_other_units;

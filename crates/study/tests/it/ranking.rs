@@ -17,11 +17,11 @@ impl Ranked for One {
 #[test]
 fn scores_are_geometric_means_of_ratios() {
     let all = [One(1.0, 400.0, true), One(2.0, 100.0, true), One(0.1, 1.0, false), One(9.0, f64::INFINITY, true)];
-    let (scores, order) = rank(&all, &Criteria::default());
+    let (scores, order) = rank(&all, &Criteria::default(), Criterion::Error);
     assert_eq!(order, [0, 1, 3, 2], "a run that ended early comes last");
     assert!((scores[1] - 2.0).abs() < 1e-12);
     let criteria: Criteria = "error=1,cost=3".parse().unwrap();
-    let (scores, order) = rank(&all, &criteria);
+    let (scores, order) = rank(&all, &criteria, Criterion::Error);
     // (1/1)(400/100)^3 and (2/1)(1)^3, to the power 1/4.
     assert!((scores[0] - 64f64.powf(0.25)).abs() < 1e-12 && (scores[1] - 2f64.powf(0.25)).abs() < 1e-12);
     assert_eq!((order[0], scores[3]), (1, f64::INFINITY));
@@ -32,7 +32,7 @@ fn scores_are_geometric_means_of_ratios() {
 fn a_tie_is_broken_by_the_error() {
     let cost: Criteria = "cost".parse().unwrap();
     let all = [One(3.0, 50.0, true), One(1.0, 50.0, true), One(2.0, 50.0, true), One(9.0, 40.0, true)];
-    let (scores, order) = rank(&all, &cost);
+    let (scores, order) = rank(&all, &cost, Criterion::Error);
     assert_eq!((scores, order), (vec![1.25, 1.25, 1.25, 1.0], vec![3, 1, 2, 0]));
 }
 
@@ -56,7 +56,7 @@ impl Ranked for Of {
 #[test]
 fn within_five_percent_proof_and_then_cost_decide() {
     let chosen = |all: &[Of]| {
-        let (scores, order) = rank(all, &Criteria::default());
+        let (scores, order) = rank(all, &Criteria::default(), Criterion::Error);
         let ordered: Vec<(&Of, f64)> = order.iter().map(|&i| (&all[i], scores[i])).collect();
         let tied = tied(&ordered);
         (tied.len(), preferred(&tied).map(|one| (one.0, one.2)))

@@ -158,6 +158,26 @@ fn suspicions(table: &Table) -> Vec<Suspicion> {
     table.suspicions("t", &[], &["y"]).unwrap()
 }
 
+/// Two sensors that write into one column in turn are seen; an oscillation of two rows that grows is none.
+#[test]
+fn two_sensors_in_one_column_are_seen() {
+    let even = |k: usize| 0.01 * k as f64;
+    let both = suspicions(&log(|k, y| if k.is_multiple_of(2) { y } else { 25.0 + 0.1 * y }, even));
+    let [Suspicion::Alternating { step, over_two, .. }] = &both[..] else { panic!("{both:?}") };
+    assert!((*step - 25.0).abs() < 1.0 && *over_two < 0.07, "{both:?}");
+    let words = both[0].to_string();
+    assert!(
+        words.starts_with("`y` jumps to and fro by 25") && words.ends_with("two sensors in one column?"),
+        "{words}"
+    );
+    // Noise jumps over two rows as far as over one.
+    let mut random = luenberger_random::Random(4);
+    let noise: Vec<f64> = (0..400).map(|_| random.normal_pair()[0]).collect();
+    assert_eq!(suspicions(&log(|k, _| noise[k], even)), []);
+    let short: Vec<String> = (0..18).map(|k| format!("{k},{}", k % 2)).collect();
+    assert_eq!(suspicions(&Table::parse(&format!("t,y\n{}\n", short.join("\n"))).unwrap()), []);
+}
+
 #[test]
 fn gaps_saturation_and_dropouts_are_seen() {
     let even = |k: usize| 0.01 * k as f64;

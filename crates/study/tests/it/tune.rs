@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use luenberger_random::Random;
+use luenberger_study::execute::LogError;
 use luenberger_study::tune::{TuneError, TuneOptions, TuneReport, TunedParameter, tune};
 use luenberger_study::{RunOptions, Study, StudyError};
 
@@ -271,6 +272,68 @@ held_out = 0
     assert!(report.log_likelihood > expected);
 }
 
+/// The log-likelihood of the scalar filter on a log, by hand, from P(0) = 1 and the estimate 0.
+fn by_hand(log: &str, (a, b, w, v): (f64, f64, f64, f64)) -> f64 {
+    let (mut x, mut p, mut sum) = (0.0, 1.0, 0.0);
+    for line in log.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let (nu, s) = (cells[2] - x, p + v);
+        sum -= 0.5 * ((2.0 * std::f64::consts::PI * s).ln() + nu * nu / s);
+        x = a * (x + p / s * nu) + b * cells[1];
+        p = a * a * (p - p * p / s) + w;
+    }
+    sum
+}
+
+/// Each of several logs begins with the first estimate and P(0), so that their log-likelihoods add; one log that is cut
+/// in two is not the two, since its second part knows the first.
+#[test]
+fn the_likelihoods_of_several_logs_add() {
+    let folder = scratch("tune-logs");
+    let values = (0.7, 1.3, 0.3, 0.5);
+    let whole = scalar(160, (0.8, 1.0, 0.5, 1.0), 3, square_wave);
+    let lines: Vec<&str> = whole.lines().collect();
+    let part = |lines: &[&str]| format!("t,u,y\n{}\n", lines.join("\n"));
+    let [first, second] = [part(&lines[1..101]), part(&lines[101..])];
+    std::fs::write(folder.join("log.csv"), &first).unwrap();
+    std::fs::write(folder.join("second.csv"), &second).unwrap();
+    let both = SCALAR.replace("held_out = 0", "files = [\"second.csv\"]\nheld_out = 0");
+    let report = tuned(&study_in(&folder, &both));
+    let expected = by_hand(&first, values) + by_hand(&second, values);
+    assert!((report.log_likelihood_before - expected).abs() < 1e-9 * expected.abs(), "{report:?}");
+    assert!((by_hand(&whole, values) - expected).abs() > 1e-3);
+    let rows: Vec<(usize, usize)> = report.logs.iter().map(|log| (log.fitted, log.measurements)).collect();
+    assert_eq!(rows, [(100, 100), (60, 60)]);
+    // The maximum is one of the sum, and not of either.
+    let fitted: Vec<f64> = ["a", "b", "w[x]", "v[y]"].iter().map(|name| parameter(&report, name).after).collect();
+    let at = |values: &[f64]| {
+        let values = (values[0], values[1], values[2], values[3]);
+        by_hand(&first, values) + by_hand(&second, values)
+    };
+    assert!((report.log_likelihood - at(&fitted)).abs() < 1e-8 * expected.abs());
+    for i in 0..4 {
+        for factor in [0.98, 1.02] {
+            let mut other = fitted.clone();
+            other[i] *= factor;
+            assert!(at(&other) < at(&fitted), "{i} {factor}");
+        }
+    }
+    // The part that is held out is the last of each.
+    let held = tuned(&study_in(&folder, &both.replace("held_out = 0", "held_out = 0.3")));
+    let rows: Vec<(usize, usize)> = held.logs.iter().map(|log| (log.fitted, log.held_out)).collect();
+    assert_eq!(rows, [(70, 30), (42, 18)]);
+    let words = "the first 70 rows of 100 of log.csv and the first 42 rows of 60 of second.csv";
+    assert!(held.study.contains(words), "{}", held.study);
+    // A log that lacks a column, or is named twice, is refused where it is named.
+    std::fs::write(folder.join("second.csv"), second.replace("t,u,y", "t,v,y")).unwrap();
+    let error = Study::from_text("study.toml", &both, luenberger_study::Format::Toml, &folder).unwrap_err().to_string();
+    assert!(error.contains("second.csv") && error.contains('u'), "{error}");
+    let twice = both.replace("\"second.csv\"", "\"log.csv\"");
+    let error =
+        Study::from_text("study.toml", &twice, luenberger_study::Format::Toml, &folder).unwrap_err().to_string();
+    assert!(error.contains("the log \"log.csv\" is named twice"), "{error}");
+}
+
 #[test]
 fn what_the_log_determines_only_together_is_named() {
     let folder = scratch("tune-together");
@@ -304,10 +367,15 @@ fn logs_that_say_nothing_are_refused() {
     assert!(matches!(&error, TuneError::NoMaximum { falls: true, .. }), "{error}");
     // Parts that are too short.
     write(scalar(50, (0.8, 1.0, 0.5, 1.0), 3, square_wave));
-    let error = refused(&study_in(&folder, &SCALAR.replace("held_out = 0", "held_out = 0.2")));
-    assert!(matches!(&error, TuneError::TooShort { rows: 10, measurements: 10, least: 20, .. }), "{error}");
-    let error = refused(&study_in(&folder, &SCALAR.replace("held_out = 0", "held_out = 0.9")));
-    assert!(matches!(&error, TuneError::TooShort { measurements: 5, least: 20, .. }), "{error}");
+    let short = |held_out: &str| {
+        let text = SCALAR.replace("held_out = 0", &format!("held_out = {held_out}"));
+        match tune(&study_in(&folder, &text), &TuneOptions::default()) {
+            Err(StudyError::OnLog(LogError::TooShort { rows, measurements, least, .. })) => (rows, measurements, least),
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(short("0.2"), (10, 10, 20));
+    assert_eq!(short("0.9"), (5, 5, 20));
     // A filter that does not run.
     write(scalar(50, (0.8, 1.0, 0.5, 1.0), 3, square_wave));
     let error = refused(&study_in(&folder, &SCALAR.replace("h = [\"x\"]", "h = [\"sqrt(x - 5) + x\"]")));
@@ -397,4 +465,33 @@ fn a_table_that_cannot_be_fitted_is_refused_where_it_is_written() {
     let kept: Vec<&str> = without.lines().filter(|line| !line.starts_with("file =")).collect();
     let without = kept.join("\n");
     assert!(mistake(&without).message.contains("[tune] without a [log]"));
+}
+
+/// `kalman` is fitted in discrete time, without angles and correlated noises; for the others the same filter is named.
+#[test]
+fn a_stationary_filter_without_a_likelihood_names_the_kind_that_has_one() {
+    let folder = scratch("tune-kalman");
+    std::fs::write(folder.join("log.csv"), scalar(200, (0.8, 1.0, 0.5, 1.0), 3, square_wave)).unwrap();
+    let file = folder.join("log.csv");
+    let study = |plant: &str, noises: &str| {
+        format!(
+            "[plant]\nstates = [\"x\"]\ninputs = [\"u\"]\noutputs = [\"y\"]\na = [[0.5]]\nb = [[1]]\nc = [[1]]\n{plant}\n[log]\nfile = {:?}\n[[observer]]\nname = \"filter\"\nkind = \"kalman\"\ninitial = [0]\nw = [0.3]\nv = [0.5]\n{noises}\n[tune]\nobserver = \"filter\"\nparameters = [\"w\"]\n",
+            file.to_str().unwrap()
+        )
+    };
+    let refused = |plant: &str, noises: &str| {
+        let wrong = mistake(&study(plant, noises));
+        format!("{} | {}", wrong.message, wrong.expected)
+    };
+    let continuous = refused("", "");
+    assert!(
+        continuous.contains("V is an intensity") && continuous.contains("v = the intensity over the"),
+        "{continuous}"
+    );
+    let angle = refused("dt = 1\nangles = [\"x\"]", "");
+    assert!(angle.contains("a full turn is an error") && angle.contains("which wraps angles"), "{angle}");
+    assert!(angle.contains("period = 1"), "{angle}");
+    let correlated = refused("dt = 1", "s = [[0.1]]");
+    assert!(correlated.contains("correlated") && correlated.contains("without s"), "{correlated}");
+    assert!(crate::studies::read(&study("dt = 1", "")).is_ok());
 }

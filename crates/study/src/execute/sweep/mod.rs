@@ -13,10 +13,12 @@
 //! | [`block`], [`folder`], [`store`] | form of a block; folder of blocks that several processes write; folder or memory |
 //! | [`runs`], [`statistics`], [`percentiles`], [`reduce`] | scores of a run; of an ensemble; from blocks to results |
 //! | [`status`] | how far a sweep is |
+//! | [`on_log`] | a sweep on a log, which has one run at each value and no blocks |
 
 mod block;
 mod compute;
 mod folder;
+pub(super) mod on_log;
 pub(crate) mod percentiles;
 mod plan;
 mod reduce;
@@ -68,8 +70,18 @@ pub(super) fn runs(study: &Study, sweep: &Sweep) -> usize {
     rows::chosen(study, sweep).len() * sweep.values.len() * sweep.ensemble
 }
 
+/// The runs of a sweep in the simulation of a study.
+pub(super) fn simulated(study: &Study, sweep: &Sweep) -> usize {
+    if sweep.on_log { 0 } else { runs(study, sweep) }
+}
+
 /// Bytes of the reduction of a sweep: a block, and the values of percentiles.
 pub(super) fn memory(study: &Study, sweep: &Sweep) -> f64 {
+    if let (true, Some(log)) = (sweep.on_log, &study.log) {
+        // Innovations and errors of each row that is held out.
+        let (n, p) = (study.plant.states.len(), study.plant.outputs.len());
+        return 16.0 * (n + p + 4) as f64 * runs(study, sweep) as f64 * log.recording.times().len() as f64;
+    }
     let (scores, ensemble) = (names(study).len(), sweep.ensemble);
     let block = Plan::of_study(study, None).map_or(0, |plan| plan.block_size) as f64;
     8.0 * scores as f64 * block + reduce::memory(scores, ensemble) as f64
@@ -83,7 +95,7 @@ pub(super) fn blocks(
     options: &RunOptions<'_>,
     folder: &Folder,
 ) -> Result<Option<Blocks>, StudyError> {
-    if study.sweep.is_none() {
+    if study.sweep.as_ref().is_none_or(|sweep| sweep.on_log) {
         return Ok(None);
     }
     match (step, folder.root()) {

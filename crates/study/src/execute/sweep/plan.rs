@@ -68,8 +68,15 @@ impl Plan {
     /// # Errors
     /// [`StudyError::Missing`] for a study without a sweep, and block sizes that are not possible.
     pub fn of_study(study: &Study, block_size: Option<u64>) -> Result<Self, StudyError> {
-        let (Some(sweep), Some(simulation)) = (&study.sweep, &study.simulation) else {
-            return Err(StudyError::Missing { step: Step::Sweep.name(), needs: "a [sweep]" });
+        let missing = |needs| Err(StudyError::Missing { step: Step::Sweep.name(), needs });
+        let (sweep, simulation) = match (&study.sweep, &study.simulation) {
+            (Some(sweep), _) if sweep.on_log => {
+                return missing(
+                    "a [sweep] in a simulation for blocks and shards: one on a log has one run at each value",
+                );
+            }
+            (Some(sweep), Some(simulation)) => (sweep, simulation),
+            _ => return missing("a [sweep]"),
         };
         Ok(Self::of(study, rows(study, simulation, sweep).len(), sweep.ensemble, block_size)?)
     }

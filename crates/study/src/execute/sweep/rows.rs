@@ -25,7 +25,7 @@ pub(super) fn rows<'a>(study: &'a Study, simulation: &'a Simulation, sweep: &'a 
             let study = sweep.variants.get(k).unwrap_or(study);
             let Some(requested) = study.observer(&requested.name) else { continue };
             let simulation = study.simulation.as_ref().unwrap_or(simulation);
-            let within = (simulation, study.plant.dt);
+            let within = (Some(simulation), study.plant.dt);
             let Some(requested) = varied(requested, within, &sweep.parameter, value) else { continue };
             rows.push(Row { study, simulation, requested, value });
         }
@@ -40,9 +40,9 @@ pub(super) fn chosen<'a>(study: &'a Study, sweep: &Sweep) -> Vec<&'a ObserverSpe
 }
 
 /// The specification of an observer at a value; none if it does not have the parameter.
-fn varied(
+pub(super) fn varied(
     requested: &ObserverSpec,
-    (simulation, dt): (&Simulation, Option<f64>),
+    (simulation, dt): (Option<&Simulation>, Option<f64>),
     parameter: &Swept,
     value: f64,
 ) -> Option<ObserverSpec> {
@@ -52,7 +52,7 @@ fn varied(
         Swept::Poles => requested.kind = requested.kind.faster(value, dt),
         Swept::Noise | Swept::Number(_) => {}
         Swept::Initial => {
-            for (xhat, x) in requested.initial.iter_mut().zip(&simulation.x0) {
+            for (xhat, x) in requested.initial.iter_mut().zip(&simulation?.x0) {
                 *xhat = x - value * (x - *xhat);
             }
         }

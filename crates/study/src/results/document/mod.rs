@@ -3,16 +3,18 @@
 mod log;
 mod observability;
 mod observers;
+mod prediction;
 
 pub use log::data as log_data;
 pub use observability::leading;
+pub(crate) use prediction::Columns;
 
 use luenberger_figures::{Cell, Grid, Report, Section};
 use luenberger_proof::wording::{complex, counted, significant};
 
 use super::{
-    ABOUT_ZERO, ABOUT_ZERO_MEANS, NamedMatrix, OperatingPointReport, Results, ScoreCell, ScoreTable, SweepReport,
-    is_about_zero,
+    ABOUT_ZERO, ABOUT_ZERO_MEANS, LogSweepReport, NamedMatrix, OperatingPointReport, Results, ScoreCell, ScoreTable,
+    SweepReport, is_about_zero,
 };
 pub(crate) use observability::section as observability;
 pub(crate) use observers::{badge, section as observers, verdicts};
@@ -31,6 +33,7 @@ impl Results {
             sections.push(comparison(self, true));
         }
         sections.extend(self.sweep.as_ref().map(|report| sweep(self, report)));
+        sections.extend(self.sweep_on_log.as_ref().map(|report| sweep_on_log(self, report)));
         sections
     }
 
@@ -185,6 +188,29 @@ pub(crate) fn sweep(results: &Results, sweep: &SweepReport) -> Section {
         section = scores(section, &table, caption);
     }
     let ended = sweep.ended();
+    if ended.is_empty() { section } else { section.prose("Without a run, or ended early:").list(ended) }
+}
+
+/// The sweep on a log.
+pub(crate) fn sweep_on_log(results: &Results, sweep: &LogSweepReport) -> Section {
+    let columns = Columns::of(sweep.rows.iter().filter_map(|row| row.on_log.as_ref()));
+    let names = [sweep.parameter.clone(), "observer".to_owned()];
+    let head: Vec<String> = names.into_iter().chain(columns.head(&results.plant)).collect();
+    let head: Vec<&str> = head.iter().map(String::as_str).collect();
+    let number = |x: Option<f64>| Cell::number(x.map_or_else(|| "-".to_owned(), |x| significant(x, 4)));
+    let judged = sweep.rows.iter().filter(|row| row.on_log.is_some());
+    let grid = judged.fold(Grid::new(&head), |grid, row| {
+        let names = [number(Some(row.value)), Cell::from(row.observer.as_str())];
+        let scores = columns.scores(row.on_log.as_ref()).into_iter().map(|score| number(score.value));
+        grid.row(names.into_iter().chain(scores))
+    });
+    let words = std::iter::once(sweep.held_out.clone()).chain(columns.words());
+    let section = Section::new("Sweep on the log").list(words).grid(grid).list(sweep.best());
+    let ended = sweep.rows.iter().filter_map(|row| {
+        let value = significant(row.value, 6);
+        Some(format!("{} with {} = {value}: {}", row.observer, sweep.parameter, row.failure.as_ref()?))
+    });
+    let ended: Vec<String> = ended.collect();
     if ended.is_empty() { section } else { section.prose("Without a run, or ended early:").list(ended) }
 }
 

@@ -67,6 +67,9 @@ pub(crate) fn html(
     if let Some(sweep) = &results.sweep {
         report = report.section(document::sweep(results, sweep));
     }
+    if let Some(sweep) = &results.sweep_on_log {
+        report = report.section(document::sweep_on_log(results, sweep));
+    }
     let links = files
         .iter()
         .filter(|name| ["trajectories/", "certificates/", "sweep.csv"].iter().any(|folder| name.starts_with(folder)))
