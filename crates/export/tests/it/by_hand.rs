@@ -4,12 +4,16 @@ use std::io::{Cursor, Read};
 
 use luenberger_export::fmu::{Version, compilers as libraries};
 use luenberger_export::golden::{self, Stepper};
+use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::names::{check, identifier};
 use luenberger_export::step::RecordedStep;
 use luenberger_export::{
     Export, ExportError, ExportableObserver, FixedPointFormat, FixedPointFormats, Names, Scalar, sha256,
 };
-use luenberger_observers::{DiscreteLinearObserver, DiscreteNonlinearObserver, ObserverDimensions, SampledObserver};
+use luenberger_observers::{
+    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, NoiseModel, ObserverDimensions,
+    Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter,
+};
 use luenberger_plants::StateSpace;
 use luenberger_random::Random;
 use nalgebra::{DMatrix, dmatrix, dvector};
@@ -17,7 +21,7 @@ use nalgebra::{DMatrix, dmatrix, dvector};
 use crate::compiled::{self, folder, program, with_feedback};
 use crate::moving_horizon::plant;
 use crate::rows::Rows;
-use crate::{fuzz, kkl};
+use crate::{fuzz, kkl, operations};
 
 fn scalar_observer(format: Scalar) -> Export {
     let plant = StateSpace::new(dmatrix![0.3], dmatrix![0.7], dmatrix![1.1]).unwrap();
@@ -100,24 +104,30 @@ fn a_replay_computes_in_the_format() {
 /// they would be without the loop.
 #[test]
 fn golden_outputs_of_a_loop_are_those_of_its_plant() {
-    for fed in [false, true] {
-        let observer = program(13, (3, 2, 2), false, fed);
+    for (is_cubic, fed) in [(false, false), (false, true), (true, true)] {
+        let observer = program(13, (3, 2, 2), is_cubic, fed);
         let export = compiled::export(observer.clone(), Scalar::Binary64);
         let alone = golden::steps(&export, 40).unwrap();
         let block = golden::steps(&with_feedback(export), 40).unwrap();
-        let ExportableObserver::Linear(observer) = &observer else { unreachable!("a linear observer") };
-        let plant = observer.plant();
+        let (a, b, c, d) = match &observer {
+            ExportableObserver::Linear(observer) => {
+                let plant = observer.plant();
+                (&plant.a, &plant.b, &plant.c, plant.d.as_ref())
+            }
+            ExportableObserver::Cubic(observer) => (observer.ad(), observer.bd(), observer.c(), observer.d()),
+            _ => unreachable!("a linear plant"),
+        };
         let mut x = dvector![0.0, 0.0, 0.0];
         for (k, (alone, block)) in alone.iter().zip(&block).enumerate() {
             let u = nalgebra::DVector::from_column_slice(&block.applied);
-            let feedthrough = plant.d.as_ref().map_or_else(|| dvector![0.0, 0.0], |d| d * &u);
-            let outputs = &plant.c * &x + feedthrough;
+            let feedthrough = d.map_or_else(|| dvector![0.0, 0.0], |d| d * &u);
+            let outputs = c * &x + feedthrough;
             for j in 0..2 {
                 let expected = alone.y[j] + outputs[j];
                 assert!((block.y[j] - expected).abs() <= 1e-12 * (1.0 + expected.abs()), "{k}: {block:?}");
             }
             assert_eq!(alone.u, block.u, "{k}");
-            x = &plant.a * &x + &plant.b * &u;
+            x = a * &x + b * &u;
         }
         // Numbers up to 2, and once in 16 steps up to 2000.
         let largest = |step: &golden::Step| step.u.iter().chain(&step.y).fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -125,6 +135,16 @@ fn golden_outputs_of_a_loop_are_those_of_its_plant() {
         assert_eq!(large, [7, 23, 39]);
         assert!(alone.iter().all(|step| largest(step) <= 2000.0) && largest(&alone[7]) > 20.0);
     }
+}
+
+/// Sentences are broken where a line would have more than 100 characters.
+#[test]
+fn lines_of_a_sentence_have_at_most_a_hundred_characters() {
+    let [a, b, c, d] = [("a", 49), ("b", 50), ("c", 49), ("d", 51)].map(|(letter, count)| letter.repeat(count));
+    let export = scalar_observer(Scalar::Binary64).statement(&[format!("{a} {b} {c} {d}")]);
+    let header = export.c().unwrap().remove(0).text;
+    let lines: Vec<&str> = header.lines().filter(|line| [&a, &c, &d].iter().any(|word| line.contains(*word))).collect();
+    assert_eq!(lines, [format!(" * {a} {b}"), format!(" * {c}"), format!(" * {d}")]);
 }
 
 /// A gain takes a product and a sum for each entry, beside the step.
@@ -199,8 +219,10 @@ fn fixed_point_is_counted_and_digested_by_hand() {
     for (k, x) in u.iter().enumerate() {
         assert!((-32768..=32767).contains(x) && (k % 8 == 7 || (-8192..8192).contains(x)), "{k}: {x}");
     }
+    let is_end = |x: &i32| *x == -32768 || *x == 32767;
     assert!(u.iter().skip(7).step_by(16).any(|x| x.abs() > 8192), "{u:?}");
-    assert!(u.iter().skip(15).step_by(16).any(|x| *x == -32768 || *x == 32767), "{u:?}");
+    assert!(!u.iter().skip(7).step_by(16).any(is_end), "{u:?}");
+    assert!(u.iter().skip(15).step_by(16).any(is_end), "{u:?}");
 }
 
 fn description(export: &Export, version: Version, name: &str) -> String {
@@ -238,6 +260,64 @@ fn what_depends_on_what_in_an_fmu() {
         };
         assert_eq!(found, expected, "{version:?}");
     }
+}
+
+/// FMI 2.0.2, 2.2.7, and 3.0, 2.4.7: each variable with its causality, and in 3.0 the time. Estimates are calculated
+/// from parameters, so that they have no start.
+#[test]
+fn the_variables_of_an_fmu() {
+    let mut export = scalar_observer(Scalar::Binary64);
+    let units = Names { units: vec!["m".to_owned()], ..Names::numbered(1, 1, 1) };
+    export = Export::new("plant", export.observer().clone(), Scalar::Binary64, &[0.1], units).unwrap();
+    let rows = [
+        ("u.u1", "input\" variability=\"continuous", "input held until the next sample: u1", "", Some("0.0")),
+        ("y.y1", "input\" variability=\"continuous", "measured output: y1", "", Some("0.0")),
+        ("xhat.x1", "output\" variability=\"discrete\" initial=\"calculated", "estimate of the state x1", "m", None),
+        (
+            "innovation.y1",
+            "output\" variability=\"discrete\" initial=\"exact",
+            "innovation of the last step, measured minus expected output: y1",
+            "",
+            Some("0.0"),
+        ),
+        (
+            "initial.x1",
+            "parameter\" variability=\"fixed\" initial=\"exact",
+            "first estimate of the state x1",
+            "m",
+            Some("0.1"),
+        ),
+    ];
+    for version in [Version::Two, Version::Three] {
+        let text = description(&export, version, "modelDescription.xml");
+        let found = text.split("<ModelVariables>\n").nth(1).unwrap().split("  </ModelVariables>").next().unwrap();
+        let mut expected = String::new();
+        if version == Version::Three {
+            expected += "    <Float64 name=\"time\" valueReference=\"0\" causality=\"independent\" variability=\"continuous\"/>\n";
+        }
+        for (k, (name, causality, about, unit, start)) in rows.into_iter().enumerate() {
+            let key =
+                |key: &str, value: &str| if value.is_empty() { String::new() } else { format!(" {key}=\"{value}\"") };
+            let head = format!(
+                "name=\"{name}\" valueReference=\"{}\" causality=\"{causality}\" description=\"{about}\"",
+                k + 1
+            );
+            let of = format!("{}{}", key("unit", unit), key("start", start.unwrap_or_default()));
+            expected += &match version {
+                Version::Two => format!("    <ScalarVariable {head}><Real{of}/></ScalarVariable>\n"),
+                Version::Three => format!("    <Float64 {head}{of}/>\n"),
+            };
+        }
+        assert_eq!(found, expected, "{version:?}");
+        let key = if version == Version::Two { "  guid=\"{" } else { "  instantiationToken=\"{" };
+        assert!(
+            text.contains(key)
+                && text.contains("description=\"Sampled linear observer, one step every 0.1 s, computed in f64. \"")
+        );
+        assert_eq!(text.matches("<Unit ").count(), 1);
+    }
+    let without = scalar_observer(Scalar::Binary64);
+    assert!(!description(&without, Version::Two, "modelDescription.xml").contains("Unit"));
 }
 
 /// Names are structured if each is a letter or an underscore with letters, digits and underscores after it.
@@ -323,6 +403,53 @@ fn what_a_format_cannot_store_is_named() {
     );
 }
 
+/// A target takes a fixed number of steps.
+#[test]
+fn a_prediction_with_control_of_its_error_is_refused() {
+    let plant = || plant(&["-x1"], &["x1"], 0);
+    let noises = || NoiseModel { w: dmatrix![0.1], v: dmatrix![0.1], p0: dmatrix![1.0] };
+    let controlled = Prediction::ErrorControlled;
+    let extended = ExtendedKalmanFilter::new(plant(), noises(), 0.1, 1).unwrap().with_prediction(controlled);
+    let unscented = UnscentedKalmanFilter::new(plant(), noises(), SigmaPoints::default(), 0.1, 1).unwrap();
+    let horizon = Horizon { window: 2, iterations: 1 };
+    let moving = MovingHorizon::new(plant(), noises(), horizon, 0.1, 1).unwrap();
+    for observer in [
+        ExportableObserver::Kalman(extended.unwrap()),
+        ExportableObserver::Unscented(unscented.with_prediction(controlled).unwrap()),
+        ExportableObserver::MovingHorizon(moving.with_prediction(controlled).unwrap()),
+    ] {
+        let refused = Export::new("plant", observer, Scalar::Binary64, &[0.0], Names::numbered(1, 0, 1));
+        assert_eq!(refused.unwrap_err(), ExportError::ErrorControlled);
+    }
+}
+
+/// The header says whether inputs are read, and of which sample the estimate is.
+#[test]
+fn the_header_says_what_a_step_takes() {
+    let header = |export: &Export| export.c().unwrap().remove(0).text;
+    let of = |inputs| compiled::export(program(3, (2, inputs, 1), false, false), Scalar::Binary64);
+    let u = " * @param u      Inputs held from this sample to the next, PLANT_INPUTS entries";
+    let filter = of(1).with_update(&dmatrix![0.5; 0.25]).unwrap();
+    for (export, end, estimate, about) in [
+        (of(1), ".\n", "for the next", "One step, from the sample at t to the estimate at t + period."),
+        (of(0), "; not read, may be a null pointer.\n", "for the next", "One step, from the sample at t"),
+        (
+            filter,
+            ".\n",
+            "at this",
+            "One step: the estimate at this sample, with its measurement, and the prediction for",
+        ),
+    ] {
+        let text = header(&export);
+        assert!(text.contains(&format!("{u}{end}")), "{text}");
+        assert!(
+            text.contains(&format!(" * @param xhat   Estimate {estimate} sample, PLANT_STATES entries;")),
+            "{text}"
+        );
+        assert!(text.contains(about), "{text}");
+    }
+}
+
 /// `z' = (x2 - x1 + y1^2, u1 - 3 x2 - y2 x1)`: the Jacobian is (-1, 1; -y2, -3).
 #[test]
 fn the_jacobian_of_a_recorded_observer() {
@@ -361,6 +488,40 @@ fn a_numerical_kkl_observer_has_its_sizes() {
             Export::new("plant", ExportableObserver::Kkl(observer), Scalar::Binary64, &[0.1, -0.2], names).unwrap();
         let replayed = golden::replay(&export, &[(vec![], vec![0.3])]).unwrap();
         assert_eq!(replayed[0], estimate.as_slice());
+    }
+}
+
+/// The state of the static library, and the column that the observer of `observers` has: z with the estimate behind it
+/// in recorded observers and those for held inputs.
+#[test]
+fn the_state_of_a_static_library() {
+    let mut random = Random(5);
+    let two = plant(&["x2 - 0.5*x1", "-0.5*x2"], &["x1"], 0);
+    let plain = ExportableObserver::Kkl(kkl::of_plant(&mut random, &two, 0));
+    let held = ExportableObserver::Kkl(kkl::held(&mut random, (2, 1), true));
+    let timed = DiscreteNonlinearObserver::new(plant(&["0.5*x1 + t"], &["x1"], 0), dmatrix![0.1], 0.1).unwrap();
+    let of = |observer| fuzz::export("plant", observer, Scalar::Binary64);
+    let filter = compiled::export(program(3, (2, 1, 1), false, false), Scalar::Binary32);
+    let filter = filter.with_update(&dmatrix![0.5; 0.25]).unwrap();
+    for (export, fields, column) in [
+        (of(operations::recorded(false)), "xhat: [f64; 3],\n    z: [f64; 2],", "SVector<f64, 5>"),
+        (of(plain), "xhat: [f64; 2],\n    z: [f64; 3],", "SVector<f64, 3>"),
+        (of(held), "xhat: [f64; 2],\n    z: [f64; 3],", "SVector<f64, 5>"),
+        (of(program(3, (2, 1, 1), true, false)), "xhat: [f64; 2],", "SVector<f64, 2>"),
+        (filter, "xhat: [f32; 2],\n    prediction: [f32; 2],", "SVector<f32, 2>"),
+        (of(ExportableObserver::Discrete(timed)), "xhat: [f64; 1],\n    sample: u64,", "SVector<f64, 1>"),
+    ] {
+        let files = export.rust().unwrap();
+        let text = &files.iter().find(|file| file.name == "c/src/lib.rs").unwrap().text;
+        let state = text.split("pub struct State {").nth(1).unwrap().split('}').next().unwrap();
+        assert_eq!(state.trim(), fields);
+        assert!(text.contains(&format!("fn load(&self) -> {column} {{")), "{text}");
+        let joined = "SVector::from_fn(|i, _| if i < NUMBER { self.z[i] } else { self.xhat[i - NUMBER] })";
+        let is_joined = column == "SVector<f64, 5>";
+        let order = if fields.contains("z: [f64; 2]") { "2" } else { "3" };
+        assert_eq!(text.contains(&joined.replace("NUMBER", order)), is_joined, "{text}");
+        let manifest = &files.iter().find(|file| file.name == "c/Cargo.toml").unwrap().text;
+        assert!(manifest.contains("name = \"plant-c\"") && manifest.contains("package = \"plant\""), "{manifest}");
     }
 }
 

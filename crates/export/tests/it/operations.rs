@@ -112,7 +112,7 @@ fn three() -> ExpressionPlant {
 }
 
 /// With a gain of its own it does not diverge, also not as a plant in discrete time.
-fn damped() -> ExpressionPlant {
+pub(crate) fn damped() -> ExpressionPlant {
     plant(&["-0.5*x1 + 0.1*x2", "-0.5*x2 + 0.01*x3*x3 + 0.1*u1", "-0.5*x3"], &["x1 + 0.01*x3*x3", "x2"], 1)
 }
 
@@ -122,7 +122,7 @@ fn noises() -> NoiseModel<f64, nalgebra::Dyn, nalgebra::Dyn> {
 }
 
 /// A recorded observer of two coordinates, with a jump or without.
-fn recorded(jumps: bool) -> ExportableObserver {
+pub(crate) fn recorded(jumps: bool) -> ExportableObserver {
     // The inputs are (u, y1, y2), and the outputs the estimate.
     let flow = plant(&["x2 - x1 + u2*u2", "u1 - 3*x2 - u3*x1"], &["x1", "x2 + u2", "x1*x2"], 3);
     let (start, jump) = (plant(&["0", "0", "0"], &["x1", "x2"], 2), plant(&["0", "0"], &["x1*u2", "x2"], 3));
