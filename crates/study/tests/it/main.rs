@@ -36,6 +36,7 @@ mod norm_filter;
 mod operating_point;
 mod optimal;
 mod page;
+mod pictures;
 mod plant;
 mod printed_mean_value;
 mod ranking;
