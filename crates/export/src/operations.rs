@@ -38,7 +38,8 @@ impl ExportableObserver {
             Self::Cubic(observer) => innovation + linear + flow(observer) + product(n, p) + n,
             Self::Varying(step) => {
                 let term = product(n, n) + 3 * n;
-                let substep = DEGREE * term + product(n, m) + n;
+                // With the degree of each further term, which is counted as a number.
+                let substep = DEGREE * term + DEGREE - 1 + product(n, m) + n;
                 let corrected = innovation + flow(step.observer().nominal()) + 2 * product(n, p) + 2 * n;
                 step.observer().substeps() * substep + 1 + corrected
             }

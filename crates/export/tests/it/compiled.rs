@@ -136,7 +136,7 @@ pub(crate) fn semi_implicit(seed: u64, sizes: (usize, usize, usize), fed: bool) 
 }
 
 /// The cubic observer of another program at varying periods, whose prediction takes several substeps.
-fn varying(nominal: &ExportableObserver) -> ExportableObserver {
+pub(crate) fn varying(nominal: &ExportableObserver) -> ExportableObserver {
     let ExportableObserver::Cubic(nominal) = nominal else { unreachable!("a cubic observer") };
     let n = nominal.ad().nrows();
     let a = nominal.ad() * 5.0 - DMatrix::identity(n, n) * 6.0;

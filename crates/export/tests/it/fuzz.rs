@@ -231,7 +231,7 @@ pub(crate) fn moving_horizon(random: &mut Random) -> MovingHorizon<f64> {
 pub(crate) fn export(name: &str, program: ExportableObserver, scalar: Scalar) -> Export {
     let size = program.dimensions();
     let initial: Vec<f64> = (0..size.estimate).map(|i| 0.1 * i as f64 - 0.3).collect();
-    let names = Names::numbered(size.estimate, size.inputs, size.outputs);
+    let names = Names::numbered(size.estimate, program.plant_inputs(), size.outputs);
     Export::new(name, program, scalar, &initial, names).unwrap()
 }
 

@@ -148,7 +148,7 @@ fn tables<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
 }
 
 /// A numerical KKL observer for N states and M held inputs, with trees alone or with tables.
-fn held(random: &mut Random, (n, m): (usize, usize), is_tree: bool) -> Kkl<f64> {
+pub(crate) fn held(random: &mut Random, (n, m): (usize, usize), is_tree: bool) -> Kkl<f64> {
     let plant = plant(random, (n, m, 1));
     let first = 0.02;
     match (n, m, is_tree) {

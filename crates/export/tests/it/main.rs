@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod by_hand;
 mod c_math;
 mod compiled;
 mod emitted;

@@ -13,7 +13,7 @@ use luenberger_export::{Export, ExportableObserver, FixedPointFormat, FixedPoint
 use luenberger_random::Random;
 use nalgebra::DMatrix;
 
-use crate::compiled::{program, semi_implicit, with_feedback};
+use crate::compiled::{program, semi_implicit, varying, with_feedback};
 use crate::fuzz;
 
 /// The lines with `#` for numbers and digests; of sources the comments and directives.
@@ -91,6 +91,9 @@ fn every_line_of_text_is_reviewed() {
     for sizes in [(2, 1, 1), (3, 0, 2)] {
         for is_cubic in [false, true] {
             let observer = || program(3, sizes, is_cubic, sizes.1 > 0);
+            if is_cubic {
+                all_files(&mut lines, &named(varying(&observer()), Scalar::Binary64));
+            }
             all_files(&mut lines, &named(observer(), Scalar::Binary64));
             if sizes.1 > 0 {
                 all_files(&mut lines, &with_feedback(named(observer(), Scalar::Binary32)));

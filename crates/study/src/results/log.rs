@@ -294,17 +294,18 @@ impl From<Consistency> for ConsistencyReport {
 }
 
 impl ConsistencyReport {
-    /// `1.04, in [0.91, 1.09]`: the mean with its acceptance region, and in brackets what limits it.
+    /// `1.04, in [0.91, 1.09]`: the mean with its acceptance region, and in brackets what limits it. A mean may be in the
+    /// region where the test is not accepted, because an error is without variance.
     pub fn in_words(&self) -> String {
         use luenberger_proof::wording::significant;
-        let [low, high] = self.region.map(|end| significant(end, 3));
-        let word = if self.accepted {
-            "in"
-        } else if self.mean > self.region[1] {
+        let word = if self.mean > self.region[1] {
             "above"
-        } else {
+        } else if self.mean < self.region[0] {
             "below"
+        } else {
+            "in"
         };
+        let [low, high] = self.region.map(|end| significant(end, 3));
         let all = self.samples.max(self.singular) + self.left_out;
         let counts = [
             (self.singular, "P is singular"),

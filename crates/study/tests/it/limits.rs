@@ -66,6 +66,139 @@ fn a_large_matrix_inequality_is_refused() {
     assert!(said.contains("the matrix inequality of an observer (for a linear plant, use poles or kalman)"), "{said}");
 }
 
+/// What is counted, by hand: 2 states, an input and an output, one observer by poles (1e-6 s n^3) and one by a matrix
+/// inequality of 5 unknowns (1e-9 s and 32 bytes times their third and second power).
+const COUNTED: &str = r#"[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+outputs = ["y"]
+[[observer]]
+name = "poles"
+kind = "luenberger"
+poles = [-2, -5]
+[[observer]]
+name = "inequality"
+kind = "luenberger"
+lmi = true
+"#;
+
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-12 * expected, "{found:e}, by hand {expected:e}");
+}
+
+/// 0.01 s for each observer, beside its design; on a log 1e-5 s and 7 numbers of 3e-7 s for each row and observer. The
+/// matrices take 60 n^2 numbers of 8 bytes. Of a row of the log the recording and its copy are kept (2 + m + p numbers
+/// each), of each observer 1 + 3n + m + 2p, and of those that run 4n + 5p + 9 more.
+#[test]
+fn designs_and_logs_are_estimated_as_counted_by_hand() {
+    let folder = crate::studies::scratch("limits-log");
+    let designs = 8e-6 + 1.25e-7 + 0.02;
+    for (rows, mostly) in [(100, "designs"), (3000, "simulations")] {
+        let csv: String = (0..rows).map(|k| format!("{k},0,1\n")).collect();
+        std::fs::write(folder.join("log.csv"), format!("t,u1,y\n{csv}")).unwrap();
+        let study = crate::studies::study_in(&folder, &format!("{COUNTED}[log]\nfile = \"log.csv\"\n"));
+        let of = |step, threads| estimate(&study, step, threads);
+        let observed = of(Step::Observe, 1);
+        assert_eq!((observed.runs, observed.mostly.as_str()), (0, "designs"));
+        assert_eq!((observed.memory.bytes, observed.memory.mostly), (1920.0, "matrices of the order of the plant"));
+        near(observed.seconds, 8e-7);
+        for step in [Step::Design, Step::Certify] {
+            let cost = of(step, 1);
+            assert_eq!((cost.runs, cost.mostly.as_str(), cost.memory.bytes), (0, "designs", 1920.0 + 800.0));
+            near(cost.seconds, designs);
+        }
+        let all_rows = rows as f64;
+        let running = 2.0 * all_rows * (1e-5 + 7.0 * 3e-7);
+        for (step, observed) in [(Step::Simulate, 0.0), (Step::Compare, 0.0), (Step::Run, 8e-7)] {
+            for (threads, active) in [(1, 1.0), (2, 2.0), (3, 2.0)] {
+                let cost = of(step, threads);
+                assert_eq!((cost.runs, cost.mostly.as_str()), (2, mostly), "{step:?}");
+                near(cost.seconds, observed + designs + running);
+                let log = all_rows * 8.0 * (2.0 * 4.0 + 2.0 * 10.0 + active * (22.0 + 10.0));
+                near(cost.memory.bytes, 2720.0 + log);
+                assert_eq!(cost.memory.mostly, "the estimates on the log (a part of it, or fewer observers)");
+            }
+        }
+    }
+}
+
+/// A filter on the log with true states keeps its covariances (n^2), twice where both estimates are shown, and for the
+/// smoother another 4 n^2 + 5 n. Its steps take 4e-9 s times 16 n^3.
+#[test]
+fn filters_on_a_log_are_estimated_as_counted_by_hand() {
+    let folder = crate::studies::scratch("limits-filter");
+    let csv: String = (0..100).map(|k| format!("{},0,1,1,0\n", 0.5 * f64::from(k))).collect();
+    std::fs::write(folder.join("log.csv"), format!("t,u1,y,x1,x2\n{csv}")).unwrap();
+    let plant = COUNTED.split("[[observer]]").next().unwrap();
+    let filter = "[[observer]]\nkind = \"extended-kalman\"\nw = 0.1\nv = 0.1\nperiod = 0.5\n";
+    let truth = "states = [\"x1\", \"x2\"]\n";
+    for (smooth, log, covariances) in [
+        ("", "", 0.0),
+        ("", truth, 4.0),
+        ("", "estimates = \"predicted\"\nstates = [\"x1\", \"x2\"]\n", 8.0),
+        ("smooth = true\n", "", 4.0 + 16.0 + 10.0),
+        ("smooth = true\n", truth, 4.0 + 16.0 + 10.0),
+    ] {
+        let text = format!("{plant}[log]\nfile = \"log.csv\"\n{log}{filter}{smooth}");
+        let cost = estimate(&crate::studies::study_in(&folder, &text), Step::Simulate, 1);
+        near(cost.memory.bytes, 1920.0 + 800.0 * (8.0 + 10.0 + 32.0 + covariances));
+        let steps = 49.5 / 0.5 * 16.0 * 8.0 * 4e-9;
+        near(cost.seconds, 2e-7 * 8.0 + 0.01 + 1e-3 + steps + 7.0 * 3e-5);
+    }
+}
+
+/// Of a simulation the table of each observer is kept (time, states and estimates, input, output); of those in progress
+/// the integrals and the text of 22 digits with its number as well. A sweep has neither table nor text, all threads in
+/// use, and 16 scores of a block of 32 runs and of 100 runs.
+#[test]
+fn simulations_and_sweeps_are_estimated_as_counted_by_hand() {
+    let simulation = "[simulation]\nx0 = [1, 1]\nduration = 1\nsamples = 1000\n";
+    let sweep = "[sweep]\nparameter = \"initial\"\nvalues = [1, 2, 3]\nensemble = 100\nobservers = [\"poles\"]\n";
+    let [alone, swept] = ["", sweep].map(|sweep| study(&format!("{COUNTED}{simulation}{sweep}")));
+    let (kept, table, text) = (2.0 * 7000.0 * 8.0, 10_000.0 * 8.0, 7000.0 * 30.0);
+    let of_sweep = 16.0 * 8.0 * (32.0 + 100.0);
+    for (study, step, runs, threads, bytes) in [
+        (&alone, Step::Design, 0, 8, 0.0),
+        (&alone, Step::Simulate, 2, 1, kept + table + text),
+        (&alone, Step::Compare, 2, 2, kept + 2.0 * (table + text)),
+        (&alone, Step::Run, 2, 8, kept + 2.0 * (table + text)),
+        (&swept, Step::Simulate, 2, 8, kept + 8.0 * (table + text)),
+        (&swept, Step::Run, 302, 3, kept + 3.0 * (table + text) + of_sweep),
+        (&swept, Step::Run, 302, 1, kept + table + text + of_sweep),
+        (&swept, Step::Sweep, 301, 3, 3.0 * table + of_sweep),
+    ] {
+        let cost = estimate(study, step, threads);
+        assert_eq!((cost.runs, cost.memory.bytes), (runs, 2720.0 + bytes), "{step:?} on {threads} threads");
+    }
+}
+
+/// Observers of 60 states are designed anew for each of three values: a second for each of 1890 unknowns cubed, by 1e9,
+/// beside which a simulation of a millisecond is nothing.
+#[test]
+fn the_designs_of_a_sweep_are_estimated() {
+    let row = |i: usize| format!("{:?}", (0..60).map(|j| if i == j { -1.0 } else { 0.0 }).collect::<Vec<_>>());
+    let rows: Vec<String> = (0..60).map(row).collect();
+    let text = format!(
+        "[plant]\na = [{}]\nc = [{:?}]\n[[observer]]\nkind = \"luenberger\"\nlmi = true\n[simulation]\nx0 = {:?}\n\
+         duration = 1e-4\nsamples = 2\n[sweep]\nensemble = 2\nvalues = [1, 2, 3]\nparameter = ",
+        rows.join(","),
+        vec![1.0; 60],
+        vec![1.0; 60]
+    );
+    let design = 1890.0_f64.powi(3) * 1e-9;
+    for (parameter, step, designs) in [
+        ("poles", Step::Sweep, 4.0),
+        ("poles", Step::Run, 4.0),
+        ("initial", Step::Run, 1.0),
+        ("poles", Step::Compare, 1.0),
+    ] {
+        let cost = estimate(&study(&format!("{text}\"{parameter}\"\n")), step, 1);
+        assert!((cost.seconds / design - designs).abs() < 0.2, "{parameter}, {step:?}: {cost:?}");
+        assert_eq!(cost.mostly, "designs");
+    }
+}
+
 #[test]
 fn the_limit_is_what_is_compared() {
     let text = STUDY.replace("SAMPLES", "1001");

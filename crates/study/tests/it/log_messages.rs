@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use luenberger_study::internals::drawn;
+use luenberger_study::results::{ConsistencyReport, InnovationOf};
 use luenberger_study::{Progress, Results, RunOptions, Step, estimate, execute};
 use proptest::prelude::*;
 
@@ -118,6 +119,54 @@ fn one_row_is_a_row() {
     let text = run(&folder, &format!("{two}{}", FILTER.replace("v = 1e-4", "v = [1e-4, 1e-4]"))).text(false);
     assert!(text.contains("other is measured in 1 row "), "{text}");
     assert!(!text.contains("1 rows"), "{text}");
+}
+
+fn consistency(mean: f64, region: [f64; 2], samples: usize, [singular, outside, left_out]: [usize; 3]) -> String {
+    let accepted = (region[0]..=region[1]).contains(&mean) && outside == 0;
+    let report = ConsistencyReport { mean, expected: 1.0, region, samples, singular, outside, left_out, accepted };
+    report.in_words()
+}
+
+/// A mean in the region is said to be there, also where the test is not accepted because an error is without variance.
+#[test]
+fn a_mean_in_the_region_is_said_to_be_there() {
+    let words = consistency(1.0, [0.91, 1.09], 3, [3, 2, 0]);
+    assert_eq!(
+        words,
+        "1, in [0.91, 1.09] (P is singular at 3 of 3 samples, an error has no variance at 2 of 3 samples)"
+    );
+}
+
+/// What a test of consistency and an innovation say, by hand.
+#[test]
+fn statistics_in_words() {
+    let words = consistency;
+    let region = [0.912_34, 1.09];
+    assert_eq!(words(1.04, region, 40, [0; 3]), "1.04, in [0.912, 1.09]");
+    assert_eq!(words(1.2, region, 40, [0; 3]), "1.2, above [0.912, 1.09]");
+    assert_eq!(words(0.9, region, 40, [0; 3]), "0.9, below [0.912, 1.09]");
+    assert_eq!((words(1.09, region, 1, [0; 3]).as_str()), "1.09, in [0.912, 1.09]");
+    assert_eq!(
+        words(1.5, region, 3, [4, 2, 5]),
+        "1.5, above [0.912, 1.09] (P is singular at 4 of 9 samples, an error has no variance at 2 of 9 samples, there is \
+         no result at 5 of 9 samples)"
+    );
+    assert_eq!(words(0.0, [0.0, 0.0], 0, [0, 0, 7]), "- (there is no result at 7 of 7 samples)");
+    assert_eq!(words(0.0, [0.0, 0.0], 0, [0; 3]), "-");
+    let innovation = |rejected, white| InnovationOf {
+        output: "y".to_owned(),
+        samples: 1450,
+        rejected,
+        mean: 0.0,
+        rms: 1.0,
+        peak: 2.0,
+        white,
+    };
+    assert_eq!(innovation(0, None).samples_in_words(), "1450");
+    assert_eq!(innovation(6, None).samples_in_words(), "1450 (6 rejected)");
+    assert_eq!(innovation(0, None).whiteness_in_words(), None);
+    assert_eq!(innovation(0, Some(3.7e-169)).whiteness_in_words().unwrap(), "3.7e-169 (rejected)");
+    assert_eq!(innovation(0, Some(0.05)).whiteness_in_words().unwrap(), "0.05 (not rejected)");
 }
 
 proptest! {

@@ -40,6 +40,7 @@ mod operating_point;
 mod optimal;
 mod page;
 mod parameters;
+mod pictures;
 mod plant;
 mod printed_mean_value;
 mod ranking;

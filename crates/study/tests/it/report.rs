@@ -1,7 +1,10 @@
 //! Numbers and figures in reports.
 
 use luenberger_proof::certificate::ProvedSentence;
-use luenberger_study::results::leading;
+use luenberger_study::results::{
+    DesignReport, DesignVerdict, FactReport, ModeReport, NamedNumber, ObservabilityAt, ObservabilityReport, Quantity,
+    Rounding, UnseenModes, leading,
+};
 use luenberger_study::{RunOptions, Step, execute};
 
 use crate::studies::{scratch, study};
@@ -64,6 +67,164 @@ fn the_summary_says_what_is_proved_of_a_few_observers() {
             let sentence = format!("{}: {}", observer.name, proved.join(" "));
             assert_eq!(page.contains(&sentence), is_said, "{sentence} in {page}");
         }
+    }
+}
+
+/// The first sentences of the summary: sizes with up to six names, and what can be seen of the state.
+#[test]
+fn the_summary_says_what_was_studied() {
+    let diagonal = |entries: &[f64]| {
+        let row = |i: usize| {
+            format!("{:?}", (0..entries.len()).map(|j| if i == j { entries[i] } else { 0.0 }).collect::<Vec<_>>())
+        };
+        format!("a = [{}]\n", (0..entries.len()).map(row).collect::<Vec<_>>().join(","))
+    };
+    let chain = "a = [[0, 1], [0, 0]]\n";
+    let pendulum = "f = [\"x2\", \"-sin(x1)\"]\nh = [\"x1\"]\n[simulation]\nx0 = [1, 0]\nduration = 1\n";
+    let cases = [
+        (
+            format!("{chain}b = [[0], [1]]\nc = [[1, 0]]\n"),
+            "The plant has 2 states (x1, x2), 1 input (u1) and 1 output (y1). It is observable.",
+        ),
+        (
+            "a = [[1, 1], [0, 1]]\nc = [[0, 1]]\ndt = 0.1\n".to_owned(),
+            "The plant has 2 states (x1, x2), no input and 1 output (y1), in discrete time. It is not detectable: rank 1 of 2.",
+        ),
+        (
+            format!("{}c = [[1, 0]]\n", diagonal(&[-1.0, -2.0])),
+            "The plant has 2 states (x1, x2), no input and 1 output (y1). It is detectable, not observable: rank 1 of 2.",
+        ),
+        (
+            format!("{}c = [{:?}]\n", diagonal(&[-1.0, -2.0, -3.0, -4.0, -5.0, -6.0]), [1.0; 6]),
+            "The plant has 6 states (x1, x2, x3, x4, x5, x6), no input and 1 output (y1). It is observable.",
+        ),
+        (
+            format!("{}c = [{:?}]\n", diagonal(&[-1.0, -2.0, -3.0, -4.0, -5.0, -6.0, -7.0]), [1.0; 7]),
+            "The plant has 7 states, no input and 1 output (y1). It is observable.",
+        ),
+        (
+            pendulum.to_owned(),
+            "The plant has 2 states (x1, x2), no input and 1 output (y1). Its linearisations are observable at every point of the trajectory.",
+        ),
+    ];
+    for (number, (plant, sentence)) in cases.into_iter().enumerate() {
+        let page = report(&format!("studied-{number}"), &format!("[plant]\n{plant}"));
+        assert!(crate::page::body(&page).contains(sentence), "{sentence}");
+    }
+}
+
+/// What qualifies the results is counted: an observer without a design, and one whose poles are far beyond the plant.
+#[test]
+fn the_summary_counts_what_qualifies_it() {
+    let plant = "[plant]\na = [[-1]]\nc = [[1]]\n";
+    let one = |name: &str, keys: &str| format!("[[observer]]\nname = \"{name}\"\nkind = \"luenberger\"\n{keys}\n");
+    let (calm, fast, faster) =
+        (one("calm", "poles = [-2]"), one("fast", "poles = [-1e5]"), one("faster", "poles = [-1e6]"));
+    let unstable = one("unstable", "gain = [[-3]]");
+    let qualified = |name: &str, observers: &[&str]| {
+        let page = crate::page::body(&report(name, &format!("{plant}{}", observers.concat())));
+        let said = |sentence: &str| page.contains(sentence);
+        (
+            said("1 observer ended early or did not run."),
+            said("One warning qualifies these results."),
+            said("2 warnings qualify these results."),
+        )
+    };
+    assert_eq!(qualified("qualified-0", &[&calm]), (false, false, false));
+    assert_eq!(qualified("qualified-1", &[&calm, &fast]), (false, true, false));
+    assert_eq!(qualified("qualified-2", &[&calm, &fast, &faster]), (false, false, true));
+    assert_eq!(qualified("qualified-3", &[&calm, &unstable]).0, true);
+}
+
+/// Of up to six facts all are shown; of more, those that are not proved and five others.
+#[test]
+fn facts_that_are_not_proved_are_never_folded() {
+    let results = crate::studies::executed(
+        "[plant]\na = [[-1]]\nc = [[1]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-2]\n",
+        Step::Design,
+    );
+    let mut design = results.observers[0].design.clone().unwrap();
+    let proved = design.facts.iter().find(|fact| fact.verdict.is_proved()).unwrap().clone();
+    let open = FactReport { verdict: DesignVerdict::NONE, ..proved.clone() };
+    for (open_count, proved_count, shown) in [(0, 6, 6), (0, 7, 5), (2, 4, 6), (2, 5, 7), (2, 7, 7), (9, 0, 9)] {
+        design.facts = vec![open.clone(); open_count];
+        design.facts.extend(vec![proved.clone(); proved_count]);
+        let (found, folded) = design.leading_facts();
+        assert_eq!((found.len(), folded), (shown, open_count + proved_count - shown), "{open_count}, {proved_count}");
+    }
+    // What is not proved is a failure, with the observer.
+    let mut failing = results.clone();
+    design.facts = vec![FactReport { statement: "F is Hurwitz".to_owned(), words: "undecided".to_owned(), ..open }];
+    failing.observers[0].design = Some(design);
+    assert_eq!(
+        (results.failures(), failing.failures()),
+        (vec![], vec!["luenberger: F is Hurwitz: undecided".to_owned()])
+    );
+}
+
+/// Numbers are rounded to the side that is stated.
+#[test]
+fn numbers_are_rounded_to_their_side() {
+    let of = |value, rounding| NamedNumber { name: "rate".to_owned(), quantity: Some(Quantity::Rate), value, rounding };
+    for (value, rounding, text) in [
+        (0.123_456_7, Rounding::Nearest, "0.123457"),
+        (0.123_456_7, Rounding::Down, "0.123456"),
+        (0.123_456_2, Rounding::Up, "0.123457"),
+        (0.123_456_2, Rounding::Nearest, "0.123456"),
+        (0.5, Rounding::Up, "0.5"),
+        (0.5, Rounding::Down, "0.5"),
+    ] {
+        assert_eq!(of(Some(value), rounding).text(), text);
+    }
+    assert_eq!(of(None, Rounding::Up).text(), "infinite");
+    let other = NamedNumber { name: "overshoot".to_owned(), quantity: None, value: Some(3.0), rounding: Rounding::Up };
+    let design = DesignReport { numbers: vec![other, of(Some(2.0), Rounding::Down)], ..DesignReport::default() };
+    assert_eq!((design.quantity(Quantity::Rate), design.quantity(Quantity::Overshoot)), (Some(2.0), None));
+    assert_eq!(
+        (design.number("overshoot"), design.number("rate"), design.number("else")),
+        (Some(3.0), Some(2.0), None)
+    );
+}
+
+#[test]
+fn columns_stand_with_their_units() {
+    let text = "[plant]\na = [[-1, 0], [0, -2]]\nb = [[1], [1]]\nc = [[1, 1]]\nunits = { x1 = \"m\", u1 = \"N\", y1 = \"V\" }\n";
+    let plant = crate::studies::executed(text, Step::Observe).plant;
+    let units: Vec<Option<&str>> =
+        ["x1", "x2", "u1", "y1", "z"].map(|name| plant.unit(name).map(String::as_str)).into();
+    assert_eq!(units, [Some("m"), None, Some("N"), Some("V"), None]);
+    assert_eq!((plant.labelled("u1"), plant.labelled("x2")), ("u1 (N)".to_owned(), "x2".to_owned()));
+    let listed = plant.listed(&plant.states, ["1", "2"].map(str::to_owned));
+    assert_eq!(listed, "x1 = 1 m, x2 = 2");
+}
+
+/// What is said of modes that no output sees, with the largest of their margins.
+#[test]
+fn modes_that_are_not_seen_in_words() {
+    let mode = |margin| ModeReport { eigenvalue: [0.0, 0.0], margin, direction: vec![1.0], words: "x1".to_owned() };
+    let at = |unseen| ObservabilityAt {
+        t: None,
+        x: None,
+        rank: 1,
+        tolerance: 1e-12,
+        modes: Vec::new(),
+        hidden: vec![mode(1.26e-16), mode(3.14e-15), mode(0.0)],
+        unseen,
+    };
+    for (unseen, words, decided) in [
+        (UnseenModes::Decay, "They are stable: the plant is detectable.", true),
+        (UnseenModes::Remain, "the plant is not detectable, and no observer exists.", true),
+        (
+            UnseenModes::None,
+            "to working precision (margin at most 3.1e-15), while the plant as stored is observable",
+            false,
+        ),
+        (UnseenModes::Undecided, "(margin at most 3.1e-15). Whether an observer exists is not decided.", false),
+    ] {
+        let said = at(unseen).unseen_in_words("These modes");
+        assert!(said.starts_with("These modes are unobservable") && said.contains(words), "{said}");
+        let report = |points| ObservabilityReport { points, order: 2, rank: 1, nonlinear: None };
+        assert_eq!(report(vec![at(UnseenModes::Undecided), at(unseen)]).is_decided(), decided);
     }
 }
 
