@@ -106,13 +106,9 @@ fn along(given: &Given<'_>, reader: &mut Reader) -> Option<Along> {
     let names = MapNames::new(given.plant, 0);
     let (n, p, (q, why)) = (given.size().states, given.size().outputs, order(given));
     let node = |key: &str| given.node.get(key);
-    let g = match node("g") {
-        None => None,
-        Some(_) => {
-            let of_states = format!("the plant has {}", counted(n, "state"));
-            Some(maps::matrix(given.node, "g", (n, q, &of_states), names.plant(), reader)?)
-        }
-    };
+    let of_states = format!("the plant has {}", counted(n, "state"));
+    let size = (n, q, of_states.as_str());
+    let g = given.node.given("g", |_| maps::matrix(given.node, "g", size, names.plant(), reader))?;
     let mut diagonal = |key: &str, length: (usize, &str)| match node(key).filter(|node| has_text(node)) {
         None => Some(None),
         Some(_) => maps::list(given.node, key, length, names.plant(), reader).map(Some),
