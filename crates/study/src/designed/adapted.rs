@@ -154,8 +154,8 @@ impl<F> OfStudy for F where
 {
 }
 
-/// The filter with these noises along its way, these bounds of its estimates, and these delays of its outputs; itself if
-/// there are none.
+/// The filter with these noises along its way, these bounds of its estimates, and these delays of its outputs; itself
+/// if there are none.
 pub(crate) fn adapted<F: OfStudy>(
     filter: F,
     along: &Along,

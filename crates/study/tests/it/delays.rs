@@ -77,8 +77,8 @@ fn a_late_column_is_the_column_at_its_times() {
         std::fs::write(folder.join("shifted.csv"), shifted).unwrap();
         let text = |plant: &str, file: &str, keys: &str| pendulum(plant, &format!("[log]\nfile = \"{file}\"\n"), keys);
         let delays = format!("delays = {{ fix = {delay} }}\n");
-        // A reading that a gate rejects is no time at which a prediction is divided: only where it is a row anyway are the
-        // sigma points drawn at the same times.
+        // A reading that a gate rejects is no time at which a prediction is divided: only where it is a row anyway are
+        // the sigma points drawn at the same times.
         let gate = if delay == 0.3 { "gate = 4\n" } else { "" };
         for keys in ["", gate, "state_bounds = [[-inf, inf], [-0.3, 0.3]]\n"] {
             let found = last(&folder, &text(&delays, "late.csv", keys));
