@@ -142,6 +142,9 @@ impl Ground<'_> {
 /// its simulation.
 fn ground<'a>(study: &'a Study, options: &AdviseOptions<'_>) -> Result<Ground<'a>, StudyError> {
     let missing = |needs| Err(StudyError::Missing { step: "advise", needs });
+    if !study.estimated.is_empty() {
+        return missing("a plant without parameters as states ([estimate]): its rules are for the states of [plant]");
+    }
     let asks = |of: fn(Criterion) -> bool| {
         options.criteria.as_ref().is_some_and(|criteria| criteria.0.iter().any(|(criterion, _)| of(*criterion)))
     };

@@ -77,6 +77,10 @@ impl Information {
         (x, least): (&[f64], f64),
         coordinates: &[Coordinate],
     ) -> Self {
+        if x.is_empty() {
+            // Every parameter is at a bound.
+            return Self { deviation: Vec::new(), flat: Vec::new(), discrepancy: 0.0 };
+        }
         let indices: Vec<usize> = (0..x.len()).collect();
         let h: Vec<f64> = indices.par_iter().map(|&i| step(cost, (x, least), i, &coordinates[i])).collect();
         let half: Vec<f64> = h.iter().map(|h| 0.5 * h).collect();

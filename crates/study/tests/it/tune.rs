@@ -351,6 +351,26 @@ fn what_the_log_determines_only_together_is_named() {
     assert!((product - 1.0).abs() < 0.3, "{product}");
 }
 
+/// All that is fitted ends at its bound: the values stand there, without an interval.
+#[test]
+fn a_fit_that_ends_at_all_bounds_has_no_intervals() {
+    let folder = scratch("tune-at-bounds");
+    std::fs::write(folder.join("log.csv"), scalar(200, (0.8, 1.0, 0.5, 1.0), 3, square_wave)).unwrap();
+    for (parameters, bounds, ends) in [
+        ("\"v\"", "{ v = [2, 5] }", vec![("v[y]", 2.0)]),
+        ("\"v\", \"b\"", "{ v = [2, 5], b = [1.4, 3] }", vec![("v[y]", 2.0), ("b", 1.4)]),
+    ] {
+        let text = SCALAR.replace("b = 1.3", "b = 2").replace("v = [0.5]", "v = [3]");
+        let text = text.replace("\"a\", \"b\", \"w\", \"v\"", parameters) + &format!("bounds = {bounds}\n");
+        let report = tuned(&study_in(&folder, &text));
+        for (name, end) in ends {
+            let found = parameter(&report, name);
+            assert!((found.after - end).abs() < 1e-6 * end, "{found:?}");
+            assert!(found.interval.is_none(), "{found:?}");
+        }
+    }
+}
+
 #[test]
 fn logs_that_say_nothing_are_refused() {
     let folder = scratch("tune-refused");
