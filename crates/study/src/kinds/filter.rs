@@ -197,21 +197,27 @@ impl Filter {
 
     /// The same with these parameters as further states, whose errors and random walks are independent of the others.
     pub(super) fn with_parameters(&self, parameters: &[Estimated]) -> Self {
-        let n = self.w.nrows();
-        let extended = |matrix: &DMatrix<f64>, of: fn(&Estimated) -> f64| {
-            DMatrix::from_fn(n + parameters.len(), n + parameters.len(), |i, j| match (i.checked_sub(n), j) {
-                (None, j) if j < n => matrix[(i, j)],
-                (Some(k), j) if i == j => of(&parameters[k]),
-                _ => 0.0,
-            })
-        };
-        Self { w: extended(&self.w, |one| one.w), p0: extended(&self.p0, |one| one.p0), ..self.clone() }
+        let [w, p0] = extended([&self.w, &self.p0], parameters);
+        Self { w, p0, ..self.clone() }
     }
 
     /// W, V and P(0).
     pub(super) fn noises(&self) -> NoiseModel<f64, Dyn, Dyn> {
         NoiseModel { w: self.w.clone(), v: self.v.clone(), p0: self.p0.clone() }
     }
+}
+
+/// W and P(0) with these parameters as further states.
+pub(super) fn extended(matrices: [&DMatrix<f64>; 2], parameters: &[Estimated]) -> [DMatrix<f64>; 2] {
+    let n = matrices[0].nrows();
+    let with = |matrix: &DMatrix<f64>, of: fn(&Estimated) -> f64| {
+        DMatrix::from_fn(n + parameters.len(), n + parameters.len(), |i, j| match (i.checked_sub(n), j) {
+            (None, j) if j < n => matrix[(i, j)],
+            (Some(k), j) if i == j => of(&parameters[k]),
+            _ => 0.0,
+        })
+    };
+    [with(matrices[0], |one| one.w), with(matrices[1], |one| one.p0)]
 }
 
 /// The outputs whose innovations are wrapped, as a sentence.

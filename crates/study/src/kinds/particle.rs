@@ -2,18 +2,19 @@
 
 use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::Recording;
-use luenberger_observers::{ParticleFilter, Prediction};
+use luenberger_observers::{NoiseModel, ParticleFilter, Prediction};
 use luenberger_proof::wording::counted;
 use luenberger_sim::{Replay, SeededParticles};
 use nalgebra::DMatrix;
 
 use super::declaration::{Declaration, Tuning};
-use super::filter::{Filter, STAGES};
+use super::filter::{STAGES, extended};
+use super::keys::{PERIOD, V, W};
 use super::{Kind, as_kind};
 use crate::designed::{self, Running, StepOf};
 use crate::model::{Model, PlantModel};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
-use crate::study::{NUMBER, PlantClass, Specification, Study, Time};
+use crate::study::{Estimated, NUMBER, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
 
 /// The kind.
@@ -31,12 +32,18 @@ pub(super) static DECLARATION: Declaration = Declaration {
     ),
 };
 
-crate::keys! {
+crate::keys! { |size|
     /// A particle filter.
     #[derive(Debug, Clone, PartialEq)]
     pub struct ParticleSpec {
-        /// Its noises and its period.
-        filter: Filter as [Filter::KEYS] => Filter::read,
+        /// W, n x n.
+        w: DMatrix<f64>[n, n] as &W,
+        /// V, p x p.
+        v: DMatrix<f64>[p, p] as &V,
+        /// Covariance of the initial error, n x n (default: the identity).
+        p0: DMatrix<f64>[n, n] as Weight = DMatrix::identity(size.states, size.states),
+        /// The sampling period.
+        period: f64 as &PERIOD,
         /// Number of particles (default 500). The error that it leaves falls with its root.
         particles: usize as Count(2) = 500,
         /// Seed of the random numbers of the particles, none of which anything else draws (default 0).
@@ -47,7 +54,7 @@ crate::keys! {
 impl ParticleSpec {
     /// The filter of 500 particles for noise of intensity W and covariance V, with P(0) = I.
     pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
-        Self { filter: Filter::new(w, v, period), particles: 500, seed: 0 }
+        Self { p0: DMatrix::identity(w.nrows(), w.nrows()), w, v, period, particles: 500, seed: 0 }
     }
 }
 
@@ -55,7 +62,12 @@ impl Specification for ParticleSpec {
     declared!();
 
     fn period(&self) -> Option<f64> {
-        Some(self.filter.period)
+        Some(self.period)
+    }
+
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        let [w, p0] = extended([&self.w, &self.p0], parameters);
+        Some(Self { w, p0, ..self.clone() }.into())
     }
 
     fn updates(&self, _dt: Option<f64>) -> bool {
@@ -63,14 +75,14 @@ impl Specification for ParticleSpec {
     }
 
     fn seconds_of_steps(&self, duration: f64) -> f64 {
-        let n = self.filter.w.nrows() as f64;
-        duration / self.filter.period * self.particles as f64 * (STAGES * n + 20.0) * n * 8e-9
+        let n = self.w.nrows() as f64;
+        duration / self.period * self.particles as f64 * (STAGES * n + 20.0) * n * 8e-9
     }
 
     // Each sample of a run keeps the particles.
     fn memory(&self, study: &Study) -> (f64, &'static str) {
         let (n, samples) = (study.plant.states.len() as f64, study.simulation.as_ref());
-        let samples = samples.map_or(1.0, |simulation| simulation.duration / self.filter.period);
+        let samples = samples.map_or(1.0, |simulation| simulation.duration / self.period);
         (samples * (n + 1.0) * self.particles as f64 * NUMBER, "the particles at each sample (reduce their number)")
     }
 }
@@ -81,7 +93,7 @@ impl Kind for ParticleSpec {
     }
 
     fn design_in_discrete_time(&self, plan: &Plan<'_>, dt: f64) -> Result<Designed, NoObserver> {
-        plan.has_period_of_plant(self.filter.period, dt)?;
+        plan.has_period_of_plant(self.period, dt)?;
         self.designed(&plan.study.plant, Prediction::Discrete)
     }
 }
@@ -89,10 +101,10 @@ impl Kind for ParticleSpec {
 impl ParticleSpec {
     /// The filter of a plant in continuous or in discrete time.
     fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { filter: Filter { w, v, p0, period, .. }, particles, seed } = self;
+        let Self { w, v, p0, period, particles, seed } = self;
         let random = SeededParticles::new(*seed as u64);
-        let (model, noises) = (plant.model.clone(), self.filter.noises());
-        let filter = ParticleFilter::new(model, noises, (*period, prediction), *particles, random)?;
+        let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
+        let filter = ParticleFilter::new(plant.model.clone(), noises, (*period, prediction), *particles, random)?;
         let report = DesignReport {
             statement: Statement::of(format!(
                 "One measurement every {period}; the distribution of the state by {} with weights, resampled where fewer than half of them count.",

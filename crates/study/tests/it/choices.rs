@@ -146,12 +146,12 @@ fn a_table_of_two_variables_is_a_function_like_another() {
         }
     }
     for (old, new, line, column, message) in [
-        ("[4, 16]]", "[4, 16], [5, 20]]", 11, 5, "x has 3 entries, and z has 4 rows"),
-        ("[4, 16]]", "[4]]", 11, 5, "the rows of `z`"),
-        ("z = [[0, 0], [0.5, 2], [4, 16]]", "z = [[0], [0.5], [4]]", 11, 6, "y has 2 entries, and row 1 of z has 1"),
-        ("y = [0.5, 2]", "y = [2, 0.5]", 10, 5, "along y: x must increase: entry 2 is 0.5, after 2"),
-        ("z = [[0, 0]", "method = \"monotone-cubic\"\nz = [[0, 0]", 11, 10, "a table of two variables is linear"),
-        ("drag(v, rho)", "drag(v)", 3, 14, "`drag` is a lookup table and takes two arguments"),
+        ("[4, 16]]", "[4, 16], [5, 20]]", 10, 5, "x has 3 entries, and z has 4 rows"),
+        ("[4, 16]]", "[4]]", 10, 24, "row 3 of `z` has length 1, row 1 has length 2"),
+        ("z = [[0, 0], [0.5, 2], [4, 16]]", "z = [[0], [0.5], [4]]", 10, 6, "y has 2 entries, and row 1 of z has 1"),
+        ("y = [0.5, 2]", "y = [2, 0.5]", 9, 5, "along y: x must increase: entry 2 is 0.5, after 2"),
+        ("z = [[0, 0]", "method = \"monotone-cubic\"\nz = [[0, 0]", 10, 10, "a table of two variables is linear"),
+        ("drag(v, rho)", "drag(v)", 3, 13, "`drag` is a lookup table and takes two arguments"),
     ] {
         let found = mistakes(&DRAG.replace(old, new));
         let first = found.iter().find(|found| found.message.starts_with(message));

@@ -502,12 +502,26 @@ pub(crate) fn others() -> Vec<(&'static str, String)> {
 }
 
 /// The kinds without a step, for plants in discrete time or not: a study of each, and why it has none.
-const WITHOUT_STEP: [(&str, bool, &str, &str); 1] = [(
-    "functional",
-    false,
-    "[plant]\na = [[0, 1], [-2, -3]]\nc = [[1, 0]]\n[[observer]]\nkind = \"functional\"\nk = [[0.5, 1]]\npoles = [-4]\n",
-    "no prediction of the output",
-)];
+const WITHOUT_STEP: [(&str, bool, &str, &str); 3] = [
+    (
+        "functional",
+        false,
+        "[plant]\na = [[0, 1], [-2, -3]]\nc = [[1, 0]]\n[[observer]]\nkind = \"functional\"\nk = [[0.5, 1]]\npoles = [-4]\n",
+        "no prediction of the output",
+    ),
+    (
+        "particle",
+        false,
+        "[plant]\nf = [\"-x1\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"particle\"\nw = 1\nv = 1\nperiod = 0.02\n",
+        "draws random numbers",
+    ),
+    (
+        "particle",
+        true,
+        "[plant]\nf = [\"x1/2\"]\nh = [\"x1\"]\ndt = 0.02\n[[observer]]\nkind = \"particle\"\nw = 1\nv = 1\nperiod = 0.02\n",
+        "draws random numbers",
+    ),
+];
 
 /// All that `luenberger new --list` names, in continuous time and where they are for such plants in discrete time.
 #[test]

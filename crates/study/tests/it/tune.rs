@@ -357,10 +357,10 @@ fn a_fit_that_ends_at_all_bounds_has_no_intervals() {
     let folder = scratch("tune-at-bounds");
     std::fs::write(folder.join("log.csv"), scalar(200, (0.8, 1.0, 0.5, 1.0), 3, square_wave)).unwrap();
     for (parameters, bounds, ends) in [
-        ("\"v\"", "{ v = [2, 5] }", vec![("v[y]", 2.0)]),
-        ("\"v\", \"b\"", "{ v = [2, 5], b = [1.4, 3] }", vec![("v[y]", 2.0), ("b", 1.4)]),
+        ("\"v\"", "{ v = [100, 500] }", vec![("v[y]", 100.0)]),
+        ("\"v\", \"b\"", "{ v = [100, 500], b = [3, 5] }", vec![("v[y]", 100.0), ("b", 3.0)]),
     ] {
-        let text = SCALAR.replace("b = 1.3", "b = 2").replace("v = [0.5]", "v = [3]");
+        let text = SCALAR.replace("b = 1.3", "b = 4").replace("v = [0.5]", "v = [200]");
         let text = text.replace("\"a\", \"b\", \"w\", \"v\"", parameters) + &format!("bounds = {bounds}\n");
         let report = tuned(&study_in(&folder, &text));
         for (name, end) in ends {
