@@ -39,7 +39,7 @@ const PEBO: &str = "[plant]\nstates = [\"x1\", \"x2\"]\nf = [\"x2\", \"-x1\"]\nh
 
 /// Blocks of TOML without a name are parts of studies. Each is found by its page and a line, and is read behind the
 /// lines of the third column.
-const PARTS: [(&str, &str, &str); 20] = [
+const PARTS: [(&str, &str, &str); 21] = [
     ("commands/design.md", "max_gain = 50", LIMITED_GAIN),
     ("cubic-or-linear.md", "kind = \"optimal-cubic\"", SECOND_ORDER),
     ("disturbances.md", "kind = \"cubic\"", SECOND_ORDER),
@@ -49,6 +49,11 @@ const PARTS: [(&str, &str, &str); 20] = [
     ("disturbances.md", "kind = \"extended-state\"", SECOND_ORDER),
     ("disturbances.md", "kind = \"unknown-input\"", SECOND_ORDER),
     ("disturbances.md", "kind = \"interval\"", SECOND_ORDER),
+    (
+        "expressions.md",
+        "[plant.tables.voltage]",
+        "[plant]\nstates = [\"soc\", \"temp\"]\nf = [\"0\", \"0\"]\nh = [\"voltage(soc, temp)\"]\n",
+    ),
     ("feedback.md", "[input]", SECOND_ORDER),
     ("filters.md", "kind = \"ukf\"", SECOND_ORDER),
     ("filters.md", "kind = \"extended-kalman\"", BATTERY),
