@@ -333,8 +333,8 @@ fn c(folder: &Path, case: &Case, compiler: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The export as a folder of another project, by its target `NAME::NAME`: for this computer, without its test, and, where
-/// the compiler is installed, for a Cortex-M4 without an operating system.
+/// The export as a folder of another project, by its target `NAME::NAME`: for this computer, without its test, and,
+/// where the compiler is installed, for a Cortex-M4 without an operating system.
 fn part_of_a_project(folder: &Path, case: &Case, export: &Path) -> Result<(), Failure> {
     let (name, upper) = (case.name, case.name.to_uppercase());
     let parent = folder.join(format!("{name}-parent"));

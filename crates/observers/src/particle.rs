@@ -15,10 +15,10 @@
 //! prediction  x_i <- F(x_i) + G n_i
 //! ```
 //!
-//! with F the plant over the time that passes, n_i standard normal, and `G G'` the covariance of the noise on the way at
-//! the estimate, as the extended filter has it. The outputs are the weighted means of many runs of the plant: the error
-//! that the number of particles leaves falls as `1/sqrt(N)`, and what N is enough grows fast with the number of states
-//! and the information in a measurement. Nothing is proved here of a finite N.
+//! with F the plant over the time that passes, n_i standard normal, and `G G'` the covariance of the noise on the way
+//! at the estimate, as the extended filter has it. The outputs are the weighted means of many runs of the plant: the
+//! error that the number of particles leaves falls as `1/sqrt(N)`, and what N is enough grows fast with the number of
+//! states and the information in a measurement. Nothing is proved here of a finite N.
 //!
 //! Random numbers are asked for by their place ([`ParticleNoise`]): a state that was stored goes on with the same ones.
 //!
@@ -48,7 +48,8 @@ pub const RESAMPLED_BELOW: f64 = 0.5;
 
 /// The random numbers of a particle filter, by their place.
 pub trait ParticleNoise {
-    /// Puts independent standard normal numbers: those of prediction number k, from 1; for k = 0 of the first particles.
+    /// Puts independent standard normal numbers: those of prediction number k, from 1; for k = 0 of the first
+    /// particles.
     fn normals(&self, k: u64, numbers: &mut [f64]);
 
     /// A number between 0 and 1, uniformly distributed: that of a resampling after k predictions.
@@ -143,12 +144,12 @@ struct Measured {
 
 impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> ParticleFilter<S, R> {
     /// The filter with so many particles for a plant in continuous time, with intensity W of the process noise,
-    /// covariance V of the measurement noise, sampling period h and this [prediction](Prediction); in discrete time W is
-    /// the covariance per sample. The first particles have the covariance P(0) around the first estimate.
+    /// covariance V of the measurement noise, sampling period h and this [prediction](Prediction); in discrete time W
+    /// is the covariance per sample. The first particles have the covariance P(0) around the first estimate.
     ///
     /// # Errors
-    /// [`ObserverError`] for matrices of other shapes than the plant's, or that are no covariances (V has to be positive
-    /// definite); for a period that is not positive, no steps, and fewer than two particles.
+    /// [`ObserverError`] for matrices of other shapes than the plant's, or that are no covariances (V has to be
+    /// positive definite); for a period that is not positive, no steps, and fewer than two particles.
     pub fn new(
         plant: S,
         noises: NoiseModel<f64, Dyn, Dyn>,
@@ -317,8 +318,8 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> SampledObserver<f6
         self.h
     }
 
-    /// Update and prediction. An output that is NaN or infinite counts as not measured; a sample under which no particle
-    /// is possible is passed over. A prediction without a result makes the estimate NaN.
+    /// Update and prediction. An output that is NaN or infinite counts as not measured; a sample under which no
+    /// particle is possible is passed over. A prediction without a result makes the estimate NaN.
     fn step(&self, t: f64, state: &mut DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) {
         self.step_partial(t, state, u, y, &[]);
     }

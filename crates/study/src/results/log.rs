@@ -294,8 +294,8 @@ impl From<Consistency> for ConsistencyReport {
 }
 
 impl ConsistencyReport {
-    /// `1.04, in [0.91, 1.09]`: the mean with its acceptance region, and in brackets what limits it. A mean may be in the
-    /// region where the test is not accepted, because an error is without variance.
+    /// `1.04, in [0.91, 1.09]`: the mean with its acceptance region, and in brackets what limits it. A mean may be in
+    /// the region where the test is not accepted, because an error is without variance.
     pub fn in_words(&self) -> String {
         use luenberger_proof::wording::significant;
         let word = if self.mean > self.region[1] {
