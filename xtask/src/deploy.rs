@@ -345,9 +345,10 @@ fn part_of_a_project(folder: &Path, case: &Case, export: &Path) -> Result<(), Fa
     written(
         "CMakeLists.txt",
         format!(
-            "cmake_minimum_required(VERSION 3.10)\nproject(parent C)\nadd_subdirectory({export:?} observer)\n\
+            "cmake_minimum_required(VERSION 3.10)\nproject(parent C)\nadd_subdirectory(\"{}\" observer)\n\
              add_library(parent STATIC parent.c)\ntarget_link_libraries(parent PRIVATE {name}::{name})\n\
-             if(TARGET test_{name})\n  message(FATAL_ERROR \"the test is built\")\nendif()\n"
+             if(TARGET test_{name})\n  message(FATAL_ERROR \"the test is built\")\nendif()\n",
+            export.display()
         ),
     )?;
     written(

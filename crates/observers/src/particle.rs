@@ -106,7 +106,9 @@ impl Cloud {
         }
         let sum: f64 = self.weights.iter().map(|weight| ComplexField::exp(weight - largest)).sum();
         let all = largest + ComplexField::ln(sum);
-        self.weights.iter_mut().for_each(|weight| *weight -= all);
+        for weight in &mut self.weights {
+            *weight -= all;
+        }
         true
     }
 
@@ -132,6 +134,9 @@ impl Cloud {
         self.weights.fill(-ComplexField::ln(count as f64));
     }
 }
+
+/// The particles after a prediction; none where it has no result.
+type Images = Vec<Option<DVector<f64>>>;
 
 /// What an update by some outputs needs: which, with y, h of each particle, and the factor of their V.
 struct Measured {
@@ -217,7 +222,9 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> ParticleFilter<S, 
         let mut entries = cloud.xhat.as_slice().to_vec();
         entries.extend_from_slice(cloud.p.as_slice());
         entries.push(cloud.predictions);
-        cloud.particles.iter().for_each(|x| entries.extend_from_slice(x.as_slice()));
+        for x in &cloud.particles {
+            entries.extend_from_slice(x.as_slice());
+        }
         entries.extend_from_slice(&cloud.weights);
         DVector::from_vec(entries)
     }
@@ -258,13 +265,7 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> ParticleFilter<S, 
     }
 
     /// The states of the particles after a duration, and the covariance of the noise on the way.
-    fn moved(
-        &self,
-        t: f64,
-        cloud: &Cloud,
-        u: &DVector<f64>,
-        duration: f64,
-    ) -> Option<(Vec<Option<DVector<f64>>>, DMatrix<f64>)> {
+    fn moved(&self, t: f64, cloud: &Cloud, u: &DVector<f64>, duration: f64) -> Option<(Images, DMatrix<f64>)> {
         let Self { plant, prediction, h, w, .. } = self;
         let derivative = |t: f64, x: &DVector<f64>| plant.derivative(t, x, u);
         let field = |t: f64, x: &DVector<f64>| (derivative(t, x), plant.state_jacobian(t, x, u));

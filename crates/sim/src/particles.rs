@@ -31,7 +31,9 @@ impl SeededParticles {
 impl ParticleNoise for SeededParticles {
     fn normals(&self, k: u64, numbers: &mut [f64]) {
         let mut draws = self.motion.draws(k);
-        numbers.iter_mut().for_each(|number| *number = draws.normal());
+        for number in numbers {
+            *number = draws.normal();
+        }
     }
 
     fn uniform(&self, k: u64) -> f64 {

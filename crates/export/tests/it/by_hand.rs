@@ -303,10 +303,11 @@ fn the_variables_of_an_fmu() {
                 k + 1
             );
             let of = format!("{}{}", key("unit", unit), key("start", start.unwrap_or_default()));
-            expected += &match version {
+            let line = match version {
                 Version::Two => format!("    <ScalarVariable {head}><Real{of}/></ScalarVariable>\n"),
                 Version::Three => format!("    <Float64 {head}{of}/>\n"),
             };
+            expected.push_str(&line);
         }
         assert_eq!(found, expected, "{version:?}");
         let key = if version == Version::Two { "  guid=\"{" } else { "  instantiationToken=\"{" };

@@ -24,7 +24,9 @@ impl Numbers {
 impl ParticleNoise for Numbers {
     fn normals(&self, k: u64, numbers: &mut [f64]) {
         let mut random = self.at(k, 0);
-        numbers.iter_mut().for_each(|number| *number = random.normal_pair()[0]);
+        for number in numbers {
+            *number = random.normal_pair()[0];
+        }
     }
 
     fn uniform(&self, k: u64) -> f64 {
@@ -105,7 +107,9 @@ fn on_a_grid(outputs: &[f64]) -> Vec<(f64, f64)> {
             *density *= (-0.5 * (y - at(i) * at(i) / 20.0).powi(2)).exp();
         }
         let sum: f64 = density.iter().sum();
-        density.iter_mut().for_each(|density| *density /= sum);
+        for density in &mut density {
+            *density /= sum;
+        }
         let mean: f64 = density.iter().enumerate().map(|(i, density)| at(i) * density).sum();
         let variance = density.iter().enumerate().map(|(i, density)| (at(i) - mean).powi(2) * density).sum();
         found.push((mean, variance));

@@ -95,7 +95,8 @@ fn designs_and_logs_are_estimated_as_counted_by_hand() {
     let folder = crate::studies::scratch("limits-log");
     let designs = 8e-6 + 1.25e-7 + 0.02;
     for (rows, mostly) in [(100, "designs"), (3000, "simulations")] {
-        let csv: String = (0..rows).map(|k| format!("{k},0,1\n")).collect();
+        let csv: Vec<String> = (0..rows).map(|k| format!("{k},0,1\n")).collect();
+        let csv = csv.concat();
         std::fs::write(folder.join("log.csv"), format!("t,u1,y\n{csv}")).unwrap();
         let study = crate::studies::study_in(&folder, &format!("{COUNTED}[log]\nfile = \"log.csv\"\n"));
         let of = |step, threads| estimate(&study, step, threads);
@@ -108,7 +109,7 @@ fn designs_and_logs_are_estimated_as_counted_by_hand() {
             assert_eq!((cost.runs, cost.mostly.as_str(), cost.memory.bytes), (0, "designs", 1920.0 + 800.0));
             near(cost.seconds, designs);
         }
-        let all_rows = rows as f64;
+        let all_rows = f64::from(rows);
         let running = 2.0 * all_rows * (1e-5 + 7.0 * 3e-7);
         for (step, observed) in [(Step::Simulate, 0.0), (Step::Compare, 0.0), (Step::Run, 8e-7)] {
             for (threads, active) in [(1, 1.0), (2, 2.0), (3, 2.0)] {
@@ -128,7 +129,8 @@ fn designs_and_logs_are_estimated_as_counted_by_hand() {
 #[test]
 fn filters_on_a_log_are_estimated_as_counted_by_hand() {
     let folder = crate::studies::scratch("limits-filter");
-    let csv: String = (0..100).map(|k| format!("{},0,1,1,0\n", 0.5 * f64::from(k))).collect();
+    let csv: Vec<String> = (0..100).map(|k| format!("{},0,1,1,0\n", 0.5 * f64::from(k))).collect();
+    let csv = csv.concat();
     std::fs::write(folder.join("log.csv"), format!("t,u1,y,x1,x2\n{csv}")).unwrap();
     let plant = COUNTED.split("[[observer]]").next().unwrap();
     let filter = "[[observer]]\nkind = \"extended-kalman\"\nw = 0.1\nv = 0.1\nperiod = 0.5\n";
