@@ -101,7 +101,10 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
 #if PARTIAL
     /* An output that is not finite, or whose innovation is beyond a gate or NaN, counts as not measured. */
     for (i = 0; i < OUTPUTS; ++i) {
-        kept[i] = (MAGNITUDE(y[i]) <= LARGEST) ? 1 : 0;
+        kept[i] = 0;
+        if (MAGNITUDE(y[i]) <= LARGEST) {
+            kept[i] = 1;
+        }
     }
 #if GATED
     spread_of_innovation(all, &state->P[0][0], &noise[0][0], &hp[0][0], &s[0][0]);

@@ -195,7 +195,10 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
         kept[i] = 1;
 #else
         /* An output that is not finite counts as not measured. */
-        kept[i] = (MAGNITUDE(y[i]) <= LARGEST) ? 1 : 0;
+        kept[i] = 0;
+        if (MAGNITUDE(y[i]) <= LARGEST) {
+            kept[i] = 1;
+        }
 #endif
     }
     is_right = joint(state, t, u, kept, expected, &g[0][0], &m[0][0], &s[0][0]);
