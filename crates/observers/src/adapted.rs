@@ -36,7 +36,7 @@ use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, RealField, U1, convert};
 
-use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
+use crate::covariance_filter::{CovarianceFilter, update_and_finish};
 use crate::dense::Factor;
 use crate::error::{ObserverError, check_bounds};
 use crate::gaussian::{GaussianEstimate, NoiseModel, covariance};
@@ -271,24 +271,7 @@ impl<T: RealField + Copy, F: AdaptableFilter<T>, A: NoisesAlong<T>> SampledObser
         self.filter.period()
     }
 
-    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.step_partial(t, state, u, y, &[]);
-    }
-
-    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
-        if measured.is_empty() || measured.contains(&true) {
-            self.measure(t, state, u, y, measured);
-        }
-        self.finish(t, state, u);
-    }
-
-    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
-        update_columns(self, t, state, (u, y), measured)
-    }
-
-    fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool {
-        predict_columns(self, state, u, |state, u| self.finish(t, state, u))
-    }
+    update_and_finish!(T);
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         self.filter.estimate(state)

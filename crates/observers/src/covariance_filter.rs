@@ -89,3 +89,33 @@ pub(crate) fn predict_columns<T: RealField + Copy, F: CovarianceFilter<T>>(
     predict(&mut next, &u);
     put_slice(next.as_slice(), state)
 }
+
+/// The step of a [`SampledObserver`] over `$t` that is a [`CovarianceFilter`] with a function `finish`, the prediction of
+/// a step: update and prediction, on columns and on slices. Columns of other lengths change nothing.
+macro_rules! update_and_finish {
+    ($t:ty) => {
+        fn step(&self, t: $t, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+            self.step_partial(t, state, u, y, &[]);
+        }
+
+        fn step_partial(&self, t: $t, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+            let (size, lengths) = (self.dimensions(), [state.as_slice().len(), u.as_slice().len(), y.as_slice().len()]);
+            if lengths == [size.state, size.inputs, size.outputs] {
+                if measured.is_empty() || measured.contains(&true) {
+                    self.measure(t, state, u, y, measured);
+                }
+                self.finish(t, state, u);
+            }
+        }
+
+        fn update_into(&self, t: $t, state: &mut [$t], u: &[$t], y: &[$t], measured: &[bool]) -> bool {
+            crate::covariance_filter::update_columns(self, t, state, (u, y), measured)
+        }
+
+        fn predict_into(&self, t: $t, state: &mut [$t], u: &[$t]) -> bool {
+            crate::covariance_filter::predict_columns(self, state, u, |state, u| self.finish(t, state, u))
+        }
+    };
+}
+
+pub(crate) use update_and_finish;

@@ -30,7 +30,7 @@ use alloc::vec::Vec;
 use luenberger_plants::Column;
 use nalgebra::{DVector, RealField, convert};
 
-use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
+use crate::covariance_filter::{CovarianceFilter, update_and_finish};
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
 
@@ -79,6 +79,15 @@ struct Kept<T> {
     measured: Vec<bool>,
 }
 
+/// Where an output is expected.
+struct Expecting<T, F: SampledObserver<T>> {
+    t: T,
+    state: F::State,
+    u: F::Input,
+    /// Whether its time is known, and this is it.
+    is_known: bool,
+}
+
 /// The state, taken apart: that of the filter, and what is kept, from the oldest time on.
 struct Parts<T> {
     now: Vec<T>,
@@ -90,15 +99,15 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> DelayedFilter<F, T> {
     /// there are updates and predictions during the longest delay.
     ///
     /// # Errors
-    /// [`ObserverError::Table`] for another number of delays or less than two times, [`ObserverError::NotPositive`] for
-    /// a delay that is negative or not finite.
+    /// [`ObserverError::Table`] for another number of delays, [`ObserverError::TooFew`] for less than two times,
+    /// [`ObserverError::NotPositive`] for a delay that is negative or not finite.
     pub fn new(filter: F, delays: &[T], most: usize) -> Result<Self, ObserverError> {
         let (expected, found) = (filter.dimensions().outputs, delays.len());
         if found != expected {
             return Err(ObserverError::Table { what: "delays of the outputs", expected, found });
         }
         if most < 2 {
-            return Err(ObserverError::Table { what: "times that are kept", expected: 2, found: most });
+            return Err(ObserverError::TooFew { what: "times that are kept", least: 2, found: most });
         }
         match delays.iter().find(|delay| !(delay.is_finite() && **delay >= T::zero())) {
             Some(delay) => Err(ObserverError::NotPositive { what: "a delay", value: delay.to_subset_unchecked() }),
@@ -124,7 +133,7 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> DelayedFilter<F, T> {
     /// The same filter that keeps at most so many times.
     ///
     /// # Errors
-    /// [`ObserverError::Table`] for less than two.
+    /// [`ObserverError::TooFew`] for less than two.
     pub fn keeping(&self, most: usize) -> Result<Self, ObserverError>
     where
         F: Clone,
@@ -183,6 +192,11 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> DelayedFilter<F, T> {
         }
         state.resize(self.dimensions().state, T::zero());
         DVector::from_vec(state)
+    }
+
+    /// Whether input and measurement have the lengths of the filter.
+    fn fits(&self, u: &[T], y: &[T]) -> bool {
+        (u.len(), y.len()) == (self.filter.dimensions().inputs, self.delays.len())
     }
 
     fn same(&self) -> T {
@@ -276,17 +290,18 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> DelayedFilter<F, T> {
 
     /// The state, the input and the time at which output j of a measurement at t is expected; those of now where the
     /// filter does not know its time.
-    #[allow(clippy::type_complexity, reason = "time, state, input")]
-    fn expecting(&self, t: T, state: &DVector<T>, u: &F::Input, j: usize) -> Option<(T, F::State, F::Input, bool)> {
+    fn expecting(&self, t: T, state: &DVector<T>, u: &F::Input, j: usize) -> Option<Expecting<T, F>> {
         let mut parts = self.parts(state)?;
         self.keep(&mut parts, t, u.as_slice());
         let delay = *self.delays.get(j)?;
         if delay > T::zero()
             && let Some((_, at, _)) = self.known(&parts, t - delay)
         {
-            return Some((at.t, self.updated(&at)?, Column::try_from_slice(&at.u)?, true));
+            let (state, u) = (self.updated(&at)?, Column::try_from_slice(&at.u)?);
+            return Some(Expecting { t: at.t, state, u, is_known: true });
         }
-        Some((t, F::State::try_from_slice(&parts.now)?, u.clone(), delay == T::zero()))
+        let state = F::State::try_from_slice(&parts.now)?;
+        Some(Expecting { t, state, u: u.clone(), is_known: delay == T::zero() })
     }
 
     /// The delays of the outputs that are measured, the longest first.
@@ -329,24 +344,7 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> SampledObserver<T> for Delayed
         self.filter.period()
     }
 
-    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.step_partial(t, state, u, y, &[]);
-    }
-
-    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
-        if measured.is_empty() || measured.contains(&true) {
-            self.measure(t, state, u, y, measured);
-        }
-        self.finish(t, state, u);
-    }
-
-    fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
-        update_columns(self, t, state, (u, y), measured)
-    }
-
-    fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool {
-        predict_columns(self, state, u, |state, u| self.finish(t, state, u))
-    }
+    update_and_finish!(T);
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         let nan = || F::Estimate::from_slice(&vec![convert(f64::NAN); self.filter.dimensions().estimate]);
@@ -389,9 +387,11 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> CovarianceFilter<T> for Delaye
         y: &Self::Output,
         measured: &[bool],
     ) -> Option<(T, Option<T>)> {
-        let mut parts = self.parts(state)?;
+        let (mut parts, y) = (self.parts(state)?, y.as_slice());
+        if !self.fits(u.as_slice(), y) {
+            return None;
+        }
         self.keep(&mut parts, t, u.as_slice());
-        let y = y.as_slice();
         let is_measured = |j: usize| measured.get(j).copied().unwrap_or(true);
         let measured: Vec<bool> = (0..y.len()).map(is_measured).collect();
         let of = |delay: T| -> Vec<bool> { (0..y.len()).map(|j| measured[j] && self.delays[j] == delay).collect() };
@@ -414,7 +414,7 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> CovarianceFilter<T> for Delaye
     fn innovation(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Output {
         let nan: T = convert(f64::NAN);
         let of = |j: usize| {
-            let (t, state, u, _) = self.expecting(t, state, u, j)?;
+            let Expecting { t, state, u, .. } = self.expecting(t, state, u, j)?;
             self.filter.innovation(t, &state, &u, y).as_slice().get(j).copied()
         };
         let entries: Vec<T> = (0..y.as_slice().len()).map(|j| of(j).unwrap_or(nan)).collect();
@@ -446,7 +446,9 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> CovarianceFilter<T> for Delaye
     }
 
     fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {
-        let Some((t, state, u, is_known)) = self.expecting(t, state, u, output) else { return false };
+        let fits = self.fits(u.as_slice(), y.as_slice());
+        let found = fits.then(|| self.expecting(t, state, u, output)).flatten();
+        let Some(Expecting { t, state, u, is_known }) = found else { return false };
         !is_known || self.filter.rejects_output(t, &state, &u, y, output)
     }
 }

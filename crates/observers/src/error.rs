@@ -286,6 +286,16 @@ pub enum ObserverError {
         /// What was found.
         found: usize,
     },
+    /// Fewer of something than are needed.
+    #[error("{found} {what}: at least {least} are needed")]
+    TooFew {
+        /// Of what.
+        what: &'static str,
+        /// How many are needed.
+        least: usize,
+        /// How many there are.
+        found: usize,
+    },
     /// A number in a table that is NaN or infinite.
     #[error("{what}: number {} is {value}", index + 1)]
     TableNotFinite {

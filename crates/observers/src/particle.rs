@@ -35,12 +35,12 @@ use alloc::vec::Vec;
 use luenberger_plants::Differentiable;
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn};
 
-use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
-use crate::dense::{Factor, are_finite, times};
+use crate::covariance_filter::{CovarianceFilter, update_and_finish};
+use crate::dense::{Factor, are_finite};
 use crate::error::ObserverError;
 use crate::gaussian::{NoiseModel, covariance, symmetrise, usable};
 use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
-use crate::transition::{Motion, Prediction, Transition};
+use crate::transition::{Motion, Prediction};
 use crate::triangular::semidefinite_factor;
 
 /// The share of the particles below which their effective number leads to resampling.
@@ -174,7 +174,7 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> ParticleFilter<S, 
             return Err(ObserverError::Substeps);
         }
         if count < 2 {
-            return Err(ObserverError::Table { what: "the particles", expected: 2, found: count });
+            return Err(ObserverError::TooFew { what: "particles", least: 2, found: count });
         }
         Ok(Self { plant, w, v, p0, h, prediction, count, random })
     }
@@ -274,26 +274,7 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> ParticleFilter<S, 
         let alone = |t: f64, x: &DVector<f64>| (derivative(t, x), unknown.clone());
         let centre = Motion { field, is_linear: plant.is_linear_between_samples(), w, with_covariance: true };
         let point = Motion { field: alone, is_linear: false, w, with_covariance: false };
-        let during = (t, duration, *h);
-        let Transition { next, phi, noise } = centre.over(*prediction, during, &cloud.xhat, &cloud.p)?;
-        let is_controlled = *prediction == Prediction::ErrorControlled;
-        let is_exact = is_controlled && centre.is_linear;
-        let is_stiff = is_controlled && !is_exact && centre.is_stiff(t, duration, &cloud.xhat);
-        let image = |x: &DVector<f64>| {
-            if is_exact {
-                return Some(&next + times(&phi, &(x - &cloud.xhat)));
-            }
-            if *prediction == Prediction::Discrete {
-                let next = derivative(t, x);
-                return are_finite(next.as_slice()).then_some(next);
-            }
-            let found = if is_stiff {
-                centre.over(*prediction, during, x, &cloud.p)
-            } else {
-                point.over(*prediction, during, x, &cloud.p)
-            };
-            found.map(|found| found.next)
-        };
+        let (image, noise) = centre.around(&point, *prediction, (t, duration, *h), (&cloud.xhat, &cloud.p))?;
         Some((cloud.particles.iter().map(image).collect(), noise))
     }
 
@@ -304,6 +285,8 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> ParticleFilter<S, 
     }
 }
 
+/// An output that is NaN or infinite counts as not measured; a sample under which no particle is possible is passed over.
+/// A prediction without a result makes the estimate NaN.
 impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> SampledObserver<f64> for ParticleFilter<S, R> {
     type State = DVector<f64>;
     type Input = DVector<f64>;
@@ -319,28 +302,7 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> SampledObserver<f6
         self.h
     }
 
-    /// Update and prediction. An output that is NaN or infinite counts as not measured; a sample under which no
-    /// particle is possible is passed over. A prediction without a result makes the estimate NaN.
-    fn step(&self, t: f64, state: &mut DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) {
-        self.step_partial(t, state, u, y, &[]);
-    }
-
-    fn step_partial(&self, t: f64, state: &mut DVector<f64>, u: &DVector<f64>, y: &DVector<f64>, measured: &[bool]) {
-        if self.is_measurement(y) {
-            if measured.is_empty() || measured.contains(&true) {
-                self.measure(t, state, u, y, measured);
-            }
-            self.finish(t, state, u);
-        }
-    }
-
-    fn update_into(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> bool {
-        update_columns(self, t, state, (u, y), measured)
-    }
-
-    fn predict_into(&self, t: f64, state: &mut [f64], u: &[f64]) -> bool {
-        predict_columns(self, state, u, |state, u| self.finish(t, state, u))
-    }
+    update_and_finish!(f64);
 
     fn estimate(&self, state: &DVector<f64>) -> DVector<f64> {
         state.rows(0, self.order()).into_owned()

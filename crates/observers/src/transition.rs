@@ -246,6 +246,38 @@ where
         is_stiff(&(self.field)(t, x).1, duration)
     }
 
+    /// Where points around `x` lead, of a distribution with the covariance `p` about it, and the covariance of the noise
+    /// on the way of `x`; none as of [`over`](Self::over). `point` is the motion for the next state alone.
+    ///
+    /// A linear plant has one transition. Where the way of `x` is stiff the points take its kind of steps, because steps of
+    /// two kinds would add their errors to the differences of the points.
+    #[cfg(feature = "alloc")]
+    #[allow(clippy::type_complexity, reason = "the map of a point, a covariance")]
+    pub(crate) fn around<'m, G>(
+        &'m self,
+        point: &'m Motion<'m, T, N, G>,
+        prediction: Prediction,
+        during: (T, T, T),
+        (x, p): (&'m OVector<T, N>, &'m OMatrix<T, N, N>),
+    ) -> Option<(impl Fn(&OVector<T, N>) -> Option<OVector<T, N>> + 'm, OMatrix<T, N, N>)>
+    where
+        G: Fn(T, &OVector<T, N>) -> (OVector<T, N>, OMatrix<T, N, N>),
+    {
+        let Transition { next, phi, noise } = self.over(prediction, during, x, p)?;
+        let is_controlled = prediction == Prediction::ErrorControlled;
+        let is_exact = is_controlled && self.is_linear;
+        let is_stiff = is_controlled && !is_exact && self.is_stiff(during.0, during.1, x);
+        let image = move |at: &OVector<T, N>| {
+            if is_exact {
+                return Some(&next + times(&phi, &(at - x)));
+            }
+            let found =
+                if is_stiff { self.over(prediction, during, at, p) } else { point.over(prediction, during, at, p) };
+            found.map(|found| found.next)
+        };
+        Some((image, noise))
+    }
+
     /// The step that is exact if f is linear, with this value and this Jacobian at x.
     #[cfg(feature = "alloc")]
     fn linear_step(

@@ -43,14 +43,10 @@ use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, R
 
 use crate::angles::{self, Turns};
 use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
-#[cfg(feature = "alloc")]
-use crate::dense::times;
 use crate::dense::{are_finite, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance, usable};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
-#[cfg(feature = "alloc")]
-use crate::transition::Transition;
 use crate::transition::{Motion, Prediction};
 use crate::triangular::{Joint, add, semidefinite_factor, subtract};
 
@@ -513,20 +509,9 @@ where
             }
             #[cfg(feature = "alloc")]
             Prediction::ErrorControlled => {
-                let (during, p) = ((t, duration, *h), times_transpose(s, s));
-                let Transition { next, phi, noise } = centre.over(*prediction, during, xhat, &p)?;
-                let (is_stiff, nan) = (centre.is_stiff(t, duration, xhat), convert::<f64, T>(f64::NAN));
-                let images = Images::of(xhat, s, distance, |x| {
-                    if centre.is_linear {
-                        return &next + times(&phi, &(x - xhat));
-                    }
-                    let found = if is_stiff {
-                        centre.over(*prediction, during, x, &p)
-                    } else {
-                        point.over(*prediction, during, x, &p)
-                    };
-                    found.map_or_else(|| x * nan, |found| found.next)
-                });
+                let (p, nan) = (times_transpose(s, s), convert::<f64, T>(f64::NAN));
+                let (image, noise) = centre.around(&point, *prediction, (t, duration, *h), (xhat, &p))?;
+                let images = Images::of(xhat, s, distance, |x| image(x).unwrap_or_else(|| x * nan));
                 Some((images, semidefinite_factor(&noise)))
             }
         }

@@ -2,8 +2,8 @@
 
 use luenberger_observers::moving_horizon::{MovingHorizonEstimator, StaticMovingHorizonEstimator, state_length};
 use luenberger_observers::{
-    CovarianceFilter, ExtendedKalmanFilter, Horizon, KalmanFilter, KalmanModel, NoiseModel, SampledObserver,
-    SigmaPoints, UnscentedKalmanFilter,
+    AdaptedFilter, CovarianceFilter, DelayedFilter, ExtendedKalmanFilter, Horizon, KalmanFilter, KalmanModel,
+    NoiseModel, ParticleFilter, ParticleNoise, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Column, LinearPlant, StaticPlant};
 use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix2, Vector1, Vector2};
@@ -148,6 +148,21 @@ fn an_input_that_is_not_finite_is_no_prediction() {
     }
 }
 
+/// Numbers that are not random.
+struct Alternating;
+
+impl ParticleNoise for Alternating {
+    fn normals(&self, _k: u64, numbers: &mut [f64]) {
+        for (k, number) in numbers.iter_mut().enumerate() {
+            *number = if k % 2 == 0 { 0.5 } else { -0.25 };
+        }
+    }
+
+    fn uniform(&self, _k: u64) -> f64 {
+        0.5
+    }
+}
+
 /// Columns of other lengths than the filter's, where the compiler does not see lengths: nothing panics, nothing
 /// changes.
 fn refuses<F>(filter: &F)
@@ -211,6 +226,12 @@ fn columns_of_other_lengths_change_nothing() {
     let sigma = SigmaPoints::default();
     refuses(&UnscentedKalmanFilter::discrete(plant(map()), noises(), sigma, 0.1).unwrap());
     refuses(&UnscentedKalmanFilter::new(plant(flow()), noises(), sigma, 0.1, 2).unwrap().with_gate(4.0).unwrap());
+    let extended = || ExtendedKalmanFilter::new(plant(flow()), noises(), 0.1, 2).unwrap();
+    let adapted = || AdaptedFilter::new(extended(), ()).with_bounds(&[-1.0; 2], &[1.0; 2]).unwrap();
+    refuses(&adapted());
+    refuses(&DelayedFilter::new(adapted(), &[0.2, 0.0], 6).unwrap());
+    let discrete = (0.1, Prediction::Discrete);
+    refuses(&ParticleFilter::new(plant(map()), noises(), discrete, 20, Alternating).unwrap());
     let horizon = Horizon { window: 3, iterations: 1 };
     refuses(&Window::new(plant(flow()), noises(), horizon, 0.1, 1).unwrap());
 }

@@ -156,7 +156,7 @@ fn a_measurement_from_before_the_stored_times_is_passed_over() {
     assert!(matches!(wrong(&[0.1], 3), ObserverError::Table { expected: 2, found: 1, .. }));
     assert!(matches!(wrong(&[0.1, -0.1], 3), ObserverError::NotPositive { .. }));
     assert!(matches!(wrong(&[0.1, f64::NAN], 3), ObserverError::NotPositive { .. }));
-    assert!(matches!(wrong(&[0.1, 0.0], 1), ObserverError::Table { expected: 2, found: 1, .. }));
+    assert!(matches!(wrong(&[0.1, 0.0], 1), ObserverError::TooFew { least: 2, found: 1, .. }));
 }
 
 /// Sizes that are known at run time, and steps as a simulation makes them.

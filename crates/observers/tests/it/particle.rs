@@ -278,7 +278,7 @@ fn what_has_no_result() {
     let noises = || NoiseModel { w: dmatrix![10.0], v: dmatrix![1.0], p0: dmatrix![5.0] };
     let made = |noises, time, count| ParticleFilter::new(Growth, noises, time, count, Numbers(0)).err();
     let discrete = (1.0, Prediction::Discrete);
-    assert!(matches!(made(noises(), discrete, 1), Some(ObserverError::Table { .. })));
+    assert!(matches!(made(noises(), discrete, 1), Some(ObserverError::TooFew { .. })));
     assert!(matches!(made(noises(), (0.0, Prediction::Discrete), 9), Some(ObserverError::Period { .. })));
     assert!(matches!(made(noises(), (1.0, Prediction::RungeKutta(0)), 9), Some(ObserverError::Substeps)));
     let negative = NoiseModel { v: dmatrix![-1.0], ..noises() };

@@ -9,8 +9,7 @@ use crate::RunOptions;
 use crate::design::attempt;
 use crate::error::StudyError;
 use crate::execute::prediction::{self, Predictions};
-use crate::kinds::{ExtendedKalman, Filter, MovingHorizonSpec, UnscentedSpec};
-use crate::study::{AdviseSpec, Log, ObserverSpec, OutputNoise, Study};
+use crate::study::{AdviseSpec, Log, OutputNoise, Study};
 use crate::trajectory::Member;
 use crate::tuning::{Basis, Information, ranges};
 
@@ -29,7 +28,7 @@ pub(super) fn basis(
     };
     let mut start = vec![0.0; study.plant.inputs.len()];
     recording.inputs().at(times[0], &mut start);
-    let filter = study.observers.iter().find_map(|observer| Some((noises_of(observer)?, observer.name.as_str())));
+    let filter = study.observers.iter().find_map(|observer| Some((observer.kind.noises()?, observer.name.as_str())));
     let settings = study.simulation.as_ref();
     let (states, outputs) = (study.plant.states.len(), study.plant.outputs.len());
     let per_time = study.plant.dt.unwrap_or(1.0);
@@ -42,17 +41,9 @@ pub(super) fn basis(
         duration: times[times.len() - 1] - times[0],
         band: settings.map_or(0.05, |settings| settings.band),
         w: filter
-            .filter(|(filter, _)| filter.w.nrows() == states && filter.v.nrows() == outputs)
-            .map(|(filter, name)| (&filter.w / per_time, format!("w of the observer {name:?}"))),
+            .filter(|([w, v], _)| w.nrows() == states && v.nrows() == outputs)
+            .map(|([w, _], name)| (w / per_time, format!("w of the observer {name:?}"))),
     })
-}
-
-/// W and V of a filter whose V is the covariance of a sample.
-fn noises_of(observer: &ObserverSpec) -> Option<&Filter> {
-    let kind = &observer.kind;
-    let extended = kind.of::<ExtendedKalman>().map(|spec| &spec.filter);
-    let unscented = || kind.of::<UnscentedSpec>().map(|spec| &spec.filter);
-    extended.or_else(unscented).or_else(|| kind.of::<MovingHorizonSpec>().map(|spec| &spec.filter))
 }
 
 /// The noise of each output, and where it is from.
@@ -60,13 +51,13 @@ fn noises(
     (study, log): (&Study, &Log),
     spec: &AdviseSpec,
     first: usize,
-    filter: Option<(&Filter, &str)>,
+    filter: Option<([&DMatrix<f64>; 2], &str)>,
 ) -> (Vec<Option<OutputNoise>>, String) {
     let outputs = study.plant.outputs.len();
     let (deviations, from): (Vec<f64>, String) = match (&spec.noise, filter) {
         (Some(noise), _) => (noise.clone(), "advise.noise".to_owned()),
-        (None, Some((filter, name))) if filter.v.nrows() == outputs => {
-            (filter.v.diagonal().iter().map(|v| v.sqrt()).collect(), format!("v of the observer {name:?}"))
+        (None, Some(([_, v], name))) if v.nrows() == outputs => {
+            (v.diagonal().iter().map(|v| v.sqrt()).collect(), format!("v of the observer {name:?}"))
         }
         _ => {
             let of = (0..outputs).map(|j| from_second_differences((study, log), j, first)).collect();

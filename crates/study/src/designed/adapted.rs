@@ -72,6 +72,8 @@ pub struct RowVariances(pub(crate) Samples);
 pub(crate) struct NoisesOfStudy {
     along: Along,
     rows: Option<Arc<RowVariances>>,
+    /// Of each output, how long after its time it stands in its row; empty if none is late.
+    delays: Vec<f64>,
 }
 
 impl NoisesAlong<f64> for NoisesOfStudy {
@@ -108,8 +110,9 @@ impl NoisesAlong<f64> for NoisesOfStudy {
             v[j * outputs + j] = row.evaluate(t, xhat, u);
         }
         let mut has_row = false;
-        if let Some(row) = self.rows.as_ref().and_then(|rows| rows.at(t)) {
-            for (j, variance) in row.into_iter().enumerate().filter_map(|(j, value)| Some((j, value?))) {
+        for rows in self.rows.iter() {
+            let delay = |j: usize| self.delays.get(j).copied().unwrap_or(0.0);
+            for (j, variance) in (0..outputs).filter_map(|j| Some((j, rows.at(t + delay(j), j)?))) {
                 has_row = true;
                 // Correlations stay.
                 let factor = (variance / v[j * outputs + j]).sqrt();
@@ -125,15 +128,15 @@ impl NoisesAlong<f64> for NoisesOfStudy {
 }
 
 impl RowVariances {
-    /// Those of the row at this time, of each output, as far as the log has them.
-    fn at(&self, t: f64) -> Option<Vec<Option<f64>>> {
+    /// That of output j in the row at this time, if the log has it.
+    fn at(&self, t: f64, j: usize) -> Option<f64> {
         let times = self.0.times();
         // A sample of a plant in discrete time is up to a hundredth of a period from its row.
         let next = times.partition_point(|time| *time < t);
         let near = |k: usize| times.get(k).map(|time| (k, (time - t).abs()));
         let before = next.checked_sub(1).and_then(near);
         let (row, _) = before.into_iter().chain(near(next)).min_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((0..self.0.values().ncols()).map(|j| self.0.value(row, j)).collect())
+        self.0.value(row, j)
     }
 }
 
@@ -168,7 +171,8 @@ where
     if along.is_constant() && bounds.is_none() && delays.is_empty() {
         return Ok(filter.into());
     }
-    let filter = AdaptedFilter::new(filter, NoisesOfStudy { along: along.clone(), rows: None });
+    let noises = NoisesOfStudy { along: along.clone(), rows: None, delays: delays.to_vec() };
+    let filter = AdaptedFilter::new(filter, noises);
     let filter = match bounds {
         Some(bounds) => {
             let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
@@ -195,7 +199,7 @@ pub(crate) fn with_variances<F: OfStudy>(filter: &F, rows: &Arc<RowVariances>) -
 where
     F::State: Clone,
 {
-    let noises = NoisesOfStudy { along: Along::default(), rows: Some(Arc::clone(rows)) };
+    let noises = NoisesOfStudy { rows: Some(Arc::clone(rows)), ..NoisesOfStudy::default() };
     AdaptedFilter::new(filter.clone(), noises).into()
 }
 

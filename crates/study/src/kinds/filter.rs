@@ -201,6 +201,11 @@ impl Filter {
         Self { w, p0, ..self.clone() }
     }
 
+    /// W and V, if they are constant.
+    pub(super) fn constant(&self) -> Option<[&DMatrix<f64>; 2]> {
+        self.along.is_constant().then_some([&self.w, &self.v])
+    }
+
     /// W, V and P(0).
     pub(super) fn noises(&self) -> NoiseModel<f64, Dyn, Dyn> {
         NoiseModel { w: self.w.clone(), v: self.v.clone(), p0: self.p0.clone() }

@@ -111,6 +111,10 @@ impl Specification for MovingHorizonSpec {
         true
     }
 
+    fn noises(&self) -> Option<[&DMatrix<f64>; 2]> {
+        self.filter.constant()
+    }
+
     fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
         let state_bounds = bounds_with(self.state_bounds.as_deref(), self.filter.w.nrows(), parameters);
         Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, ..self.clone() }.into())

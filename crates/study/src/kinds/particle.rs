@@ -65,6 +65,10 @@ impl Specification for ParticleSpec {
         Some(self.period)
     }
 
+    fn noises(&self) -> Option<[&DMatrix<f64>; 2]> {
+        Some([&self.w, &self.v])
+    }
+
     fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
         let [w, p0] = extended([&self.w, &self.p0], parameters);
         Some(Self { w, p0, ..self.clone() }.into())

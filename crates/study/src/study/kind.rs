@@ -197,6 +197,12 @@ pub trait Specification: Setting {
         None
     }
 
+    /// W and V of a filter whose V is the covariance of a sample; none of other kinds, and of noises that are not
+    /// constant.
+    fn noises(&self) -> Option<[&DMatrix<f64>; 2]> {
+        None
+    }
+
     /// The same for the plant with these parameters as further states, the last ones; none for a kind that does not
     /// estimate parameters.
     fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {

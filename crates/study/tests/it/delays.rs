@@ -43,21 +43,24 @@ fn last(folder: &Path, text: &str) -> Vec<(String, Vec<f64>, Vec<f64>)> {
 fn a_late_column_is_the_column_at_its_times() {
     for (delay, rows) in [(0.25, 40), (0.3, 40), (0.25, 11), (0.72, 29)] {
         let folder = scratch("delays/log");
-        let (mut random, mut late) = (Random(6), "t,torque,fix,gyro\n".to_owned());
+        let (mut random, mut late) = (Random(6), "t,torque,fix,gyro,sure\n".to_owned());
         // (t, torque, fix, gyro) in order of times; the torque holds from row to row.
-        let mut in_order: Vec<(f64, f64, Option<f64>, Option<f64>)> = Vec::new();
+        let mut in_order: Vec<(f64, f64, Option<(f64, f64)>, Option<f64>)> = Vec::new();
         for k in 0..rows {
             let (t, torque) = (0.1 * f64::from(k), (0.1 * f64::from(k)).cos());
             let [a, b] = random.normal_pair();
             let gyro = 0.3 * t.sin() + 0.2 * a;
             let fix = (k % 3 == 1 && t >= delay).then_some(0.3 * (t - delay) + 0.01 * b);
             let cell = fix.map_or_else(String::new, |fix| fix.to_string());
-            _ = writeln!(late, "{t},{torque},{cell},{gyro}");
+            // The variance of the fix stands in its row.
+            let sure =
+                |fix: &str| if fix.is_empty() { String::new() } else { (1e-4 * f64::from(1 + k % 5)).to_string() };
+            _ = writeln!(late, "{t},{torque},{cell},{gyro},{}", sure(&cell));
             in_order.push((t, torque, None, Some(gyro)));
             if let Some(fix) = fix {
                 let of = t - delay;
                 let held = (0.1 * (of * 10.0 + 1e-6).floor()).cos();
-                in_order.push((of, held, Some(fix), None));
+                in_order.push((of, held, Some((fix, 1e-4 * f64::from(1 + k % 5))), None));
             }
         }
         in_order.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -68,19 +71,23 @@ fn a_late_column_is_the_column_at_its_times() {
             }
             is_one
         });
-        let mut shifted = "t,torque,fix,gyro\n".to_owned();
+        let mut shifted = "t,torque,fix,gyro,sure\n".to_owned();
         for (t, torque, fix, gyro) in in_order {
             let cell = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
-            _ = writeln!(shifted, "{t},{torque},{},{}", cell(fix), cell(gyro));
+            let (fix, sure) = fix.unzip();
+            _ = writeln!(shifted, "{t},{torque},{},{},{}", cell(fix), cell(gyro), cell(sure));
         }
         std::fs::write(folder.join("late.csv"), late).unwrap();
         std::fs::write(folder.join("shifted.csv"), shifted).unwrap();
-        let text = |plant: &str, file: &str, keys: &str| pendulum(plant, &format!("[log]\nfile = \"{file}\"\n"), keys);
+        let text = |plant: &str, file: &str, (keys, variances): (&str, &str)| {
+            pendulum(plant, &format!("[log]\nfile = \"{file}\"\n{variances}"), keys)
+        };
         let delays = format!("delays = {{ fix = {delay} }}\n");
         // A reading that a gate rejects is no time at which a prediction is divided: only where it is a row anyway are
         // the sigma points drawn at the same times.
         let gate = if delay == 0.3 { "gate = 4\n" } else { "" };
-        for keys in ["", gate, "state_bounds = [[-inf, inf], [-0.3, 0.3]]\n"] {
+        let bounds = "state_bounds = [[-inf, inf], [-0.3, 0.3]]\n";
+        for keys in [("", ""), (gate, ""), (bounds, ""), ("", "variances = [\"sure\", \"-\"]\n")] {
             let found = last(&folder, &text(&delays, "late.csv", keys));
             let expected = last(&folder, &text("", "shifted.csv", keys));
             let ignored = last(&folder, &text("", "late.csv", keys));

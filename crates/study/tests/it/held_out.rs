@@ -245,6 +245,18 @@ fn what_the_log_does_not_say_is_derived_from_its_first_part() {
     let noise = advice.information.iter().find(|item| item.what == "noise level").unwrap();
     assert!(noise.from == "advise.noise" && noise.value.contains("y 0.25"), "{noise:?}");
     assert!(advice.held_out.unwrap().contains("the last 100 rows"));
+    // A filter of the study says the noise where its covariances are numbers.
+    let noise = |text: &str| {
+        let advice = advised(&study_in(&folder, text), None);
+        advice.information.into_iter().find(|item| item.what == "noise level").unwrap()
+    };
+    assert_eq!(noise(&text).from, "v of the observer \"EKF\"");
+    for (constant, varying) in
+        [("v = [0.5]", "v = [\"0.5 + 0*x\"]"), ("w = [0.1, 0.4]", "w = [\"0.1 + 0*x\", \"0.4\"]")]
+    {
+        let from = noise(&text.replace(constant, varying)).from;
+        assert!(from.starts_with("the median second difference"), "{from}");
+    }
     // An observer of the study bounds the states where the log does not know them.
     let advice = advised(&study_in(&folder, &text), None);
     let region = advice.information.iter().find(|item| item.what == "region").unwrap();
