@@ -285,8 +285,8 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> ParticleFilter<S, 
     }
 }
 
-/// An output that is NaN or infinite counts as not measured; a sample under which no particle is possible is passed over.
-/// A prediction without a result makes the estimate NaN.
+/// An output that is NaN or infinite counts as not measured; a sample under which no particle is possible is passed
+/// over. A prediction without a result makes the estimate NaN.
 impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> SampledObserver<f64> for ParticleFilter<S, R> {
     type State = DVector<f64>;
     type Input = DVector<f64>;
