@@ -1,7 +1,7 @@
 //! `luenberger advise`: which kinds run, with what tuning, and in which order.
 
 use luenberger_study::advise::{Advice, AdviseOptions, Criteria, NotApplicable, advise};
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{Format, Limits, RunOptions, Step, Study, StudyError, execute};
 
 use crate::studies::{read, scratch, study};
 
@@ -89,13 +89,35 @@ fn what_applies_to_a_nonlinear_plant_is_run_and_the_rest_has_its_hypothesis() {
     assert_eq!((settling.value.as_str(), settling.from.as_str()), ("20 to 5 %, decay rate 0.1498", "advise.settling"));
 }
 
+/// No gain of 1e-3 moves the double integrator that fast, and without the input of the loop there is no run.
+#[test]
+fn the_observer_in_the_loop_has_to_have_a_design() {
+    let text = format!(
+        "{INTEGRATOR}[input]\nfeedback = {{ k = [[4, 4]], observer = \"block\" }}\n\
+         [[observer]]\nname = \"block\"\nkind = \"lmi\"\ndecay_rate = 5\nmax_gain = 1e-3\n"
+    );
+    let error = advise(&study(&text), &by("error")).unwrap_err();
+    assert!(matches!(error, StudyError::Missing { .. }), "{error:?}");
+    assert!(error.to_string().contains("a design of the observer in the feedback loop"), "{error}");
+}
+
 /// The study that is written is the one that was run: its scores in run 0 are those of `compare`.
 #[test]
 fn the_written_study_has_the_observers_that_were_run() {
     let folder = scratch("advise-written");
-    let run = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    // Advice has a budget; the limits of a run are none of it.
+    let limits = Limits { seconds: 1e-9, ..Limits::default() };
+    let run = RunOptions { output: Some(folder.clone()), limits, ..RunOptions::default() };
     let advice = advice(TANKS, &AdviseOptions { run, ..by("error") });
     assert!(!advice.recommended.is_empty());
+    let peaks: Vec<_> =
+        advice.ranking.iter().map(|one| (one, one.medians.peak.unwrap(), one.medians.rms.unwrap())).collect();
+    let front: Vec<String> = peaks
+        .iter()
+        .filter(|(_, a, b)| !peaks.iter().any(|(_, c, d)| c <= a && d <= b && (c < a || d < b)))
+        .map(|(one, ..)| one.name.clone())
+        .collect();
+    assert_eq!(advice.pareto_peak, front);
     let written = Study::from_path(&folder.join("study.toml")).unwrap();
     let results = execute(&written, Step::Compare, &RunOptions::default()).unwrap();
     let runs = std::fs::read_to_string(folder.join("runs.csv")).unwrap();

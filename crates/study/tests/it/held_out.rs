@@ -182,6 +182,18 @@ fn observers_are_ranked_by_their_predictions_of_what_is_held_out() {
     assert!(noise.value.contains("y 0.7071") && noise.from == "v of the observer \"EKF\"", "{noise:?}");
     let region = advice.information.iter().find(|item| item.what == "region").unwrap();
     assert!(region.from.starts_with("the true states in the log"), "{region:?}");
+    // Those that no other one is better than in operations and in innovations; no peak is known.
+    let points = advice.ranking.iter().filter_map(|one| Some((one, one.operations?, one.on_log.as_ref()?.relative)));
+    let points: Vec<_> = points.collect();
+    let is_better = |(_, a, b): &(_, usize, f64), (_, c, d): &(_, usize, f64)| a <= c && b <= d && (a < c || b < d);
+    let front: Vec<String> = points
+        .iter()
+        .filter(|one| !points.iter().any(|other| is_better(other, one)))
+        .map(|(one, ..)| one.name.clone())
+        .collect();
+    assert!(front.len() > 1, "{points:?}");
+    assert_eq!(advice.pareto_cost, front);
+    assert_eq!(advice.pareto_peak, [""; 0]);
     assert!(advice.held_out.unwrap().starts_with("Held out: the last 60 rows, from t = 140; judged on all of them."));
 }
 
