@@ -17,15 +17,9 @@ Definition recursion (n : nat) (x f : nat -> vector) : Prop := forall k i, (i < 
 Definition contracts (n p : nat) (A C L P : list (list Q)) (factor lower upper overshoot : Q) : bool :=
   is_between n P lower upper overshoot &&& Qle_bool 0 factor &&& shrinks n p A C L P factor 0.
 
-Section Observer.
-  Variables (n p : nat) (A B C L P : list (list Q)) (factor lower upper overshoot : Q).
+Section Error.
+  Variables (n p : nat) (A C L P : list (list Q)) (factor lower upper overshoot : Q).
   Hypothesis Checked : contracts n p A C L P factor lower upper overshoot = true.
-  Variables u x xhat : nat -> vector.
-  Hypothesis Plant : recursion n x (fun k => A * x k + B * u k)%vector.
-  Hypothesis Observer : recursion n xhat (fun k => A * xhat k + B * u k + L * (C * x k - C * xhat k))%vector.
-
-  Let e k : vector := (x k - xhat k)%vector.
-  Let F := error_matrix p A C L.
 
   Lemma parts : is_between n P lower upper overshoot = true /\ 0 <= Q2R factor /\ shrinks n p A C L P factor 0 = true.
   Proof.
@@ -33,55 +27,49 @@ Section Observer.
     apply Qle_bool_iff, Qle_Rle in Sign. rewrite Q2R_zero in Sign. exact Sign.
   Qed.
 
-  Lemma error_recursion k i : (i < n)%nat -> e (S k) i = apply n F (e k) i.
+  Lemma shapes : has_shape n n A = true /\ has_shape p n C = true /\ has_shape n p L = true /\ has_shape n n P = true.
   Proof.
-    intros I. destruct parts as (_ & _ & H). apply both in H. destruct H as [Fit _].
-    destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & _).
-    assert (HA := fits_shape _ _ _ FA). assert (HC := fits_shape _ _ _ FC). assert (HL := fits_shape _ _ _ FL).
-    unfold e at 1, minus_vector at 1. rewrite (Plant k i I), (Observer k i I). unfold F, error_matrix.
-    rewrite apply_minus, apply_product. unfold e, minus_vector, plus_vector. rewrite apply_minus_vector.
-    rewrite (times_vector_apply n n A (x k)), (times_vector_apply n n A (xhat k)) by assumption.
-    rewrite (times_vector_apply n p L) by assumption.
-    rewrite (apply_ext p (real L) (real L) (fun j => (C * x k)%vector j - (C * xhat k)%vector j)
-               (apply n (real C) (fun j => x k j - xhat k j)) i); try reflexivity.
-    - ring.
-    - intros j J. rewrite apply_minus_vector, !(times_vector_apply p n) by assumption. reflexivity.
+    destruct parts as (_ & _ & H). pose proof (both _ _ H) as [Fit _].
+    destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & FP).
+    repeat split; eapply fits_shape; eassumption.
   Qed.
 
-  Lemma step k : form n (real P) (e (S k)) <= Q2R factor * Q2R factor * form n (real P) (e k).
+  (** Every solution of [e(k+1) = (A - L C)e(k)] has [V(k) <= factor^(2k) V(0)], more exactly [V(k+1) <= factor^2 V(k)],
+      and [|e(k)| <= overshoot factor^k |e(0)|]. *)
+  Theorem error_contracts (e : nat -> vector) :
+    recursion n e (fun k => A * e k - L * (C * e k))%vector ->
+    (forall k, quadratic n P (e (S k)) <= Q2R factor ^ 2 * quadratic n P (e k))
+    /\ (forall k, quadratic n P (e k) <= Q2R factor ^ (2 * k) * quadratic n P (e 0%nat))
+    /\ (forall k, norm n (e k) <= Q2R overshoot * Q2R factor ^ k * norm n (e 0%nat)).
   Proof.
-    destruct parts as (_ & _ & H). pose proof (shrinks_form _ _ _ _ _ _ _ _ H (e k)) as K. rewrite Q2R_zero in K.
-    rewrite (form_ext n (real P) (real P) (e (S k)) (apply n F (e k))); [unfold F; lra|easy|].
-    intros i I. apply error_recursion, I.
+    intros E. destruct parts as (Between & Sign & Shrinks). destruct shapes as (HA & HC & HL & HP).
+    set (f := Q2R factor) in *.
+    assert (Step : forall k, form n (real P) (e (S k)) <= f * f * form n (real P) (e k)).
+    { intros k. pose proof (shrinks_form _ _ _ _ _ _ _ _ Shrinks (e k)) as K. rewrite Q2R_zero in K. fold f in K.
+      rewrite (form_ext n (real P) (real P) (e (S k)) (apply n (error_matrix p A C L) (e k))); [lra|easy|].
+      intros i I. rewrite (E k i I). apply (error_apply n p); assumption. }
+    assert (Steps : forall k, form n (real P) (e k) <= f ^ k * f ^ k * form n (real P) (e 0%nat)).
+    { induction k as [|k IH]; [simpl; lra|]. apply Rle_trans with (1 := Step k). simpl pow.
+      replace (f * f ^ k * (f * f ^ k) * form n (real P) (e 0%nat)) with (f * f * (f ^ k * f ^ k * form n (real P) (e 0%nat))) by ring.
+      apply Rmult_le_compat_l; [apply Rle_0_sqr|exact IH]. }
+    split; [|split]; intros k.
+    - rewrite !quadratic_form by exact HP. replace (f ^ 2) with (f * f) by ring. apply Step.
+    - rewrite !quadratic_form by exact HP. replace (f ^ (2 * k)) with (f ^ k * f ^ k); [apply Steps|].
+      rewrite <- pow_add. f_equal. lia.
+    - apply (norm_of_form n P lower upper overshoot Between); [apply pow_le; exact Sign|apply Steps].
   Qed.
 
-  Lemma steps k : form n (real P) (e k) <= Q2R factor ^ k * Q2R factor ^ k * form n (real P) (e 0%nat).
+  (** The same of the error of plant and observer, for every input. *)
+  Theorem observer_contracts (B : list (list Q)) (u x xhat : nat -> vector) :
+    recursion n x (fun k => A * x k + B * u k)%vector ->
+    recursion n xhat (fun k => A * xhat k + B * u k + L * (C * x k - C * xhat k))%vector ->
+    let e k := (x k - xhat k)%vector in
+    (forall k, quadratic n P (e (S k)) <= Q2R factor ^ 2 * quadratic n P (e k))
+    /\ (forall k, quadratic n P (e k) <= Q2R factor ^ (2 * k) * quadratic n P (e 0%nat))
+    /\ (forall k, norm n (e k) <= Q2R overshoot * Q2R factor ^ k * norm n (e 0%nat)).
   Proof.
-    induction k as [|k IH]; [simpl; lra|]. apply Rle_trans with (1 := step k).
-    simpl pow. set (f := Q2R factor) in *.
-    replace (f * f ^ k * (f * f ^ k) * form n (real P) (e 0%nat)) with (f * f * (f ^ k * f ^ k * form n (real P) (e 0%nat))) by ring.
-    apply Rmult_le_compat_l; [apply Rle_0_sqr|exact IH].
+    intros Plant Observer e. apply error_contracts. destruct shapes as (HA & HC & HL & _).
+    intros k i I. unfold e at 1, minus_vector at 1. rewrite (Plant k i I), (Observer k i I).
+    apply (difference_of_right_sides n p); assumption.
   Qed.
-
-  (** [V(k+1) <= factor^2 V(k)] *)
-  Theorem observer_step k : quadratic n P (e (S k)) <= Q2R factor ^ 2 * quadratic n P (e k).
-  Proof.
-    destruct parts as (Between & _ & _). rewrite !quadratic_form by apply (is_between_shape _ _ _ _ _ Between).
-    replace (Q2R factor ^ 2) with (Q2R factor * Q2R factor) by ring. apply step.
-  Qed.
-
-  (** [V(k) <= factor^(2k) V(0)] *)
-  Theorem observer_steps k : quadratic n P (e k) <= Q2R factor ^ (2 * k) * quadratic n P (e 0%nat).
-  Proof.
-    destruct parts as (Between & _ & _). rewrite !quadratic_form by apply (is_between_shape _ _ _ _ _ Between).
-    replace (Q2R factor ^ (2 * k)) with (Q2R factor ^ k * Q2R factor ^ k); [apply steps|].
-    rewrite <- pow_add. f_equal. lia.
-  Qed.
-
-  (** [|e(k)| <= overshoot factor^k |e(0)|] *)
-  Theorem observer_norm k : norm n (e k) <= Q2R overshoot * Q2R factor ^ k * norm n (e 0%nat).
-  Proof.
-    destruct parts as (Between & Sign & _).
-    apply (norm_of_form n P lower upper overshoot Between); [apply pow_le; exact Sign|apply steps].
-  Qed.
-End Observer.
+End Error.

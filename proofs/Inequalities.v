@@ -1,6 +1,6 @@
 (** The matrix inequalities of certificates, decided by [vm_compute] and stated for vectors of real numbers. *)
 
-From Coq Require Import Reals QArith Qreals List Lra Lia.
+From Coq Require Import Reals QArith Qreals ZArith List Lra Lia.
 From Luenberger Require Import Vectors Definite.
 Import ListNotations.
 Local Open Scope R_scope.
@@ -77,7 +77,29 @@ Proof.
   apply apply_ext; [reflexivity|]. intros j J. apply (times_vector_apply p); assumption.
 Qed.
 
-(** [M >= q I], claimed with a margin: the fact [P > 0] of certificates. *)
+(** What plant and observer do to the error, whatever the input. *)
+Lemma difference_of_right_sides n p A B C L (u x xhat : vector) i :
+  has_shape n n A = true -> has_shape p n C = true -> has_shape n p L = true -> (i < n)%nat ->
+  (A * x + B * u)%vector i - (A * xhat + B * u + L * (C * x - C * xhat))%vector i
+  = (A * (x - xhat) - L * (C * (x - xhat)))%vector i.
+Proof.
+  intros HA HC HL I. unfold plus_vector, minus_vector.
+  rewrite !(times_vector_apply n n A) by assumption. rewrite !(times_vector_apply n p L) by assumption.
+  rewrite (apply_ext p (real L) (real L) (times_vector C (fun j => x j - xhat j))
+             (fun j => (C * x)%vector j - (C * xhat)%vector j) i); try reflexivity.
+  - rewrite !apply_minus_vector. ring.
+  - intros j J. rewrite !(times_vector_apply p n C) by assumption. apply apply_minus_vector.
+Qed.
+
+Definition is_positive (q : Q) : bool := (0 <? Qnum q)%Z.
+
+Lemma is_positive_correct q : is_positive q = true -> 0 < Q2R q.
+Proof.
+  intros H. apply Z.ltb_lt, IZR_lt in H. unfold Q2R. apply Rmult_lt_0_compat; [exact H|].
+  apply Rinv_0_lt_compat, IZR_lt. reflexivity.
+Qed.
+
+(** [M >= q I] *)
 Definition is_at_least (n : nat) (M : list (list Q)) (q : Q) : bool := fits n n M &&& at_least n (numbers_of n n M) q.
 
 Theorem is_at_least_correct n M q :
@@ -87,7 +109,15 @@ Proof.
   apply (at_least_correct _ _ _ _ (fits_equals _ _ _ F) H).
 Qed.
 
-(** [F'P + PF + 2 rate P <= - q I]: the fact (12) of certificates. *)
+(** The fact [M > 0] of certificates, with its margin q. *)
+Theorem positive_definite n M q :
+  is_positive q &&& is_at_least n M q = true -> 0 < Q2R q /\ forall v, Q2R q * square n v <= quadratic n M v.
+Proof.
+  intros H. apply both in H. destruct H as [Positive H]. split; [apply is_positive_correct, Positive|].
+  apply is_at_least_correct, H.
+Qed.
+
+(** [F'P + PF + 2 rate P <= - q I] *)
 Definition falls (n p : nat) (A C L P : list (list Q)) (rate q : Q) : bool :=
   linear_fits n p A C L P
     &&& at_least n (negative n n (lyapunov_numbers n (error_numbers n p A C L) (numbers_of n n P) rate)) q.
@@ -102,18 +132,30 @@ Proof.
   unfold form in K at 1. rewrite bilinear_scale in K. unfold form. lra.
 Qed.
 
-Theorem falls_correct n p A C L P rate q :
-  falls n p A C L P rate q = true ->
-  forall v : vector, let w := (A * v - L * (C * v))%vector in
+(** [F v], with the matrices of the certificate, in a form. *)
+Lemma lyapunov_quadratic n p A C L P rate (v : vector) :
+  linear_fits n p A C L P = true ->
+  let w := (A * v - L * (C * v))%vector in
+  inner n w (P * v)%vector + inner n v (P * w)%vector + 2 * rate * quadratic n P v
+  = form n (lyapunov_matrix n (error_matrix p A C L) (real P) rate) v.
+Proof.
+  intros Fit w. destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & FP). rewrite lyapunov_form.
+  rewrite !inner_bilinear, quadratic_form by apply (fits_shape _ _ _ FP).
+  assert (W : forall i, (i < n)%nat -> w i = apply n (error_matrix p A C L) v i).
+  { intros i I. apply (error_apply n p); try assumption; eapply fits_shape; eassumption. }
+  rewrite (bilinear_ext n n (real P) (real P) w v (apply n (error_matrix p A C L) v) v),
+    (bilinear_ext n n (real P) (real P) v w v (apply n (error_matrix p A C L) v)); easy.
+Qed.
+
+(** The fact (12) of certificates, [F'P + PF + 2 rate P < 0], with its margin q. *)
+Theorem lyapunov_inequality n p A C L P rate q :
+  is_positive q &&& falls n p A C L P rate q = true ->
+  0 < Q2R q /\ forall v : vector, let w := (A * v - L * (C * v))%vector in
   inner n w (P * v)%vector + inner n v (P * w)%vector + 2 * Q2R rate * quadratic n P v <= - Q2R q * square n v.
 Proof.
-  intros H v w. pose proof (falls_form _ _ _ _ _ _ _ _ H v) as K. rewrite lyapunov_form in K.
-  apply both in H. destruct H as [Fit _]. destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & FP).
-  rewrite !inner_bilinear, quadratic_form by apply (fits_shape _ _ _ FP).
-  rewrite (bilinear_ext n n (real P) (real P) w v (apply n (error_matrix p A C L) v) v),
-    (bilinear_ext n n (real P) (real P) v w v (apply n (error_matrix p A C L) v)); try easy.
-  - intros i I. apply (error_apply n p); try assumption; eapply fits_shape; eassumption.
-  - intros i I. apply (error_apply n p); try assumption; eapply fits_shape; eassumption.
+  intros H. apply both in H. destruct H as [Positive H]. split; [apply is_positive_correct, Positive|].
+  intros v. pose proof (falls_form _ _ _ _ _ _ _ _ H v) as K. apply both in H. destruct H as [Fit _].
+  rewrite <- lyapunov_quadratic in K by exact Fit. exact K.
 Qed.
 
 (** [F'P F - factor^2 P <= - q I]: the second fact of [discrete-observer]. *)
@@ -154,16 +196,26 @@ Proof.
   rewrite stein_form in K. lra.
 Qed.
 
-Theorem shrinks_correct n p A C L P factor q :
-  shrinks n p A C L P factor q = true ->
-  forall v : vector, let w := (A * v - L * (C * v))%vector in
-  quadratic n P w - Q2R factor * Q2R factor * quadratic n P v <= - Q2R q * square n v.
+Lemma stein_quadratic n p A C L P factor (v : vector) :
+  linear_fits n p A C L P = true ->
+  let w := (A * v - L * (C * v))%vector in
+  quadratic n P w - factor ^ 2 * quadratic n P v = form n (stein_matrix n (error_matrix p A C L) (real P) factor) v.
 Proof.
-  intros H v w. pose proof (shrinks_form _ _ _ _ _ _ _ _ H v) as K.
-  apply both in H. destruct H as [Fit _]. destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & FP).
+  intros Fit w. destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & FP). rewrite stein_form.
   rewrite !quadratic_form by apply (fits_shape _ _ _ FP).
-  rewrite (form_ext n (real P) (real P) w (apply n (error_matrix p A C L) v)); [exact K|easy|].
+  rewrite (form_ext n (real P) (real P) w (apply n (error_matrix p A C L) v)); [ring|easy|].
   intros i I. apply (error_apply n p); try assumption; eapply fits_shape; eassumption.
+Qed.
+
+(** The second fact of [discrete-observer], [F'P F - factor^2 P < 0], with its margin q. *)
+Theorem stein_inequality n p A C L P factor q :
+  is_positive q &&& shrinks n p A C L P factor q = true ->
+  0 < Q2R q /\ forall v : vector, let w := (A * v - L * (C * v))%vector in
+  quadratic n P w - Q2R factor ^ 2 * quadratic n P v <= - Q2R q * square n v.
+Proof.
+  intros H. apply both in H. destruct H as [Positive H]. split; [apply is_positive_correct, Positive|].
+  intros v w. pose proof (shrinks_form _ _ _ _ _ _ _ _ H v) as K. rewrite <- stein_form in K.
+  apply both in H. destruct H as [Fit _]. unfold w. rewrite (stein_quadratic n p) by exact Fit. exact K.
 Qed.
 
 (** [lower I <= P <= upper I], [0 < lower] and [upper <= overshoot^2 lower]: of a [V = e'Pe] that is bounded, the norm

@@ -62,14 +62,10 @@ Qed.
 Definition decays (n p : nat) (A C L P : list (list Q)) (a lower upper overshoot : Q) : bool :=
   is_between n P lower upper overshoot &&& falls n p A C L P a 0.
 
-Section Observer.
-  Variables (n p : nat) (A B C L P : list (list Q)) (a lower upper overshoot : Q).
+Section Error.
+  Variables (n p : nat) (A C L P : list (list Q)) (a lower upper overshoot : Q).
   Hypothesis Checked : decays n p A C L P a lower upper overshoot = true.
-  Variables (T : R) (u x xhat : R -> vector).
-  Hypothesis Plant : solution T n x (fun t => A * x t + B * u t)%vector.
-  Hypothesis Observer : solution T n xhat (fun t => A * xhat t + B * u t + L * (C * x t - C * xhat t))%vector.
 
-  Let e t : vector := (x t - xhat t)%vector.
   Let F := error_matrix p A C L.
 
   Lemma shapes : has_shape n n A = true /\ has_shape p n C = true /\ has_shape n p L = true /\ has_shape n n P = true.
@@ -79,20 +75,6 @@ Section Observer.
     repeat split; eapply fits_shape; eassumption.
   Qed.
 
-  Lemma error_solution : solution T n e (fun t => apply n F (e t)).
-  Proof.
-    destruct shapes as (HA & HC & HL & _).
-    apply (solution_ext T n e (fun t i => (A * x t + B * u t)%vector i - (A * xhat t + B * u t + L * (C * x t - C * xhat t))%vector i)).
-    - intros t i I. unfold F, error_matrix. rewrite apply_minus, apply_product.
-      unfold e, minus_vector, plus_vector. rewrite apply_minus_vector.
-      rewrite (times_vector_apply n n A (x t)), (times_vector_apply n n A (xhat t)) by assumption.
-      rewrite (times_vector_apply n p L) by assumption.
-      rewrite (apply_ext p (real L) (real L) (fun j => (C * x t)%vector j - (C * xhat t)%vector j) (apply n (real C) (fun j => x t j - xhat t j)) i); try reflexivity.
-      + ring.
-      + intros j J. rewrite apply_minus_vector, !(times_vector_apply p n) by assumption. reflexivity.
-    - apply solution_difference; assumption.
-  Qed.
-
   Lemma error_falls v : bilinear n n (real P) (apply n F v) v + bilinear n n (real P) v (apply n F v)
     + 2 * Q2R a * form n (real P) v <= 0.
   Proof.
@@ -100,23 +82,42 @@ Section Observer.
     rewrite Q2R_zero, lyapunov_form in K. unfold F. lra.
   Qed.
 
-  (** [V(t) <= exp(-2 a (t - s)) V(s)] *)
-  Theorem observer_lyapunov s t :
-    0 <= s -> s <= t -> t < T -> quadratic n P (e t) <= exp (- (2 * Q2R a) * (t - s)) * quadratic n P (e s).
+  (** Every solution of [e' = (A - L C)e] has [V(t) <= exp(-2 a (t - s)) V(s)] for [0 <= s <= t], and
+      [|e(t)| <= overshoot exp(-a t) |e(0)|]. *)
+  Theorem error_decays (T : R) (e : R -> vector) :
+    solution T n e (fun t => A * e t - L * (C * e t))%vector ->
+    (forall s t, 0 <= s -> s <= t -> t < T ->
+      quadratic n P (e t) <= exp (- (2 * Q2R a) * (t - s)) * quadratic n P (e s))
+    /\ (forall t, 0 <= t -> t < T -> norm n (e t) <= Q2R overshoot * exp (- Q2R a * t) * norm n (e 0)).
   Proof.
-    destruct shapes as (_ & _ & _ & HP). intros Hs Hst Ht. rewrite !quadratic_form by exact HP.
-    apply (lyapunov_decay n (real P) (Q2R a) T e (fun t => apply n F (e t)) error_solution); try assumption.
-    intros r _. apply error_falls.
-  Qed.
-
-  (** [|e(t)| <= overshoot exp(-a t) |e(0)|] *)
-  Theorem observer_norm t :
-    0 <= t -> t < T -> norm n (e t) <= Q2R overshoot * exp (- Q2R a * t) * norm n (e 0).
-  Proof.
-    intros Hs Ht. destruct shapes as (_ & _ & _ & HP). pose proof (both _ _ Checked) as [Between _].
+    intros E. destruct shapes as (HA & HC & HL & HP).
+    assert (S : solution T n e (fun t => apply n F (e t))).
+    { apply (solution_ext T n e (fun t => A * e t - L * (C * e t))%vector); [|exact E].
+      intros t i I. apply (error_apply n p); assumption. }
+    assert (K : forall s t, 0 <= s -> s <= t -> t < T ->
+      quadratic n P (e t) <= exp (- (2 * Q2R a) * (t - s)) * quadratic n P (e s)).
+    { intros s t Hs Hst Ht. rewrite !quadratic_form by exact HP.
+      apply (lyapunov_decay n (real P) (Q2R a) T e (fun t => apply n F (e t)) S); try assumption.
+      intros r _. apply error_falls. }
+    split; [exact K|]. intros t Hs Ht. pose proof (both _ _ Checked) as [Between _].
     apply (norm_of_form n P lower upper overshoot Between); [apply Rlt_le, exp_pos|].
-    pose proof (observer_lyapunov 0 t (Rle_refl 0) Hs Ht) as K. rewrite !quadratic_form, Rminus_0_r in K by exact HP.
+    specialize (K 0 t (Rle_refl 0) Hs Ht). rewrite !quadratic_form, Rminus_0_r in K by exact HP.
     replace (exp (- Q2R a * t) * exp (- Q2R a * t)) with (exp (- (2 * Q2R a) * t)); [exact K|].
     rewrite <- exp_plus. f_equal. ring.
   Qed.
-End Observer.
+
+  (** The same of the error of plant and observer, for every input. *)
+  Theorem observer_decays (B : list (list Q)) (T : R) (u x xhat : R -> vector) :
+    solution T n x (fun t => A * x t + B * u t)%vector ->
+    solution T n xhat (fun t => A * xhat t + B * u t + L * (C * x t - C * xhat t))%vector ->
+    let e t := (x t - xhat t)%vector in
+    (forall s t, 0 <= s -> s <= t -> t < T ->
+      quadratic n P (e t) <= exp (- (2 * Q2R a) * (t - s)) * quadratic n P (e s))
+    /\ (forall t, 0 <= t -> t < T -> norm n (e t) <= Q2R overshoot * exp (- Q2R a * t) * norm n (e 0)).
+  Proof.
+    intros Plant Observer e. apply error_decays. destruct shapes as (HA & HC & HL & _).
+    apply (solution_ext T n e (fun t i => (A * x t + B * u t)%vector i - (A * xhat t + B * u t + L * (C * x t - C * xhat t))%vector i)).
+    - intros t i I. rewrite (difference_of_right_sides n p) by assumption. reflexivity.
+    - apply solution_difference; assumption.
+  Qed.
+End Error.
