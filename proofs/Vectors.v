@@ -205,12 +205,15 @@ Definition times_vector (A : list (list Q)) (x : vector) : vector :=
 Definition plus_vector (x y : vector) : vector := fun i => x i + y i.
 Definition minus_vector (x y : vector) : vector := fun i => x i - y i.
 
+Definition scale_vector (c : R) (x : vector) : vector := fun i => c * x i.
+
 Declare Scope vector_scope.
 Delimit Scope vector_scope with vector.
 Bind Scope vector_scope with vector.
 Notation "A * x" := (times_vector A x) : vector_scope.
 Notation "x + y" := (plus_vector x y) : vector_scope.
 Notation "x - y" := (minus_vector x y) : vector_scope.
+Notation "c .* x" := (scale_vector c x) (at level 40, left associativity) : vector_scope.
 
 (** [x'y] *)
 Definition inner (n : nat) (x y : vector) : R := sum n (fun i => x i * y i).
