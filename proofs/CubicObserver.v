@@ -161,3 +161,14 @@ Proof.
     (times_correct n p p _ _ _ _ (turned_correct n p _ _ (fits_equals _ _ _ FC)) (fits_equals _ _ _ FS)) i j I J) as K.
   unfold value in K. rewrite Zero in K. unfold plus in K. unfold scale. unfold Rdiv in K. rewrite Rmult_0_l in K. lra.
 Qed.
+
+(** The fact [S + S' >= 0] of certificates, with its margin q. *)
+Theorem accretive p S q :
+  fits p p S &&& at_least p (added p p (numbers_of p p S) (turned p p (numbers_of p p S))) q = true ->
+  forall v, Q2R q * square p v <= 2 * quadratic p S v.
+Proof.
+  intros H v. apply both in H. destruct H as [FS H]. rewrite quadratic_form by apply (fits_shape _ _ _ FS).
+  pose proof (at_least_correct _ _ _ _ (added_correct _ _ _ _ _ _ (fits_equals _ _ _ FS)
+    (turned_correct _ _ _ _ (fits_equals _ _ _ FS))) H v) as K.
+  unfold form in K. rewrite bilinear_plus, bilinear_transpose in K. unfold form. lra.
+Qed.

@@ -76,6 +76,11 @@ Proof.
   exists (column v). rewrite quadratic_form by apply (fits_shape _ _ _ Fit). apply K. reflexivity.
 Qed.
 
+(** [S + S'] is not positive semidefinite. *)
+Theorem not_accretive n S v :
+  fits n n S &&& is_witness true n (numbers_of n n S) v = true -> exists v : vector, 2 * quadratic n S v < 0.
+Proof. intros H. destruct (not_positive_semidefinite n S v H) as [w K]. exists w. lra. Qed.
+
 (** [F'P + PF + 2 rate P] is not negative definite. *)
 Theorem no_lyapunov_inequality n p A C L P rate v :
   linear_fits n p A C L P
