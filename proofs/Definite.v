@@ -131,19 +131,24 @@ Fixpoint cholesky_row (rows : list (list Z)) (j : nat) (s : nat -> Z) (found : l
 Definition cholesky (n : nat) (M : list (list Z)) : list (list Z) :=
   fold_left (fun rows i => rows ++ [cholesky_row rows 0 (get M i) []]) (seq 0 n) [].
 
-(** Powers of two that bring the diagonal to the same size, of at least 192 bits. *)
+(** Powers of two that bring the diagonal to the same size, 2 top bits with top >= 96, and top. *)
 Definition weights (n : nat) (M : list (list Z)) : list Z * Z :=
   let halves := map (fun i => Z.log2 (get M i i) / 2)%Z (seq 0 n) in
   let top := fold_left Z.max halves 96%Z in
-  (map (fun half => 2 ^ (top - half))%Z halves, (Z.of_nat n * 2 ^ (top + 1))%Z).
+  (map (fun half => 2 ^ (top - half))%Z halves, top).
 
+(** G is the factor of the upper 192 bits of the weighted matrix, less what rounding can take. *)
 Definition by_factor (n : nat) (M : list (list Z)) : bool :=
-  let '(w, slack) := weights n M in
+  let '(w, top) := weights n M in
   let weight i := nth i w 0%Z in
+  let unit := (2 ^ (2 * (top - 96)))%Z in
+  let slack := (Z.of_nat n * 2 ^ 98)%Z in
   let scaled := table n n (fun i j => weight i * weight j * get M i j)%Z in
-  let G := cholesky n (table n n (fun i j => if Nat.eqb i j then get scaled i j - slack else get scaled i j)%Z) in
-  all n (fun i => negb (weight i =? 0)%Z &&& Nat.leb (length (nth i G [])) n)
-    &&& dominant n (table n n (fun i j => get scaled i j - dot (nth i G []) (nth j G []))%Z).
+  let upper := table n n (fun i j => get scaled i j / unit - (if Nat.eqb i j then slack else 0))%Z in
+  let G := cholesky n upper in
+  (0 <=? unit)%Z
+    &&& all n (fun i => negb (weight i =? 0)%Z &&& Nat.leb (length (nth i G [])) n)
+    &&& dominant n (table n n (fun i j => get scaled i j - unit * dot (nth i G []) (nth j G []))%Z).
 
 Lemma gram_nonnegative n (G : nat -> nat -> R) v :
   form n (fun i j => sum n (fun k => G i k * G j k)) v = sum n (fun k => sum n (fun i => v i * G i k) * sum n (fun i => v i * G i k)).
@@ -159,11 +164,12 @@ Qed.
 
 Lemma by_factor_correct n M v : by_factor n M = true -> 0 <= form n (over_reals M) v.
 Proof.
-  unfold by_factor. destruct (weights n M) as [w slack].
+  unfold by_factor. destruct (weights n M) as [w top]. set (unit := (2 ^ (2 * (top - 96)))%Z).
   set (scaled := table n n (fun i j => nth i w 0 * nth j w 0 * get M i j)%Z).
   set (G := cholesky n _).
-  set (E := table n n (fun i j => get scaled i j - dot (nth i G []) (nth j G []))%Z).
-  intros H. apply both in H. destruct H as [Hw H].
+  set (E := table n n (fun i j => get scaled i j - unit * dot (nth i G []) (nth j G []))%Z).
+  intros H. apply both in H. destruct H as [Hw H]. apply both in Hw. destruct Hw as [Unit Hw].
+  apply Z.leb_le, IZR_le in Unit.
   assert (K : forall i, (i < n)%nat -> IZR (nth i w 0%Z) <> 0 /\ (length (nth i G []) <= n)%nat).
   { intros i L. apply (all_correct _ _ i) in Hw; [|exact L]. apply both in Hw. destruct Hw as [A B]. split.
     - apply negb_true_iff, Z.eqb_neq in A. apply not_0_IZR. exact A.
@@ -171,16 +177,17 @@ Proof.
   set (u := fun i => v i / IZR (nth i w 0%Z)).
   apply (dominant_correct n E u) in H.
   set (g := fun i k => IZR (nth k (nth i G []) 0%Z)).
-  assert (S : form n (over_reals M) v = form n (plus (over_reals E) (fun i j => sum n (fun k => g i k * g j k))) u).
+  set (gram := fun i j => sum n (fun k => g i k * g j k)).
+  assert (S : form n (over_reals M) v = form n (plus (over_reals E) (scale (IZR unit) gram)) u).
   { unfold form, bilinear, apply. apply sum_ext. intros i I. rewrite <- !sum_times. apply sum_ext. intros j J.
     destruct (K i I) as [Wi Li]. destruct (K j J) as [Wj _].
-    unfold plus, over_reals, E. rewrite get_table, minus_IZR by assumption.
-    rewrite (dot_correct n _ _ Li). fold (g i). unfold scaled. rewrite get_table, !mult_IZR by assumption.
-    unfold u, g. field. split; assumption. }
-  rewrite S. unfold form. rewrite bilinear_plus. fold (form n (over_reals E) u).
-  fold (form n (fun i j => sum n (fun k => g i k * g j k)) u). rewrite gram_nonnegative.
-  assert (0 <= sum n (fun k => sum n (fun i => u i * g i k) * sum n (fun i => u i * g i k))).
-  { apply sum_nonnegative. intros. apply Rle_0_sqr. }
+    unfold plus, scale, over_reals, E. rewrite get_table, minus_IZR, (mult_IZR unit) by assumption.
+    rewrite (dot_correct n _ _ Li). fold (g i). fold (gram i j). unfold scaled. rewrite get_table, !mult_IZR by assumption.
+    unfold u, gram, g. field. split; assumption. }
+  rewrite S. unfold form. rewrite bilinear_plus, bilinear_scale. fold (form n (over_reals E) u) (form n gram u).
+  unfold gram at 1. rewrite gram_nonnegative.
+  assert (0 <= IZR unit * sum n (fun k => sum n (fun i => u i * g i k) * sum n (fun i => u i * g i k))).
+  { apply Rmult_le_pos; [exact Unit|]. apply sum_nonnegative. intros. apply Rle_0_sqr. }
   lra.
 Qed.
 
