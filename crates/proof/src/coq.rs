@@ -50,7 +50,9 @@ pub enum CoqError {
         theorem: &'static str,
     },
     /// Entries that stand for all numbers between two.
-    #[error("{matrix} has an entry that stands for all numbers between two bounds, which the proofs in Coq do not cover")]
+    #[error(
+        "{matrix} has an entry that stands for all numbers between two bounds, which the proofs in Coq do not cover"
+    )]
     Bounds {
         /// The matrix.
         matrix: &'static str,
@@ -292,10 +294,7 @@ impl Out {
     }
 
     fn lemma(&mut self, name: &str, statement: &str) {
-        _ = write!(
-            self.proved,
-            "\nLemma {name} : {statement} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.\n"
-        );
+        _ = write!(self.proved, "\nLemma {name} : {statement} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.\n");
     }
 
     fn theorem(&mut self, name: &str, what: &str, statement: &str, proof: &str) {
@@ -329,8 +328,7 @@ impl Out {
     /// `P > 0`, proved or refuted.
     fn positive(&mut self, n: usize, fact: &Fact, claimed: Option<&Number>) -> Result<(), CoqError> {
         if fact.verdict.is_proved() {
-            let statement =
-                format!("0 < margin_P /\\ forall v : vector, margin_P * square {n} v <= quadratic {n} P v");
+            let statement = format!("0 < margin_P /\\ forall v : vector, margin_P * square {n} v <= quadratic {n} P v");
             let what = "P > 0: v'Pv is at least the margin times |v|^2.";
             let proof = format!("apply (positive_definite {n} P margin_P). vm_cast_no_check (eq_refl true).");
             self.margin("margin_P", fact, claimed)?;
@@ -353,7 +351,11 @@ impl Out {
         let of_p = |what: &str| format!("All eigenvalues of P{suffix} are at {what} this.");
         self.float(&name("lower"), between.lower, &of_p("least"))?;
         self.float(&name("upper"), between.upper, &of_p("most"))?;
-        self.float(&name("overshoot"), between.overshoot, &format!("At least the square root of upper{suffix} / lower{suffix}."))
+        self.float(
+            &name("overshoot"),
+            between.overshoot,
+            &format!("At least the square root of upper{suffix} / lower{suffix}."),
+        )
     }
 
     /// (12), proved or refuted, for the matrices A and C with this suffix.
@@ -376,9 +378,8 @@ impl Out {
                 "0 < {margin} /\\ forall v : vector, let w := ({a} * v - L * ({c} * v))%vector in\n  {form}\n    \
                  <= - {margin} * square {n} v"
             );
-            let what = format!(
-                "v'(F'P + PF + 2 rate P)v is at most minus the margin times |v|^2, F = {a} - L {c}: (12)."
-            );
+            let what =
+                format!("v'(F'P + PF + 2 rate P)v is at most minus the margin times |v|^2, F = {a} - L {c}: (12).");
             self.theorem(&format!("inequality_12{suffix}"), &what, &statement, &lemma("lyapunov_inequality", &margin));
         } else if self.witness(&vector, fact)? {
             let statement = format!(
@@ -483,8 +484,22 @@ impl Out {
         let exact = "(is_structured_correct _ _ _ _ _ _ structure_stored)";
         let real_gain = "With every real matrix N0 for which P N0 = -C'S, that is with N0 = -P^-1 C'S";
         for (name, suffix, what, before, gain, proof) in [
-            ("real_gain", "", real_gain, real.as_str(), "N0", "intros N0 structure. exact (RESULT decided N0 structure BT).".to_owned()),
-            ("stored_gain", "_stored", "With the gains L and N exactly as stored", "", "(real N)", format!("exact (RESULT decided_stored _ {exact} BT).")),
+            (
+                "real_gain",
+                "",
+                real_gain,
+                real.as_str(),
+                "N0",
+                "intros N0 structure. exact (RESULT decided N0 structure BT).".to_owned(),
+            ),
+            (
+                "stored_gain",
+                "_stored",
+                "With the gains L and N exactly as stored",
+                "",
+                "(real N)",
+                format!("exact (RESULT decided_stored _ {exact} BT)."),
+            ),
         ] {
             let says = says(n, suffix);
             let proof = |result: &str, b: &str| {
