@@ -2,8 +2,8 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench observers`, `cargo xtask bench step`, `cargo xtask bench sweep`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask stress words`, `cargo xtask mutate`,
-//! `cargo xtask firmware`, `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`,
-//! `cargo xtask screenshots`, `cargo xtask python`, `cargo xtask times`.
+//! `cargo xtask firmware`, `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask kernel`,
+//! `cargo xtask live`, `cargo xtask screenshots`, `cargo xtask python`, `cargo xtask times`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -12,6 +12,7 @@ mod cluster;
 mod deploy;
 mod features;
 mod firmware;
+mod kernel;
 mod lint;
 mod live;
 mod mutate;
@@ -111,6 +112,10 @@ enum Command {
     ///
     /// Says so if SLURM is not installed.
     Cluster,
+    /// Compile the theory in proofs/ and the files for Coq of templates and examples, and have false ones refused
+    ///
+    /// Says so if Coq is not installed.
+    Kernel,
     /// Run the observers on boards in QEMU and emitted C on the host: the same bits everywhere, nothing can panic
     ///
     /// Says what it leaves out for lack of a tool (QEMU, targets of rustc, arm-none-eabi-gcc, clang, cppcheck).
@@ -167,6 +172,7 @@ impl Command {
             Self::Firmware { .. } => Some("firmware"),
             Self::Deploy => Some("deploy"),
             Self::Cluster => Some("cluster"),
+            Self::Kernel => Some("kernel"),
             Self::Live { .. } => Some("live"),
             Self::Python => Some("python"),
             _ => None,
@@ -230,6 +236,7 @@ fn main() -> ExitCode {
         }
         Command::Cluster => cluster::run(),
         Command::Deploy => deploy::run(),
+        Command::Kernel => kernel::run(),
         Command::Live { check } => live::run(check),
         Command::Screenshots => screenshots::run(),
         Command::Firmware { document } => firmware::run(document),

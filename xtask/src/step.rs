@@ -28,6 +28,8 @@ pub(crate) enum Failure {
     Firmware(String),
     /// A sweep on SLURM did not end, or gave other bytes.
     Cluster(String),
+    /// The kernel of Coq did not say what it should.
+    Kernel(String),
     /// A report in a browser did not run, or gave other results.
     Live(String),
 }
@@ -49,6 +51,7 @@ impl Failure {
             | Self::Mutants(_)
             | Self::Firmware(_)
             | Self::Cluster(_)
+            | Self::Kernel(_)
             | Self::Live(_) => ExitCode::FAILURE,
         }
     }
@@ -63,7 +66,11 @@ impl fmt::Display for Failure {
             }
             Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
             Self::Missing(name) => write!(f, "{name} is not installed"),
-            Self::Mutants(said) | Self::Firmware(said) | Self::Cluster(said) | Self::Live(said) => write!(f, "{said}"),
+            Self::Mutants(said)
+            | Self::Firmware(said)
+            | Self::Cluster(said)
+            | Self::Kernel(said)
+            | Self::Live(said) => write!(f, "{said}"),
         }
     }
 }

@@ -251,6 +251,10 @@ pub(crate) enum Command {
     /// Same as the program luenberger-verify, which depends only on the checker. Output {"files": [{"file", "outcome",
     /// "title", "statement", "facts"}, ..]}. The exit code is 0 if every file is verified, 1 if one is rejected, 2 if
     /// one is not a certificate.
+    ///
+    /// With --coq the certificate is written as a file that the proof assistant Coq checks with the theory in the folder
+    /// proofs/ of the repository: a theorem for each claim, up to the decay of the error along all trajectories. Of a
+    /// certificate that is false, the theorems say so. Output {"file", "outcome", "coq", "theorems"}.
     #[command(after_help = examples::VERIFY)]
     Verify(VerifyInput),
     /// Rigorous bounds on the optimum of a semidefinite program in SDPA's sparse format
@@ -782,6 +786,15 @@ pub(crate) struct VerifyInput {
     /// Certificate files, or - for standard input
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<Source>,
+    /// Write the certificate as a file for Coq, with a theorem for each claim (one certificate)
+    #[arg(long, requires = "output")]
+    pub(crate) coq: bool,
+    /// The file for Coq, or - for standard output
+    #[arg(short, long, value_name = "FILE.v", requires = "coq")]
+    pub(crate) output: Option<PathBuf>,
+    /// Overwrite the file for Coq
+    #[arg(long, requires = "coq")]
+    pub(crate) force: bool,
 }
 
 #[derive(Args)]

@@ -6,6 +6,7 @@ use crate::output::{self, is_coloured};
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::sdpa::ReadError;
 use luenberger_proof::certificate::Rejection;
+use luenberger_proof::coq::CoqError;
 use luenberger_proof::wording::counted;
 use luenberger_study::deployment::ExportRefusal;
 use luenberger_study::error::is_storage;
@@ -48,6 +49,9 @@ pub(crate) enum Failure {
     /// Not a certificate.
     #[error("{origin}: {error}")]
     Certificate { origin: String, error: Box<Rejection> },
+    /// A certificate without a file for Coq.
+    #[error("{origin}: {error}")]
+    Coq { origin: String, error: Box<CoqError> },
     /// Options or inputs that do not fit together.
     #[error("{0}")]
     Usage(&'static str),
@@ -132,7 +136,7 @@ impl Failure {
                 _ => "output",
             },
             Self::Matrix { error, .. } if is_wrong(error) => "data",
-            Self::Matrix { .. } | Self::Row(StreamError::Diverged { .. }) => "no-solution",
+            Self::Matrix { .. } | Self::Coq { .. } | Self::Row(StreamError::Diverged { .. }) => "no-solution",
             Self::Export(refusal) => match refusal {
                 ExportRefusal::Design { .. } | ExportRefusal::Unproved { .. } => "no-solution",
                 ExportRefusal::Numbers { .. } => "data",

@@ -73,7 +73,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Noise(input) => matrix::noise::noise(&input),
         Command::Poles(input) => matrix::poles::poles(&input),
         Command::Import(import) => import::import(&import),
-        Command::Verify(input) => verify::verify(&input.files),
+        Command::Verify(input) => verify::verify(&input),
         Command::Sdp(sdp) => sdp::sdp(&sdp.file, sdp.solver.into()),
         Command::Completions(input) => Ok(shell::completions(input.shell)),
         Command::Man(input) => shell::manual(&input.output),

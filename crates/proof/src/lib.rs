@@ -30,6 +30,7 @@
 #![deny(missing_docs)]
 
 pub mod certificate;
+pub mod coq;
 pub mod definite;
 mod embed;
 pub mod error;

@@ -223,7 +223,7 @@ pub fn structured_for(
 }
 
 /// X near `(C P^-1 C')^-1`, symmetric; every symmetric X is valid, the best is near this.
-fn output_metric(p: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
+pub(crate) fn output_metric(p: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
     let outputs = c.rows();
     let columns = definite::solve_approximately(p, &c.transpose())?;
     let gram = Matrix::from_fn(outputs, outputs, |i, j| {
