@@ -1,6 +1,6 @@
 //! What is fitted as the search sees it: positive numbers by their logarithms.
 
-use crate::study::{Tunable, Tuned};
+use crate::study::Tuned;
 
 /// A coordinate of the search: `value = exp(x)`, or `value = origin + scale x`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,18 +21,14 @@ const FACTOR: f64 = 1e6;
 const REACH: f64 = 100.0;
 
 impl Coordinate {
-    /// The coordinate of a parameter; `deviation` is the standard deviation of a measurement of each output.
-    pub(super) fn new(one: &Tuned, deviation: &[f64]) -> Self {
+    /// The coordinate of a parameter; of one that is not positive, in units of `unit` unless the study gives bounds.
+    pub(super) fn new(one: &Tuned, unit: f64) -> Self {
         let is_given = one.bounds.is_some();
         if one.value > 0.0 && one.bounds.is_none_or(|(low, _)| low > 0.0) {
             let (low, high) = one.bounds.unwrap_or((one.value / FACTOR, one.value * FACTOR));
             return Self { is_log: true, origin: 0.0, scale: 1.0, low: low.ln(), high: high.ln(), is_given };
         }
-        let scale = match (&one.what, one.bounds) {
-            (_, Some((low, high))) => 0.1 * (high - low),
-            (Tunable::Bias(j), None) => deviation[*j],
-            (_, None) => one.value.abs(),
-        };
+        let scale = one.bounds.map_or(unit, |(low, high)| 0.1 * (high - low));
         let (low, high) = one.bounds.unwrap_or((one.value - REACH * scale, one.value + REACH * scale));
         let origin = one.value;
         Self { is_log: false, origin, scale, low: (low - origin) / scale, high: (high - origin) / scale, is_given }
