@@ -22,7 +22,7 @@ pub(super) const TUNE: Table = Table {
         optional(
             "bounds",
             Type::NamedBounds,
-            "Bounds of parameters by their names; positive ones keep the logarithm (default: a millionth to a million times the value of the study, 100 times its magnitude to either side for a negative one, 100 standard deviations of the measurement for a bias).",
+            "Bounds of parameters by their names; positive ones keep the logarithm (default: a millionth to a million times the value of the study, a thousandth to a thousand times that of a key of the observer, 100 times its magnitude to either side for a negative one, 100 standard deviations of the measurement for a bias).",
         ),
         optional("files", Type::Texts, "More logs, with the columns of the first."),
         optional(

@@ -1,6 +1,6 @@
 //! What is fitted as the search sees it: positive numbers by their logarithms.
 
-use crate::study::Tuned;
+use crate::study::{Tunable, Tuned};
 
 /// A coordinate of the search: `value = exp(x)`, or `value = origin + scale x`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +17,9 @@ pub(super) struct Coordinate {
 /// A positive number without bounds stays within this factor of its value.
 const FACTOR: f64 = 1e6;
 
+/// One of the observer itself, such as the rate of a pole, within this one: a faster observer takes smaller steps.
+const FACTOR_OF_OWN: f64 = 1e3;
+
 /// Another number without bounds stays within so many units.
 const REACH: f64 = 100.0;
 
@@ -25,7 +28,8 @@ impl Coordinate {
     pub(super) fn new(one: &Tuned, unit: f64) -> Self {
         let is_given = one.bounds.is_some();
         if one.value > 0.0 && one.bounds.is_none_or(|(low, _)| low > 0.0) {
-            let (low, high) = one.bounds.unwrap_or((one.value / FACTOR, one.value * FACTOR));
+            let factor = if matches!(one.what, Tunable::Own(..)) { FACTOR_OF_OWN } else { FACTOR };
+            let (low, high) = one.bounds.unwrap_or((one.value / factor, one.value * factor));
             return Self { is_log: true, origin: 0.0, scale: 1.0, low: low.ln(), high: high.ln(), is_given };
         }
         let scale = one.bounds.map_or(unit, |(low, high)| 0.1 * (high - low));

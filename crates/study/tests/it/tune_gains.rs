@@ -5,7 +5,7 @@ use std::path::Path;
 
 use luenberger_random::Random;
 use luenberger_study::execute::LogError;
-use luenberger_study::tune::{TuneError, TuneOptions, TuneReport, TunedParameter, tune};
+use luenberger_study::tune::{NoInterval, TuneError, TuneOptions, TuneReport, TunedParameter, tune};
 use luenberger_study::{Format, Study, StudyError};
 use nalgebra::{Matrix2, Vector2};
 
@@ -149,6 +149,44 @@ fn the_gain_of_least_prediction_errors_is_that_of_the_kalman_filter() {
             && ((z[0] * z[1]).re - (0.95 * (1.0 - l[0]) + 0.1 * l[1])).abs() < 2e-3,
         "{z:?} {l:?}"
     );
+}
+
+/// A gain depends on W and V by their ratio alone, and so do prediction errors: the report says so.
+#[test]
+fn prediction_errors_determine_noises_but_for_a_factor() {
+    let folder = scratch("tune-gain-ratio");
+    write_log(&folder, &two_states(900, 4));
+    for kind in [
+        "kind = \"luenberger\"\nkalman = { w = [1e-4, 3e-2], v = [0.02] }",
+        "kind = \"kalman\"\nw = [1e-4, 3e-2]\nv = [0.02]",
+    ] {
+        let text = of_two_states(
+            "",
+            kind,
+            "parameters = [\"w[x2]\", \"v\"]\ncriterion = \"innovations\"\nstarts = 1\nprofile = 0",
+        );
+        let report = tuned(&folder, &text);
+        let said = report.remarks.iter().any(|words| {
+            words.contains("determines only w[x2] / v[y]") || words.contains("determines only v[y] / w[x2]")
+        });
+        assert!(said && report.parameters.iter().all(|one| one.interval.is_none()), "{report:?}");
+    }
+}
+
+/// In a log without noise a faster observer is never worse: the fastest that is tried is reported as such.
+#[test]
+fn without_noise_no_observer_is_too_fast() {
+    let folder = scratch("tune-gain-noiseless");
+    let mut log = "t,y\n".to_owned();
+    for k in 0..200 {
+        writeln!(log, "{},{}", 0.05 * f64::from(k), (-0.05 * f64::from(k)).exp() * 3.0).unwrap();
+    }
+    std::fs::write(folder.join("log.csv"), log).unwrap();
+    let text = "[plant]\na = [[-1]]\nc = [[1]]\nstates = [\"x\"]\noutputs = [\"y\"]\n[log]\nfile = \"log.csv\"\n[[observer]]\nname = \"observer\"\nkind = \"luenberger\"\ninitial = [0]\npoles = [-2]\n[tune]\nobserver = \"observer\"\nparameters = [\"poles\"]\nstarts = 1\n";
+    let report = tuned(&folder, text);
+    let rate = parameter(&report, "poles[1].rate");
+    assert_eq!((rate.after, rate.without), (2000.0, Some(NoInterval::Largest)), "{report:?}");
+    assert!(report.remarks.iter().any(|words| words.contains("poles[1].rate = 2000 is as large as")), "{report:?}");
 }
 
 /// By the errors of the second state alone, the only one that the log knows: the minimum is that of a recursion by hand.
