@@ -421,16 +421,10 @@ fn has_maximum(
                 falls: sign < 0.0,
                 at: of.value(best[i]),
                 gain,
-                advice: match &spec.parameters[i].what {
-                    what if sign < 0.0 && what.is_variance() => {
-                        "the model fits the log without this noise, as a simulated log without noise does; give `bounds`, or leave it out"
-                    }
-                    Tunable::Own(..) => {
-                        "in a log without noise, or without process noise, no observer is too fast or too slow; give `bounds`, or leave it out"
-                    }
-                    _ => {
-                        "the model does not fit the log, or the log does not determine it; give `bounds`, or leave it out"
-                    }
+                advice: if sign < 0.0 && spec.parameters[i].what.is_variance() {
+                    "the model fits the log without this noise, as a simulated log without noise does; give `bounds`, or leave it out"
+                } else {
+                    "the model does not fit the log, or the log does not determine it; give `bounds`, or leave it out"
                 },
             });
         }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use luenberger_random::Random;
 use luenberger_study::execute::LogError;
-use luenberger_study::tune::{NoInterval, TuneError, TuneOptions, TuneReport, TunedParameter, tune};
+use luenberger_study::tune::{TuneError, TuneOptions, TuneReport, TunedParameter, tune};
 use luenberger_study::{Format, Study, StudyError};
 use nalgebra::{Matrix2, Vector2};
 
@@ -173,22 +173,6 @@ fn prediction_errors_determine_noises_but_for_a_factor() {
     }
 }
 
-/// In a log without noise a faster observer is never worse: the fastest that is tried is reported as such.
-#[test]
-fn without_noise_no_observer_is_too_fast() {
-    let folder = scratch("tune-gain-noiseless");
-    let mut log = "t,y\n".to_owned();
-    for k in 0..200 {
-        writeln!(log, "{},{}", 0.05 * f64::from(k), (-0.05 * f64::from(k)).exp() * 3.0).unwrap();
-    }
-    std::fs::write(folder.join("log.csv"), log).unwrap();
-    let text = "[plant]\na = [[-1]]\nc = [[1]]\nstates = [\"x\"]\noutputs = [\"y\"]\n[log]\nfile = \"log.csv\"\n[[observer]]\nname = \"observer\"\nkind = \"luenberger\"\ninitial = [0]\npoles = [-2]\n[tune]\nobserver = \"observer\"\nparameters = [\"poles\"]\nstarts = 1\n";
-    let report = tuned(&folder, text);
-    let rate = parameter(&report, "poles[1].rate");
-    assert_eq!((rate.after, rate.without), (2000.0, Some(NoInterval::Largest)), "{report:?}");
-    assert!(report.remarks.iter().any(|words| words.contains("poles[1].rate = 2000 is as large as")), "{report:?}");
-}
-
 /// By the errors of the second state alone, the only one that the log knows: the minimum is that of a recursion by hand.
 #[test]
 fn the_least_errors_are_those_of_a_recursion_by_hand() {
@@ -243,41 +227,60 @@ fn text_with(text: &str, criterion: &str) -> String {
     text.replace("[tune]\n", &format!("[tune]\ncriterion = \"{criterion}\"\n"))
 }
 
-/// Each kind by the numbers that it is tuned by: the fit is not worse, and what is written is what was fitted.
-#[test]
-fn every_kind_is_tuned_by_its_own_numbers() {
-    let folder = scratch("tune-kinds");
-    // Position and speed of a mass with friction, in continuous time.
-    let (mut random, mut x, mut log) = (Random(8), [0.3f64, 0.0], "t,u,y,position,speed\n".to_owned());
+/// Position and speed of a mass with friction, in continuous time.
+fn write_mass(folder: &Path) {
+    let (mut random, mut x, mut log) = (Random(8), [0.3f64, 0.0], "t,u,y,z,position,speed\n".to_owned());
     for k in 0..160 {
-        let [noise, push] = random.normal_pair();
+        let ([noise, push], [other, _]) = (random.normal_pair(), random.normal_pair());
         let u = if k % 60 < 30 { 1.0 } else { -1.0 };
-        writeln!(log, "{},{u},{},{},{}", 0.05 * f64::from(k), x[0] + 0.02 * noise, x[0], x[1]).unwrap();
+        let (y, z) = (x[0] + 0.02 * noise, x[1] + 0.05 * other);
+        writeln!(log, "{},{u},{y},{z},{},{}", 0.05 * f64::from(k), x[0], x[1]).unwrap();
         for _ in 0..50 {
             x = [x[0] + 1e-3 * x[1], x[1] + 1e-3 * (u + 0.3 * push - 0.5 * x[1])];
         }
     }
     std::fs::write(folder.join("log.csv"), log).unwrap();
-    let linear = "a = [[0, 1], [0, -0.5]]\nb = [[0], [1]]\nc = [[1, 0]]";
+}
+
+fn of_mass(plant: &str, observer: &str, tune: &str) -> String {
+    let outputs = if plant.contains("[0, 1]]\n") { "[\"y\", \"z\"]" } else { "[\"y\"]" };
+    format!(
+        "[plant]\nstates = [\"position\", \"speed\"]\ninputs = [\"u\"]\noutputs = {outputs}\n{plant}\n[log]\nfile = \"log.csv\"\nstates = [\"position\", \"speed\"]\n[[observer]]\nname = \"observer\"\ninitial = [0, 0]\n{observer}\n[tune]\nobserver = \"observer\"\nparameters = {tune}\nstarts = 1\nprofile = 0\n"
+    )
+}
+
+const LINEAR: &str = "a = [[0, 1], [0, -0.5]]\nb = [[0], [1]]\nc = [[1, 0]]";
+
+/// Each kind by the numbers that it is tuned by: the fit is not worse, and what is written is what was fitted.
+#[test]
+fn every_kind_is_tuned_by_its_own_numbers() {
+    let folder = scratch("tune-kinds");
+    write_mass(&folder);
     let general = "f = [\"speed\", \"u - 0.5*speed - 0*speed^3\"]\nh = [\"position\"]";
     let cases = [
-        (linear, "kind = \"luenberger\"\npoles = [-4, -5]", "\"poles\""),
-        (linear, "kind = \"luenberger\"\ngain = [[9], [20]]", "\"gain\""),
-        (linear, "kind = \"luenberger\"\ndecay_rate = 5\nnoise = [1e-5]", "\"decay_rate\""),
-        (linear, "kind = \"luenberger\"\nkalman = { w = [1e-6, 1], v = [1e-4] }", "\"w[speed]\""),
-        (linear, "kind = \"cubic\"\npoles = [-3, -4]\ngamma = 0.3", "\"gamma\", \"poles\""),
-        (linear, "kind = \"proportional-integral\"\ne = [[0], [1]]\npoles = [-8, -9, -10]", "\"poles\""),
-        (linear, "kind = \"extended-state\"\ne = [[0], [1]]\nbandwidth = 15", "\"bandwidth\""),
-        (linear, "kind = \"reduced-order\"\npoles = [-12]", "\"poles\""),
-        (linear, "kind = \"mhe\"\nw = [1e-6, 0.1]\nv = [1e-4]\np0 = [1, 1]\nperiod = 0.05\nwindow = 3", "\"w[speed]\""),
-        (general, "kind = \"high-gain\"\nr = 0.2", "\"r\""),
-        (general, "kind = \"high-gain\"\nr = 0.2\nalpha = [2, 1]", "\"alpha\""),
-        (general, "kind = \"sliding-mode\"\nbound = 5\nperiod = 0.05", "\"bound\""),
+        (LINEAR, "kind = \"luenberger\"\npoles = [-4, -5]", "[\"poles\"]"),
+        (LINEAR, "kind = \"luenberger\"\ngain = [[9], [20]]", "[\"gain\"]"),
+        (LINEAR, "kind = \"luenberger\"\ndecay_rate = 5\nnoise = [1e-5]", "[\"decay_rate\"]"),
+        (LINEAR, "kind = \"luenberger\"\nkalman = { w = [1e-6, 1], v = [1e-4] }", "[\"w[speed]\"]"),
+        (
+            LINEAR,
+            "kind = \"cubic\"\npoles = [-3, -4]\ngamma = 0.3",
+            "[\"gamma\", \"poles\"]\nbounds = { gamma = [0.01, 30] }",
+        ),
+        (LINEAR, "kind = \"proportional-integral\"\ne = [[0], [1]]\npoles = [-8, -9, -10]", "[\"poles\"]"),
+        (LINEAR, "kind = \"extended-state\"\ne = [[0], [1]]\nbandwidth = 15", "[\"bandwidth\"]"),
+        (LINEAR, "kind = \"reduced-order\"\npoles = [-12]", "[\"poles\"]"),
+        (
+            LINEAR,
+            "kind = \"mhe\"\nw = [1e-6, 0.1]\nv = [1e-4]\np0 = [1, 1]\nperiod = 0.05\nwindow = 3",
+            "[\"w[speed]\"]",
+        ),
+        (general, "kind = \"high-gain\"\nr = 0.2", "[\"r\"]"),
+        (general, "kind = \"high-gain\"\nr = 0.2\nalpha = [2, 1]", "[\"alpha\"]"),
+        (general, "kind = \"sliding-mode\"\nbound = 5\nperiod = 0.05", "[\"bound\"]"),
     ];
     for (plant, observer, parameters) in cases {
-        let text = format!(
-            "[plant]\nstates = [\"position\", \"speed\"]\ninputs = [\"u\"]\noutputs = [\"y\"]\n{plant}\n[log]\nfile = \"log.csv\"\nstates = [\"position\", \"speed\"]\n[[observer]]\nname = \"observer\"\ninitial = [0, 0]\n{observer}\n[tune]\nobserver = \"observer\"\nparameters = [{parameters}]\nstarts = 1\nprofile = 0\n"
-        );
+        let text = of_mass(plant, observer, parameters);
         for criterion in ["errors", "innovations"] {
             let report = tuned(&folder, &text_with(&text, criterion));
             let [before, after] = report.relative.unwrap();
@@ -288,6 +291,33 @@ fn every_kind_is_tuned_by_its_own_numbers() {
             let again = tuned(&folder, &report.study).relative.unwrap()[0];
             assert!((again - after).abs() < 1e-6 * after, "{observer}: {again} {after}\n{}", report.study);
         }
+    }
+}
+
+/// The same of kinds whose designs cost more.
+#[test]
+fn kinds_with_costly_designs_are_tuned_by_their_own_numbers() {
+    let folder = scratch("tune-costly-kinds");
+    write_mass(&folder);
+    let swing = "f = [\"speed\", \"u - 0.5*speed - 0.1*sin(position)\"]\nh = [\"position\"]";
+    let both = "a = [[0, 1], [0, -0.5]]\nb = [[0], [1]]\nc = [[1, 0], [0, 1]]\n";
+    let region = "region = { states = [[-5, 5], [-5, 5]], inputs = [[-1, 1]] }";
+    let noises = "e = [[0, 0], [1, 0]]\nd = [[0, 0.05]]";
+    let rate = "[\"decay_rate\"]\nbounds = { decay_rate = [0.3, 4] }";
+    let cases = [
+        (LINEAR, "kind = \"sampled-cubic\"\npoles = [-3, -4]\ngamma = 0.3\nperiod = 0.05".to_owned(), "[\"poles\"]"),
+        (LINEAR, "kind = \"interval\"\ninitial_bounds = [1, 1]\nbounds = { noise = [0.1], disturbance = [1], e = [[0], [1]] }\npoles = [-4, -6]".to_owned(), "[\"poles\"]"),
+        (both, "kind = \"unknown-input\"\ne = [[0], [1]]\npoles = [-4, -6]".to_owned(), "[\"poles\"]"),
+        (LINEAR, format!("kind = \"h2\"\n{noises}\ngain = [[5], [8]]"), "[\"gain\"]"),
+        (LINEAR, format!("kind = \"h-infinity\"\n{noises}\ngamma = 1.5"), "[\"gamma\"]"),
+        (swing, format!("kind = \"lipschitz\"\n{region}\ndecay_rate = 1\nnoise = [2e-5]"), rate),
+        (swing, format!("kind = \"lpv\"\n{region}\ngain = [[5], [8]]"), "[\"gain\"]"),
+        (swing, format!("kind = \"mean-value\"\n{region}\ndecay_rate = 1\neta = 2\nnoise = [2e-5]"), "[\"eta\"]"),
+    ];
+    for (plant, observer, parameters) in cases {
+        let report = tuned(&folder, &of_mass(plant, &observer, parameters));
+        let [before, after] = report.relative.unwrap();
+        assert!(after <= before, "{observer}: {before} {after}");
     }
 }
 
