@@ -88,11 +88,12 @@ pub(crate) enum Command {
     /// recommended observers. The exit code is 1 if no observer is ranked.
     #[command(after_help = examples::ADVISE)]
     Advise(AdviseInput),
-    /// Fit what a filter assumes to its log: noise covariances, parameters of the plant, biases of sensors
+    /// Fit what a filter assumes to its log: noise covariances, parameters of the plant, biases and delays of sensors; or
+    /// the gains of an observer
     ///
-    /// The likelihood of the innovations is the largest for the fitted values. The table [tune] of the study names the
-    /// filter and what is fitted. Each value comes with its standard error and 95 % interval; what the log does not
-    /// determine is said. The filter is judged on the last part of the log, which is not fitted. The tuned study is
+    /// The likelihood of the innovations is the largest for the fitted values, or the errors of predictions or estimates
+    /// are the least. The table [tune] of the study names the observer and what is fitted. Each value comes with its
+    /// standard error and 95 % interval; what the log does not determine is said. The observer is judged on the last part of the log, which is not fitted. The tuned study is
     /// written beside the study, as tuned.toml. With -o: a page with the profile likelihoods.
     #[command(after_help = examples::TUNE)]
     Tune(TuneInput),

@@ -346,8 +346,10 @@ impl Default for AdviseSpec {
 /// What `luenberger tune` fits, and to which logs.
 #[derive(Debug, Clone)]
 pub struct TuneSpec {
-    /// The filter, by its name.
+    /// The observer, by its name.
     pub observer: String,
+    /// What the best values are best for.
+    pub criterion: TuneCriterion,
     /// What is fitted.
     pub parameters: Vec<Tuned>,
     /// The logs with the names of their files; the first is that of the study.
@@ -360,6 +362,43 @@ pub struct TuneSpec {
     pub seed: u64,
     /// Points to either side in the figure of a profile likelihood.
     pub profile: usize,
+}
+
+/// What a fit minimises or maximises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TuneCriterion {
+    /// The likelihood of the innovations of a filter that computes their covariance.
+    Likelihood,
+    /// The mean squares of the one-step prediction errors of the outputs.
+    Innovations,
+    /// The mean squares of the errors of the states that the log knows.
+    Errors,
+}
+
+impl TuneCriterion {
+    /// The names, each with its sentence.
+    pub(crate) const WORDS: &'static [(&'static str, &'static str)] = &[
+        ("likelihood", "The likelihood of the innovations of a filter that computes their covariance."),
+        ("innovations", "The mean squares of the errors of one-step predictions of the outputs, for any observer."),
+        (
+            "errors",
+            "The mean squares of the errors of the states that the log knows (`states` in [log]), for any observer.",
+        ),
+    ];
+
+    /// Its name in studies.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Likelihood => "likelihood",
+            Self::Innovations => "innovations",
+            Self::Errors => "errors",
+        }
+    }
+
+    /// The criterion of this name.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        [Self::Likelihood, Self::Innovations, Self::Errors].into_iter().find(|one| one.name() == name)
+    }
 }
 
 /// A number that is fitted.
@@ -388,6 +427,32 @@ pub enum Tunable {
     Parameter(String),
     /// What the sensor of an output adds to it.
     Bias(usize),
+    /// How late an output is measured.
+    Delay(usize),
+    /// A number of a key of the observer.
+    Own(String, Part),
+}
+
+/// Which number of a key it is.
+///
+/// Poles are fitted by numbers that are positive for stable ones, and for no others: two of them by the natural frequency
+/// and the damping ratio of `s^2 + 2 damping frequency s + frequency^2`, so that a pair of conjugates may become two real
+/// poles and back, a single one by its rate `-s`. In discrete time s is `2/dt (z - 1)/(z + 1)`, which has the left half
+/// plane for the unit disc.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The number.
+    Whole,
+    /// An entry of a list, from 0.
+    Entry(usize),
+    /// An entry of a matrix, by row and column from 0.
+    Cell(usize, usize),
+    /// The rate of a real pole.
+    Rate(usize),
+    /// The natural frequency of two poles.
+    Frequency(usize, usize),
+    /// Their damping ratio.
+    Damping(usize, usize),
 }
 
 impl Tunable {

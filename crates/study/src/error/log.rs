@@ -9,15 +9,17 @@ pub enum LogError {
     /// A part of the logs has too few measurements.
     #[error(
         "{what} {} with {}, and at least {least} are needed: {advice}",
-        counted(*rows, "row"), counted(*measurements, "measurement")
+        counted(*rows, "row"), counted(*measurements, of)
     )]
     TooShort {
         /// Which part: `the part that is held out has`.
         what: &'static str,
         /// Its rows.
         rows: usize,
-        /// Its measurements.
+        /// Its measurements, or true states.
         measurements: usize,
+        /// What is counted: `measurement` or `true state`.
+        of: &'static str,
         /// How many are needed.
         least: usize,
         /// What can be done.

@@ -8,10 +8,10 @@ use luenberger_proof::wording::significant;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TuneError {
-    /// The filter does not run with the values of the study.
-    #[error("{observer} has no likelihood on the log with the values of the study: {why}")]
+    /// The observer does not run with the values of the study.
+    #[error("{observer} cannot be judged on the log with the values of the study: {why}")]
     NoStart {
-        /// The filter.
+        /// The observer.
         observer: String,
         /// Why.
         why: String,

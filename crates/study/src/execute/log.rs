@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use luenberger_proof::wording::significant;
 use luenberger_sim::replay::{FilterConsistency, Replay, ReplayedObserver};
-use luenberger_sim::{BetweenRows, Estimates, Recording, Settings, SimError};
+use luenberger_sim::{BetweenRows, Estimates, Recording, Samples, Settings, SimError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -42,8 +42,8 @@ pub(crate) fn replay_of<'a>(
 }
 
 /// The observer with the variances of the rows of a log, if it takes them and there are some.
-pub(crate) fn with_variances(runnable: &Runnable, log: &Log) -> Option<Runnable> {
-    runnable.with_variances(&Arc::new(RowVariances(log.variances.clone()?)))
+pub(crate) fn with_variances(runnable: &Runnable, variances: Option<&Samples>) -> Option<Runnable> {
+    runnable.with_variances(&Arc::new(RowVariances(variances?.clone())))
 }
 
 pub(super) fn replay(
@@ -62,7 +62,8 @@ pub(super) fn replay(
         }
     }
     let name = member.requested.name.as_str();
-    let (of_rows, initial) = (with_variances(&member.designed.runnable, log), &member.requested.initial);
+    let (of_rows, initial) =
+        (with_variances(&member.designed.runnable, log.variances.as_ref()), &member.requested.initial);
     let runnable = of_rows.as_ref().unwrap_or(&member.designed.runnable);
     let replay = if member.requested.kind.smooths() {
         runnable.replay_smoothed(replay, name, initial)
@@ -241,7 +242,9 @@ pub(super) type Outcome<'a> = (Member<'a>, Option<Run>);
 /// That a filter with a covariance has no use for the variances of the rows.
 fn without_variances(log: &Log, member: &Member<'_>) -> Option<String> {
     let runnable = &member.designed.runnable;
-    let is_without = log.variances.is_some() && runnable.filter().is_some() && with_variances(runnable, log).is_none();
+    let is_without = log.variances.is_some()
+        && runnable.filter().is_some()
+        && with_variances(runnable, log.variances.as_ref()).is_none();
     is_without.then(|| {
         let (name, kind) = (&member.requested.name, member.requested.kind.name());
         format!("{name} has its own V in all rows: the kind {kind} does not take `variances` of the log.")
@@ -341,7 +344,7 @@ fn summary(study: &Study, log: &Log, rows: Vec<InnovationReport>) -> LogReport {
 }
 
 /// Whether every output is measured in every row.
-fn is_complete(outputs: &luenberger_sim::Samples) -> bool {
+fn is_complete(outputs: &Samples) -> bool {
     (0..outputs.values().ncols()).all(|output| outputs.count(output) == outputs.times().len())
 }
 
@@ -354,7 +357,7 @@ fn run(log: &Log, member: &Member<'_>, replayed: ReplayedObserver) -> Run {
         recording.inputs().at(*t, &mut row);
         row.iter().enumerate().for_each(|(j, x)| u[(k, j)] = *x);
     }
-    let of = |samples: &luenberger_sim::Samples| {
+    let of = |samples: &Samples| {
         let value = |k: usize, j: usize| replayed.row[k].and_then(|k| samples.value(k, j)).unwrap_or(f64::NAN);
         DMatrix::from_fn(rows, samples.values().ncols(), value)
     };

@@ -64,7 +64,8 @@ pub(crate) fn held_out(log: &Log, share: f64) -> Result<usize, LogError> {
     let measurements = (first..first + rows).map(measured).sum();
     if measurements < LEAST_HELD_OUT {
         let (what, advice) = ("the part of the log that is held out has", "increase `held_out`, or use a longer log");
-        return Err(LogError::TooShort { what, rows, measurements, least: LEAST_HELD_OUT, advice });
+        let (of, least) = ("measurement", LEAST_HELD_OUT);
+        return Err(LogError::TooShort { what, rows, measurements, of, least, advice });
     }
     Ok(first)
 }
@@ -142,6 +143,16 @@ impl Predictions {
         }
         let outside = super::excursion::rows_outside(study, member.requested, log, replayed);
         Ok(Self { rows, outside })
+    }
+
+    /// The innovations of an output, in the order of the rows.
+    pub(crate) fn innovations(&self, output: usize) -> Vec<f64> {
+        self.rows.iter().flatten().filter_map(|row| row.innovation[output]).collect()
+    }
+
+    /// The errors of a state, in the order of the rows.
+    pub(crate) fn errors(&self, state: usize) -> Vec<f64> {
+        self.rows.iter().flatten().filter_map(|row| row.errors.get(state).copied().flatten()).collect()
     }
 
     /// How many measurements it predicts.
@@ -261,8 +272,7 @@ pub(crate) fn judged(
     let likelihoods: Option<Vec<f64>> = rows().map(|(_, row)| row.log_likelihood).collect();
     let log_likelihood = likelihoods.filter(|all| !all.is_empty()).map(|all| all.iter().sum::<f64>() / samples as f64);
     let state = |(i, name): (usize, &String)| {
-        let all = predictions.rows.iter().flatten();
-        let errors: Vec<f64> = all.filter_map(|row| row.errors.get(i).copied().flatten()).collect();
+        let errors = predictions.errors(i);
         (!errors.is_empty()).then(|| (i, ErrorOf { state: name.clone(), samples: errors.len(), rms: rms(&errors) }))
     };
     let states: Vec<(usize, ErrorOf)> = study.plant.states.iter().enumerate().filter_map(state).collect();

@@ -202,6 +202,10 @@ pub struct HighGain {
 impl Specification for HighGain {
     declared!();
 
+    fn free_keys(&self) -> &'static [&'static str] {
+        &["r", "alpha"]
+    }
+
     fn faster(&self, factor: f64, _dt: Option<f64>) -> Option<ObserverKind> {
         Some(Self { r: self.r / factor, ..self.clone() }.into())
     }

@@ -108,6 +108,10 @@ impl Lipschitz {
 impl Specification for Lipschitz {
     declared!();
 
+    fn free_keys(&self) -> &'static [&'static str] {
+        &["decay_rate", "gain"]
+    }
+
     fn has_given_gain(&self) -> bool {
         true
     }

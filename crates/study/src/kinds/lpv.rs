@@ -79,6 +79,10 @@ fn rate(given: &Given<'_>, reader: &mut Reader) -> Option<RateSpec> {
 impl Specification for Lpv {
     declared!();
 
+    fn free_keys(&self) -> &'static [&'static str] {
+        &["decay_rate", "gain"]
+    }
+
     fn has_given_gain(&self) -> bool {
         true
     }

@@ -100,6 +100,10 @@ pub enum PrintedMean {
 impl Specification for MeanValue {
     declared!();
 
+    fn free_keys(&self) -> &'static [&'static str] {
+        &["decay_rate", "eta"]
+    }
+
     fn decay_rate(&self) -> Option<f64> {
         Some(self.decay_rate)
     }

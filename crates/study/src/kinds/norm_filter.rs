@@ -93,6 +93,10 @@ impl Specification for NormFilterSpec {
         h2::DECLARATION.plant
     }
 
+    fn free_keys(&self) -> &'static [&'static str] {
+        &["gamma", "gain"]
+    }
+
     fn poses_inequality(&self) -> bool {
         true
     }

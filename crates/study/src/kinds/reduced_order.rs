@@ -82,6 +82,10 @@ pub struct ReducedOrder(pub Vec<Complex<f64>>);
 impl Specification for ReducedOrder {
     declared!();
 
+    fn free_keys(&self) -> &'static [&'static str] {
+        &["poles"]
+    }
+
     fn poles(&self) -> Option<&[Complex<f64>]> {
         Some(&self.0)
     }

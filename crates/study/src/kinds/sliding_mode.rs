@@ -78,6 +78,10 @@ impl SlidingModeSpec {
 impl Specification for SlidingModeSpec {
     declared!();
 
+    fn free_keys(&self) -> &'static [&'static str] {
+        &["bound", "k"]
+    }
+
     fn period(&self) -> Option<f64> {
         Some(self.period)
     }

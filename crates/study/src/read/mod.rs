@@ -13,6 +13,7 @@ mod json;
 mod observer;
 mod operating_point;
 mod other_plant;
+mod own;
 mod plant;
 mod sensor;
 mod simulation_settings;

@@ -8,12 +8,12 @@ use super::advise::MOST_HELD_OUT;
 use super::simulation_settings;
 use super::tuned::{noise_node, order_of, place_of};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::Kalman;
+use crate::kinds::{Kalman, Kind, kind_of};
 use crate::model::PlantModel;
 use crate::reader::Reader;
 use crate::reader::check;
 use crate::reader::tree::{Entry, Node, Value};
-use crate::study::{Estimated, GainSpec, Log, ObserverSpec, Tunable, TuneSpec, Tuned};
+use crate::study::{Estimated, GainSpec, Log, ObserverSpec, Part, Tunable, TuneCriterion, TuneSpec, Tuned};
 
 pub(super) fn tune(
     (root, node): (&Node, &Node),
@@ -28,38 +28,21 @@ pub(super) fn tune(
     let names: Vec<String> = observers.iter().map(|observer| observer.name.clone()).collect();
     let at = node.get("observer")?;
     let observer = &observers[reader.position(at, "observer", &names)?];
-    if let Some(refused) = without_likelihood(observer, plant) {
+    let criterion = criterion(node, (observer, observers), (plant, log), reader)?;
+    if !plant.delays.is_empty() && !kind_of(&observer.kind).is_some_and(Kind::takes_delays) {
         let message = format!(
-            "the innovations of {:?}, of the kind {}, have no likelihood{}",
-            observer.name,
-            observer.kind.name(),
-            refused.why()
+            "outputs are measured late ({}), and the kind {} takes a reading for one of now",
+            plant.late_outputs(),
+            observer.kind.name()
         );
-        let known = observers.iter().filter(|other| without_likelihood(other, plant).is_none());
-        let known: Vec<String> = known.map(|other| format!("{:?}", other.name)).collect();
-        let expected = if let Some(instead) = refused.instead(plant) {
-            instead
-        } else if known.is_empty() {
-            "expected a filter that computes the covariance of its innovations, and no observer of this study does"
-                .to_owned()
-        } else {
-            format!("expected a filter that computes the covariance of its innovations: {}", known.join(", "))
-        };
-        return reader.refuse(at.span.clone(), message, expected);
-    }
-    if !plant.delays.is_empty() {
-        let message = format!(
-            "outputs are measured late ({}), and the innovations of a filter of late measurements have no likelihood",
-            plant.late_outputs()
-        );
-        let expected = "expected a log in which the late columns stand at their times, without `delays`";
+        let expected = "expected extended-kalman, iterated-extended-kalman or ukf, or a log in which the late columns stand at their times, without `delays`";
         return reader.refuse(at.span.clone(), message, expected);
     }
     let list = node.get("parameters")?;
     let known = known(root, (plant, estimated), observer)?;
     let mut parameters = Vec::<Tuned>::new();
     for entry in list.list()? {
-        for found in named(entry, &known, reader)? {
+        for found in named((entry, &known), (plant, observer), reader)? {
             if parameters.iter().any(|other| other.name == found.name) {
                 let message = format!("{} is named twice", found.name);
                 return reader.refuse(entry.span.clone(), message, "expected each number once");
@@ -70,8 +53,22 @@ pub(super) fn tune(
     for entry in node.get("bounds").map(Node::entries).unwrap_or_default() {
         bounded(entry, &mut parameters, reader)?;
     }
-    for one in parameters.iter().filter(|one| one.bounds.is_none() && one.value == 0.0) {
-        if !matches!(one.what, Tunable::Bias(_)) {
+    // An entry of a matrix that is 0 is moved in units of the others.
+    let has_unit = |one: &Tuned| match &one.what {
+        Tunable::Bias(_) => true,
+        Tunable::Own(key, Part::Cell(..)) => parameters
+            .iter()
+            .any(|other| matches!(&other.what, Tunable::Own(of, Part::Cell(..)) if of == key && other.value != 0.0)),
+        _ => false,
+    };
+    for one in parameters.iter().filter(|one| one.bounds.is_none()) {
+        if matches!(one.what, Tunable::Delay(_)) {
+            let message =
+                format!("{} has no bounds, and what arrives within the longest delay is not fitted", one.name);
+            let expected = format!("expected the shortest and the longest delay as {:?} in `bounds`", one.name);
+            return reader.refuse(list.span.clone(), message, expected);
+        }
+        if one.value == 0.0 && !has_unit(one) {
             let message = format!("{} is 0 in the study, which is no start of a search without bounds", one.name);
             let expected = format!("expected a value that is not 0, or {:?} in `bounds`", one.name);
             return reader.refuse(list.span.clone(), message, expected);
@@ -99,6 +96,7 @@ pub(super) fn tune(
     let count = |key: &str, default: usize| node.get(key).map_or(Some(default), Node::count);
     Some(TuneSpec {
         observer: observer.name.clone(),
+        criterion,
         parameters,
         logs,
         held_out,
@@ -106,6 +104,53 @@ pub(super) fn tune(
         seed: count("seed", 0)? as u64,
         profile: count("profile", 4)?,
     })
+}
+
+/// What the fit is by: what the study says, or what the observer and the log allow.
+fn criterion(
+    node: &Node,
+    (observer, observers): (&ObserverSpec, &[ObserverSpec]),
+    (plant, log): (&PlantModel, &Log),
+    reader: &mut Reader,
+) -> Option<TuneCriterion> {
+    let given = node.get("criterion");
+    let named = given.and_then(Node::text).and_then(TuneCriterion::named);
+    let refused = without_likelihood(observer, plant);
+    match (named, refused) {
+        (None, Some(WithoutLikelihood::NoCovariance)) if log.truth.is_some() => Some(TuneCriterion::Errors),
+        (None, Some(WithoutLikelihood::NoCovariance)) | (Some(TuneCriterion::Innovations), _) => {
+            Some(TuneCriterion::Innovations)
+        }
+        (None | Some(TuneCriterion::Likelihood), None) => Some(TuneCriterion::Likelihood),
+        (None | Some(TuneCriterion::Likelihood), Some(refused)) => {
+            let message = format!(
+                "the innovations of {:?}, of the kind {}, have no likelihood{}",
+                observer.name,
+                observer.kind.name(),
+                refused.why()
+            );
+            let known = observers.iter().filter(|other| without_likelihood(other, plant).is_none());
+            let known: Vec<String> = known.map(|other| format!("{:?}", other.name)).collect();
+            let expected = if let Some(instead) = refused.instead(plant) {
+                instead
+            } else if known.is_empty() {
+                "expected a filter that computes the covariance of its innovations, and no observer of this study does; or criterion = \"innovations\""
+                    .to_owned()
+            } else {
+                let known = known.join(", ");
+                format!(
+                    "expected a filter that computes the covariance of its innovations: {known}; or criterion = \"innovations\""
+                )
+            };
+            reader.refuse(given.or(node.get("observer"))?.span.clone(), message, expected)
+        }
+        (Some(TuneCriterion::Errors), _) if log.truth.is_none() => {
+            let message = "criterion = \"errors\", and the log has no column of a true state";
+            let expected = "expected `states` in [log], or criterion = \"innovations\"";
+            reader.refuse(given?.span.clone(), message, expected)
+        }
+        (Some(TuneCriterion::Errors), _) => Some(TuneCriterion::Errors),
+    }
 }
 
 /// Why the innovations of an observer have no likelihood.
@@ -185,6 +230,10 @@ fn known(root: &Node, (plant, estimated): (&PlantModel, &[Estimated]), observer:
         let (states, outputs) = (plant.states.clone(), plant.outputs.clone());
         let numbered = |count: usize| (1..=count).map(|k| k.to_string()).collect::<Vec<_>>();
         let node = noise_node(own, key);
+        // Other kinds than filters have no noises unless they are given.
+        if node.is_none() && !observer.kind.has_likelihood(plant.dt) {
+            continue;
+        }
         let order = order_of(own, key, (n, p));
         // Noise that enters by a matrix G has entries without a name.
         let names = match key {
@@ -227,6 +276,19 @@ fn known(root: &Node, (plant, estimated): (&PlantModel, &[Estimated]), observer:
         let name = format!("bias[{}]", plant.outputs[j]);
         known.push((name.clone(), vec![Tuned { what: Tunable::Bias(j), name, value: 0.0, bounds: None }]));
     }
+    for key in observer.kind.free_keys() {
+        let Some(all) = own.get(key).and_then(|node| super::own::numbers(key, node, plant.dt)) else { continue };
+        let is_one = matches!(&all[..], [one] if one.name == *key);
+        known.extend(all.iter().filter(|_| !is_one).map(|one| (one.name.clone(), vec![one.clone()])));
+        known.push(((*key).to_owned(), all));
+    }
+    // That of a plant in discrete time is a multiple of its period, which no search varies.
+    let delays = root.get("plant")?.get("delays").map(Node::entries).unwrap_or_default();
+    for entry in delays.iter().filter(|_| plant.dt.is_none()) {
+        let j = plant.outputs.iter().position(|output| *output == entry.key)?;
+        let (name, value) = (format!("delay[{}]", entry.key), entry.node.number()?);
+        known.push((name.clone(), vec![Tuned { what: Tunable::Delay(j), name, value, bounds: None }]));
+    }
     // A parameter that is an expression of others follows from them.
     let texts: Vec<&str> = root
         .get("plant")?
@@ -254,7 +316,11 @@ pub(super) fn weight(node: &Node, order: usize) -> Option<DMatrix<f64>> {
 }
 
 /// What a name stands for.
-fn named(entry: &Node, known: &Known, reader: &mut Reader) -> Option<Vec<Tuned>> {
+fn named(
+    (entry, known): (&Node, &Known),
+    (plant, observer): (&PlantModel, &ObserverSpec),
+    reader: &mut Reader,
+) -> Option<Vec<Tuned>> {
     let name = entry.text()?;
     if let Some((_, found)) = known.iter().find(|(known, _)| known == name) {
         if found.is_empty() {
@@ -267,7 +333,15 @@ fn named(entry: &Node, known: &Known, reader: &mut Reader) -> Option<Vec<Tuned>>
     let message = format!("`parameters` has {name:?}, which cannot be fitted");
     let expected = format!("expected one of {}", names().collect::<Vec<_>>().join(", "));
     let mut mistake = Diagnostic::new(entry.span.clone(), message, expected);
-    if let Some(near) = nearest(name, names()) {
+    let free = observer.kind.free_keys();
+    if name.starts_with("delay[") {
+        mistake = mistake.help(match plant.dt {
+            Some(_) => "a delay of a plant in discrete time is a multiple of `dt`, which no search varies: fit a study for each of a few, and compare their log-likelihoods",
+            None => "a delay is fitted where `delays` in [plant] has one",
+        });
+    } else if free.contains(&name) {
+        mistake = mistake.help(format!("{:?} has no `{name}` in the study", observer.name));
+    } else if let Some(near) = nearest(name, names()) {
         mistake = mistake.help(format!("the nearest is {near:?}"));
     }
     reader.mistakes.push(mistake);
@@ -292,6 +366,10 @@ fn bounded(entry: &Entry, parameters: &mut [Tuned], reader: &mut Reader) -> Opti
         if one.what.is_variance() && low <= 0.0 {
             let message = format!("the lower bound of the variance {} is {low}", one.name);
             return reader.refuse(entry.node.span.clone(), message, "expected a positive number");
+        }
+        if matches!(one.what, Tunable::Delay(_)) && low < 0.0 {
+            let message = format!("the lower bound of {} is {low}", one.name);
+            return reader.refuse(entry.node.span.clone(), message, "expected 0 or more");
         }
         one.bounds = Some((low, high));
     }

@@ -1,17 +1,17 @@
 //! A study with other values of what is tuned: read anew from its tree, so that everything that depends on a number
 //! follows, and where the numbers are in its text.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use nalgebra::DMatrix;
 
 use super::tune::weight;
-use super::{assemble, json, toml};
+use super::{assemble, json, own, toml};
 use crate::diagnostic::Diagnostic;
 use crate::reader::Reader;
 use crate::reader::tree::{Entry, Node, Step, Value};
-use crate::study::{Format, Study, Tunable, Tuned};
+use crate::study::{Format, Part, Study, Tunable, Tuned};
 use crate::tuning::Value as Keyed;
 
 /// The place of an observer among its tree.
@@ -179,6 +179,22 @@ impl<'a> Editable<'a> {
                 edits.push(Edit { parent, key: name.clone(), before: "", value, of: vec![k] });
             }
         }
+        for (k, one) in parameters.iter().enumerate() {
+            if let Tunable::Delay(j) = one.what {
+                let parent = vec![top("plant"), top("delays")];
+                let value = NewValue::Keyed(Keyed::Number(values[k]));
+                edits.push(Edit { parent, key: self.study.plant.outputs[j].clone(), before: "", value, of: vec![k] });
+            }
+        }
+        let keys: BTreeSet<&String> = parameters.iter().filter_map(|one| own_key(&one.what)).map(|of| of.0).collect();
+        for key in keys {
+            let part = |k: usize| own_key(&parameters[k].what).filter(|of| of.0 == key).map(|of| of.1);
+            let of: Vec<usize> = (0..parameters.len()).filter(|k| part(*k).is_some()).collect();
+            let new: Vec<(Part, f64)> = of.iter().filter_map(|k| Some((part(*k)?, values[*k]))).collect();
+            let value = own::changed(key, own.get(key)?, self.study.plant.dt, &new)?;
+            let parent = self.observer.clone();
+            edits.push(Edit { parent, key: key.clone(), before: "", value: NewValue::Keyed(value), of });
+        }
         let biased: Vec<usize> =
             (0..parameters.len()).filter(|k| matches!(parameters[*k].what, Tunable::Bias(_))).collect();
         if is_written && !biased.is_empty() {
@@ -211,18 +227,24 @@ impl<'a> Editable<'a> {
         (!of.is_empty()).then_some(edit)
     }
 
-    /// The study with these changes, of its plant and the observer alone.
+    /// The study with these changes, of its plant and the observer alone; where measurements stand at their times, its
+    /// plant has no delays.
     ///
     /// # Errors
     /// Why it is no study.
-    pub(crate) fn study(&self, edits: &[Edit]) -> Result<Study, String> {
+    pub(crate) fn study(&self, edits: &[Edit], is_on_time: bool) -> Result<Study, String> {
         let mut tree = self.plain.clone();
+        let plant = [Step::Key("plant".to_owned())];
+        if let Some(Value::Table(entries)) = tree.at_mut(&plant).map(|node| &mut node.value).filter(|_| is_on_time) {
+            entries.retain(|entry| entry.key != "delays");
+        }
         let own = [Step::Key("observer".to_owned()), Step::Entry(0)];
         // A gate rejects what does not fit, and a likelihood without it grows with what is rejected.
         if let Some(Value::Table(entries)) = tree.at_mut(&own).map(|node| &mut node.value) {
             entries.retain(|entry| entry.key != "gate");
         }
-        for edit in edits {
+        let is_delay = |edit: &&Edit| edit.parent.last() == Some(&Step::Key("delays".to_owned()));
+        for edit in edits.iter().filter(|edit| !(is_on_time && is_delay(edit))) {
             let mut parent = edit.parent.clone();
             if let Some(step) = parent.get_mut(1).filter(|_| edit.parent.starts_with(&self.observer)) {
                 *step = Step::Entry(0);
@@ -262,6 +284,14 @@ impl<'a> Editable<'a> {
             Format::Toml => format!("{} = {value}, ", edit.key),
         };
         Some((start..start, added))
+    }
+}
+
+/// The key of the observer that has a number, and which of its numbers it is.
+fn own_key(what: &Tunable) -> Option<(&String, Part)> {
+    match what {
+        Tunable::Own(key, part) => Some((key, *part)),
+        _ => None,
     }
 }
 

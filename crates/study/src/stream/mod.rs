@@ -126,7 +126,7 @@ impl Stream {
         let observer = chosen(study, name)?;
         let designed = design(study, observer, &AtomicBool::new(false));
         let designed = designed.map_err(|why| ExportRefusal::design(observer, why))?;
-        if study.log.as_ref().is_some_and(|log| with_variances(&designed.runnable, log).is_some()) {
+        if study.log.as_ref().is_some_and(|log| with_variances(&designed.runnable, log.variances.as_ref()).is_some()) {
             return Err(ExportRefusal::Options(OTHER_VARIANCES));
         }
         let of_export = ExportOptions {

@@ -144,6 +144,12 @@ pub trait Specification: Setting {
         false
     }
 
+    /// The keys whose numbers may be fitted to a log, where the study gives them: those that the observer is tuned by,
+    /// beside noises. By default those of a linear gain, if it has one.
+    fn free_keys(&self) -> &'static [&'static str] {
+        if self.gain().is_some() { &["poles", "bandwidth", "decay_rate", "gain", "gamma", "radial"] } else { &[] }
+    }
+
     /// Whether estimates on a log are smoothed.
     fn smooths(&self) -> bool {
         false

@@ -17,22 +17,22 @@ pub(super) struct Coordinate {
 /// A positive number without bounds stays within this factor of its value.
 const FACTOR: f64 = 1e6;
 
+/// One of the observer itself, such as the rate of a pole, within this one: a faster observer takes smaller steps.
+const FACTOR_OF_OWN: f64 = 1e3;
+
 /// Another number without bounds stays within so many units.
 const REACH: f64 = 100.0;
 
 impl Coordinate {
-    /// The coordinate of a parameter; `deviation` is the standard deviation of a measurement of each output.
-    pub(super) fn new(one: &Tuned, deviation: &[f64]) -> Self {
+    /// The coordinate of a parameter; of one that is not positive, in units of `unit` unless the study gives bounds.
+    pub(super) fn new(one: &Tuned, unit: f64) -> Self {
         let is_given = one.bounds.is_some();
         if one.value > 0.0 && one.bounds.is_none_or(|(low, _)| low > 0.0) {
-            let (low, high) = one.bounds.unwrap_or((one.value / FACTOR, one.value * FACTOR));
+            let factor = if matches!(one.what, Tunable::Own(..)) { FACTOR_OF_OWN } else { FACTOR };
+            let (low, high) = one.bounds.unwrap_or((one.value / factor, one.value * factor));
             return Self { is_log: true, origin: 0.0, scale: 1.0, low: low.ln(), high: high.ln(), is_given };
         }
-        let scale = match (&one.what, one.bounds) {
-            (_, Some((low, high))) => 0.1 * (high - low),
-            (Tunable::Bias(j), None) => deviation[*j],
-            (_, None) => one.value.abs(),
-        };
+        let scale = one.bounds.map_or(unit, |(low, high)| 0.1 * (high - low));
         let (low, high) = one.bounds.unwrap_or((one.value - REACH * scale, one.value + REACH * scale));
         let origin = one.value;
         Self { is_log: false, origin, scale, low: (low - origin) / scale, high: (high - origin) / scale, is_given }

@@ -32,6 +32,7 @@ impl TuneReport {
     fn sections(&self) -> Vec<Section> {
         let mut sections =
             vec![self.fit(), Section::new("Parameters").grid(self.table()).list(self.remarks.iter().cloned())];
+        sections.extend(self.checked());
         sections.extend(self.held_out.as_ref().map(|held_out| self.judged(held_out)));
         sections
     }
@@ -49,20 +50,25 @@ impl TuneReport {
             )
         });
         let gain = self.log_likelihood - self.log_likelihood_before;
-        let likelihood = format!(
-            "{}, before {} (gain {})",
-            significant(self.log_likelihood, 8),
-            significant(self.log_likelihood_before, 8),
-            significant(gain, 4)
-        );
+        let best = match self.relative {
+            Some([before, after]) => {
+                let [before, after] = [before, after].map(|x| significant(x, 4));
+                (self.relative_name().to_owned(), format!("{after}, before {before}"))
+            }
+            None => {
+                let [before, after] = [self.log_likelihood_before, self.log_likelihood].map(|x| significant(x, 8));
+                ("log-likelihood".to_owned(), format!("{after}, before {before} (gain {})", significant(gain, 4)))
+            }
+        };
         let found = format!(
-            "{} of {}, in {} of the likelihood",
+            "{} of {}, in {}{}",
             self.agreeing,
             counted(self.starts, "start"),
-            counted(self.evaluations, "evaluation")
+            counted(self.evaluations, "evaluation"),
+            if self.relative.is_none() { " of the likelihood" } else { "" }
         );
-        let facts = [("log-likelihood".to_owned(), likelihood), ("found by".to_owned(), found)];
-        let title = format!("{} ({}), by the maximum likelihood of its innovations", self.observer, self.kind);
+        let facts = [best, ("found by".to_owned(), found)];
+        let title = format!("{} ({}), by {}", self.observer, self.kind, self.by());
         Section::new(title).facts(logs.chain(facts))
     }
 
@@ -88,16 +94,44 @@ impl TuneReport {
         })
     }
 
+    /// The variances by another method, beside those of the fit.
+    fn checked(&self) -> Option<Section> {
+        if self.autocovariances.is_empty() {
+            return None;
+        }
+        let head = ["parameter", "by the likelihood", "by autocovariances", "standard error"];
+        let grid = self.autocovariances.iter().fold(Grid::new(&head), |grid, one| {
+            let fitted = self.parameters.iter().find(|other| other.name == one.name);
+            grid.row([
+                Cell::from(one.name.as_str()),
+                Cell::number(fitted.map_or_else(|| "-".to_owned(), |other| significant(other.after, 4))),
+                Cell::number(significant(one.value, 4)),
+                Cell::number(one.standard_error.map_or_else(|| "-".to_owned(), |x| significant(x, 2))),
+            ])
+        });
+        Some(Section::new("Cross-check by autocovariance least squares").grid(grid))
+    }
+
     fn judged(&self, held_out: &HeldOut) -> Section {
         let both = [("before", &held_out.before), ("after", &held_out.after)];
         let rows: usize = self.logs.iter().map(|log| log.held_out).sum();
-        let consistency =
-            both.iter().fold(Grid::new(&["values", "log-likelihood", "NIS (innovations)"]), |grid, (which, judged)| {
-                let likelihood =
-                    judged.log_likelihood.map_or_else(|| "the filter failed".to_owned(), |x| significant(x, 8));
-                let nis = judged.nis.as_ref().map_or_else(|| "-".to_owned(), ConsistencyReport::in_words);
-                grid.row([Cell::from(*which), Cell::number(likelihood), Cell::from(nis)])
-            });
+        let head: &[&str] = match self.relative {
+            Some(_) => &["values", self.relative_name()],
+            None => &["values", "log-likelihood", "NIS (innovations)"],
+        };
+        let consistency = both.iter().fold(Grid::new(head), |grid, (which, judged)| {
+            let digits = if self.relative.is_some() { 4 } else { 8 };
+            let number = judged.relative.or(judged.log_likelihood);
+            let number = number.map_or_else(
+                || format!("the {} failed", if self.relative.is_some() { "observer" } else { "filter" }),
+                |x| significant(x, digits),
+            );
+            let mut cells = vec![Cell::from(*which), Cell::number(number)];
+            if self.relative.is_none() {
+                cells.push(Cell::from(judged.nis.as_ref().map_or_else(|| "-".to_owned(), ConsistencyReport::in_words)));
+            }
+            grid.row(cells)
+        });
         let has_logs = self.logs.len() > 1;
         let mut head = vec!["values"];
         if has_logs {

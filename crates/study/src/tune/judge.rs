@@ -1,65 +1,88 @@
-//! The filter on the part of the logs that was held out.
+//! The observer on the part of the logs that was held out.
 
-use luenberger_sim::replay::{Consistency, InnovationStatistics, ReplayedObserver};
+use luenberger_sim::replay::{Consistency, InnovationStatistics};
 
-use super::likelihood::Criterion;
+use super::criterion::{Criterion, OnTime};
 use super::report::{Judged, JudgedOutput, JudgedState};
+use crate::execute::prediction::Predictions;
 use crate::results::ConsistencyReport;
+use crate::study::TuneCriterion;
 
-/// How good the filter is with these values; it runs through what was fitted before.
+/// How good the observer is with these values; it runs through what was fitted before.
 pub(super) fn judged(criterion: &Criterion<'_>, values: &[f64]) -> Judged {
-    let Ok(replayed) = criterion.replayed(values, true) else {
-        return Judged { log_likelihood: None, nis: None, innovations: Vec::new(), errors: Vec::new() };
-    };
-    let of = |replayed: &ReplayedObserver, fitted: usize| -> Vec<usize> {
-        (0..replayed.t.len()).filter(|k| replayed.row[*k].is_some_and(|row| row >= fitted)).collect()
-    };
-    let held: Vec<Vec<usize>> =
-        replayed.iter().zip(&criterion.data).map(|(replayed, data)| of(replayed, data.fitted)).collect();
-    let mut squares = Vec::new();
-    for (replayed, held) in replayed.iter().zip(&held) {
-        let Some(consistency) = &replayed.consistency else { continue };
-        squares.extend(held.iter().filter_map(|k| consistency.nis[*k]).map(Some));
-        squares.extend(consistency.passed_over.iter().filter(|k| held.contains(k)).map(|_| None));
+    let none = Judged { log_likelihood: None, nis: None, relative: None, innovations: Vec::new(), errors: Vec::new() };
+    if criterion.spec.criterion == TuneCriterion::Likelihood {
+        return of_filter(criterion, values).unwrap_or(none);
     }
-    let mut innovations = Vec::new();
-    for ((replayed, held), data) in replayed.iter().zip(&held).zip(&criterion.data) {
-        let Some(innovation) = &replayed.innovation else { continue };
-        for (j, output) in criterion.study.plant.outputs.iter().enumerate() {
-            let of: Vec<f64> = held.iter().filter_map(|k| innovation[(*k, j)]).collect();
-            let statistics = InnovationStatistics::of(&of);
-            if statistics.samples > 0 {
-                innovations.push(JudgedOutput {
-                    file: data.name.clone(),
-                    output: output.clone(),
-                    samples: statistics.samples,
-                    mean: statistics.mean,
-                    rms: statistics.rms,
-                    white: statistics.whiteness.map(|whiteness| whiteness.p_value),
-                });
-            }
-        }
-    }
+    let Ok(predictions) = criterion.predictions(values, true) else { return none };
     Judged {
-        log_likelihood: criterion.held_out(&replayed).ok().filter(|sum| sum.is_finite()),
-        nis: Consistency::of(squares).map(ConsistencyReport::from),
-        innovations,
-        errors: errors(criterion, &replayed, &held),
+        relative: Some(criterion.relative(&criterion.errors_of(&predictions, true))),
+        innovations: outputs(criterion, |log, j| predictions[log].innovations(j)),
+        errors: states(criterion, |log, i| predictions[log].errors(i)),
+        ..none
     }
 }
 
-/// The errors of the states that the logs know, after the measurement of a row.
-fn errors(criterion: &Criterion<'_>, replayed: &[ReplayedObserver], held: &[Vec<usize>]) -> Vec<JudgedState> {
-    let states = criterion.study.plant.states.iter().enumerate();
-    let one = |(i, state): (usize, &String)| {
-        let mut squares = Vec::new();
-        for ((replayed, held), (_, log)) in replayed.iter().zip(held).zip(&criterion.spec.logs) {
-            let Some(errors) = log.truth.as_ref().and_then(|truth| replayed.errors(truth).ok()) else { continue };
-            squares.extend(held.iter().filter_map(|k| errors[(*k, i)]).map(|error| error * error));
+fn of_filter(criterion: &Criterion<'_>, values: &[f64]) -> Option<Judged> {
+    let on_time = criterion.replayed(values, true).ok()?;
+    let held: Vec<Vec<usize>> = on_time.iter().map(OnTime::held_out).collect();
+    let mut squares = Vec::new();
+    for (of, held) in on_time.iter().zip(&held) {
+        let Some(consistency) = &of.replayed.consistency else { continue };
+        squares.extend(held.iter().filter_map(|k| consistency.nis[*k]).map(Some));
+        squares.extend(consistency.passed_over.iter().filter(|k| held.contains(k)).map(|_| None));
+    }
+    let innovations = |log: usize, j: usize| {
+        let innovation = on_time[log].replayed.innovation.as_ref();
+        innovation.map_or_else(Vec::new, |innovation| held[log].iter().filter_map(|k| innovation[(*k, j)]).collect())
+    };
+    // The estimates are those of a filter that gets late measurements late.
+    let late: Option<Vec<Predictions>> =
+        criterion.has_delays().then(|| criterion.predictions(values, true).unwrap_or_default());
+    let errors = |log: usize, i: usize| -> Vec<f64> {
+        if let Some(late) = &late {
+            return late.get(log).map_or_else(Vec::new, |of| of.errors(i));
         }
-        let samples = squares.len();
-        let rms = (squares.iter().sum::<f64>() / samples.max(1) as f64).sqrt();
+        let (_, of) = &criterion.spec.logs[log];
+        let errors = of.truth.as_ref().and_then(|truth| on_time[log].replayed.errors(truth).ok());
+        errors.map_or_else(Vec::new, |errors| held[log].iter().filter_map(|k| errors[(*k, i)]).collect())
+    };
+    Some(Judged {
+        log_likelihood: criterion.held_out(&on_time).ok().filter(|sum| sum.is_finite()),
+        nis: Consistency::of(squares).map(ConsistencyReport::from),
+        relative: None,
+        innovations: outputs(criterion, innovations),
+        errors: states(criterion, errors),
+    })
+}
+
+/// The innovations of each output of each log.
+fn outputs(criterion: &Criterion<'_>, innovations: impl Fn(usize, usize) -> Vec<f64>) -> Vec<JudgedOutput> {
+    let logs = criterion.data.iter().enumerate();
+    let one = |(log, data): (usize, &super::criterion::Data<'_>)| {
+        let of = |(j, output): (usize, &String)| {
+            let statistics = InnovationStatistics::of(&innovations(log, j));
+            (statistics.samples > 0).then(|| JudgedOutput {
+                file: data.name.clone(),
+                output: output.clone(),
+                samples: statistics.samples,
+                mean: statistics.mean,
+                rms: statistics.rms,
+                white: statistics.whiteness.map(|whiteness| whiteness.p_value),
+            })
+        };
+        criterion.study.plant.outputs.iter().enumerate().filter_map(of).collect::<Vec<_>>()
+    };
+    logs.flat_map(one).collect()
+}
+
+/// The errors of the states that the logs know, after the measurement of a row.
+fn states(criterion: &Criterion<'_>, errors: impl Fn(usize, usize) -> Vec<f64>) -> Vec<JudgedState> {
+    let one = |(i, state): (usize, &String)| {
+        let all: Vec<f64> = (0..criterion.data.len()).flat_map(|log| errors(log, i)).collect();
+        let samples = all.len();
+        let rms = (all.iter().map(|error| error * error).sum::<f64>() / samples.max(1) as f64).sqrt();
         (samples > 0).then(|| JudgedState { state: state.clone(), samples, rms })
     };
-    states.filter_map(one).collect()
+    criterion.study.plant.states.iter().enumerate().filter_map(one).collect()
 }

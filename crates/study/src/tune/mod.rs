@@ -1,22 +1,25 @@
-//! What does a filter assume? Its W, V, P(0), parameters of its plant and biases of its sensors, fitted to logs by the
-//! maximum likelihood of its innovations (prediction errors; Åström 1980, Ljung 1999 section 7.4).
+//! What does a filter assume? Its W, V, P(0), parameters of its plant, biases and delays of its sensors, fitted to logs by
+//! the maximum likelihood of its innovations (prediction errors; Åström 1980, Ljung 1999 section 7.4). The gains of an
+//! observer without a covariance are fitted by its prediction errors, or by its errors where the logs have true states.
 //!
 //! | file | subject |
 //! |---|---|
-//! | `likelihood` | the log-likelihood of the innovations on the logs |
+//! | `criterion` | what the fit is by: the log-likelihood of the innovations on the logs, prediction errors, errors |
 //! | `coordinate`, `maximise` | what the search sees; the search |
+//! | `autocovariance` | W and V of linear plants by autocovariance least squares, as a start and as a check |
 //! | `information` | standard errors, and what the data do not determine |
 //! | `profile` | profile likelihoods |
-//! | `judge` | the filter on the part that was held out |
+//! | `judge` | the observer on the part that was held out |
 //! | `text` | the tuned study |
 //! | `words`, `document`, `figure`, `report` | the fit in words, as tables, as figures, as data |
 
+mod autocovariance;
 mod coordinate;
+mod criterion;
 mod document;
 mod figure;
 mod information;
 mod judge;
-mod likelihood;
 mod maximise;
 mod profile;
 mod report;
@@ -24,7 +27,8 @@ mod text;
 mod words;
 
 pub use report::{
-    HeldOut, Judged, JudgedOutput, JudgedState, NoInterval, Profile, TuneReport, TunedLog, TunedParameter,
+    ByAutocovariances, HeldOut, Judged, JudgedOutput, JudgedState, NoInterval, Profile, TuneReport, TunedLog,
+    TunedParameter,
 };
 
 use std::path::Path;
@@ -38,11 +42,11 @@ use crate::error::StudyError;
 use crate::error::log::LogError;
 pub use crate::error::tune::TuneError;
 use crate::execute::{self, LEAST_HELD_OUT, Limits, within};
-use crate::study::{Format, Study, TuneSpec};
+use crate::study::{Format, Part, Study, Tunable, TuneCriterion, TuneSpec, Tuned};
 use crate::{RunOptions, write_folder};
 use coordinate::Coordinate;
+use criterion::Criterion;
 use information::Information;
-use likelihood::Criterion;
 use maximise::{Interrupted, searched};
 
 /// Options of the fit.
@@ -155,11 +159,11 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
     let no_start = |why: String| TuneError::NoStart { observer: spec.observer.clone(), why };
     let criterion = Criterion::new(study, spec, run.cancel);
     let mut criterion = criterion.ok_or_else(|| no_start("the text of the study does not have it".to_owned()))?;
-    criterion.reject().map_err(no_start)?;
+    criterion.prepare().map_err(no_start)?;
     is_long_enough(&criterion)?;
     let start = criterion.start();
     let before = criterion.log_likelihood(&start).map_err(no_start)?;
-    let coordinates = coordinates(study, spec);
+    let coordinates = coordinates(spec);
     let x: Vec<f64> = start.iter().zip(&coordinates).map(|(value, of)| of.of(*value)).collect();
     let values = |x: &[f64]| -> Vec<f64> { x.iter().zip(&coordinates).map(|(x, of)| of.value(*x)).collect() };
     let evaluations = AtomicUsize::new(0);
@@ -172,7 +176,20 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
     let cost = |x: &[f64]| if run.interrupted() { Err(Interrupted) } else { Ok(cost_of(x)) };
     has_information(&criterion, (&x, before), &coordinates, &cost_of)?;
 
-    let found = searches(&cost, (&x, spec), &coordinates, run)?;
+    let variances = |values: &[f64]| match spec.criterion {
+        TuneCriterion::Likelihood => autocovariance::variances(&criterion, values),
+        _ => None,
+    };
+    // What the autocovariances say, where nothing of the plant is fitted that they depend on.
+    let only_noises = spec.parameters.iter().all(|one| one.what.is_variance());
+    let guess = variances(&start).filter(|_| only_noises && spec.starts > 1).map(|found| {
+        let mut guess = x.clone();
+        for one in found.iter().filter(|one| one.value > 0.0) {
+            guess[one.parameter] = coordinates[one.parameter].of(one.value);
+        }
+        guess.iter().zip(&coordinates).map(|(x, of)| x.clamp(of.low, of.high)).collect::<Vec<f64>>()
+    });
+    let found = searches(&cost, (&x, guess, spec), &coordinates, run)?;
     let (mut best, mut least) = found[0].clone();
     for (x, found) in &found {
         if *found < least {
@@ -198,10 +215,12 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
     let bounds: Vec<Coordinate> = free.iter().map(|i| coordinates[*i]).collect();
     let information = Information::new(&|part: &[f64]| cost_of(&inner(part)), (&part, least), &bounds);
     run.check()?;
+    // Errors of states in successive rows are correlated: what their squares say of deviations is too little.
+    let is_likely = spec.criterion != TuneCriterion::Errors;
     let mut deviation = vec![None; best.len()];
     free.iter().zip(&information.deviation).for_each(|(i, found)| deviation[*i] = *found);
     let mut profiles = Vec::new();
-    if spec.profile > 0 {
+    if spec.profile > 0 && is_likely {
         let one = |&i: &usize| {
             let found = profile::profile(&cost, (&best, least), (i, spec.profile), (&coordinates, deviation[i]));
             run.tell("profile", &spec.parameters[i].name, i + 1, best.len());
@@ -221,8 +240,8 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
             unit: words::unit(study, &one.what),
             before: one.value,
             after: rounded(tuned[i], DIGITS),
-            standard_error: deviation[i].map(|deviation| own.slope(best[i]).abs() * deviation),
-            interval: deviation[i].map(|deviation| [at(-1.0, deviation), at(1.0, deviation)]),
+            standard_error: deviation[i].filter(|_| is_likely).map(|deviation| own.slope(best[i]).abs() * deviation),
+            interval: deviation[i].filter(|_| is_likely).map(|deviation| [at(-1.0, deviation), at(1.0, deviation)]),
             profile_interval: profile.map(|profile| profile::interval(profile, own)),
             without: match (own.bound(best[i]), deviation[i]) {
                 (Some(sign), _) => Some(NoInterval::at_end(sign, own.is_given)),
@@ -232,27 +251,43 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
         }
     });
     let parameters: Vec<TunedParameter> = parameters.collect();
+    let by_autocovariances = variances(&tuned).unwrap_or_default();
+    let check = by_autocovariances.iter().map(|one| ByAutocovariances {
+        name: spec.parameters[one.parameter].name.clone(),
+        value: one.value,
+        standard_error: one.deviation,
+    });
+    let autocovariances: Vec<ByAutocovariances> = check.collect();
     let remarks = words::remarks(&criterion, &parameters, (&free, &bounds), (&information, found.len(), agreeing));
     let tuned: Vec<f64> = parameters.iter().map(|one| one.after).collect();
-    let log = |data: &likelihood::Data<'_>| TunedLog {
+    let log = |data: &criterion::Data<'_>| TunedLog {
         file: data.name.clone(),
         fitted: data.fitted,
         held_out: data.t.len() - data.fitted,
         measurements: data.measurements(0..data.fitted),
+    };
+    let relative = |values: &[f64]| criterion.errors(values, false).map(|errors| criterion.relative(&errors));
+    let relative = match spec.criterion {
+        TuneCriterion::Likelihood => None,
+        _ => Some([relative(&start).map_err(no_start)?, relative(&tuned).map_err(no_start)?]),
     };
     let mut report = TuneReport {
         title: study.title.clone(),
         plant: execute::summary(study),
         observer: spec.observer.clone(),
         kind: criterion.requested.kind.name().to_owned(),
+        criterion: spec.criterion.name(),
+        reference: criterion.reference(),
         logs: criterion.data.iter().map(log).collect(),
         rejected: criterion.rejected,
         log_likelihood_before: before,
         log_likelihood: criterion.log_likelihood(&tuned).map_err(no_start)?,
+        relative,
         starts: found.len(),
         agreeing,
         evaluations: evaluations.load(Ordering::Relaxed),
         parameters,
+        autocovariances,
         remarks,
         held_out: (spec.held_out > 0.0)
             .then(|| HeldOut { before: judge::judged(&criterion, &start), after: judge::judged(&criterion, &tuned) }),
@@ -269,27 +304,28 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
 
 /// Enough measurements in both parts.
 fn is_long_enough(criterion: &Criterion<'_>) -> Result<(), LogError> {
-    let count = |part: &dyn Fn(&likelihood::Data<'_>) -> std::ops::Range<usize>| {
+    let count = |part: &dyn Fn(&criterion::Data<'_>) -> std::ops::Range<usize>| {
         let ranges = || criterion.data.iter().map(|data| (data, part(data)));
         let rows: usize = ranges().map(|(_, range)| range.len()).sum();
-        (rows, ranges().map(|(data, range)| data.measurements(range)).sum::<usize>())
+        (rows, ranges().map(|(data, range)| criterion.count_of(data, range)).sum::<usize>())
     };
+    let of = if criterion.spec.criterion == TuneCriterion::Errors { "true state" } else { "measurement" };
     let least = LEAST_FITTED * criterion.spec.parameters.len();
     let (rows, measurements) = count(&|data| 0..data.fitted);
     if measurements < least {
         let (what, advice) = ("the part that is fitted has", "fit fewer parameters, or more of the log");
-        return Err(LogError::TooShort { what, rows, measurements, least, advice });
+        return Err(LogError::TooShort { what, rows, measurements, of, least, advice });
     }
     let (rows, measurements) = count(&|data| data.fitted..data.t.len());
     if criterion.spec.held_out > 0.0 && measurements < LEAST_HELD_OUT {
         let (what, advice) = ("the part that is held out has", "increase `held_out`, or set it to 0 to fit all rows");
-        return Err(LogError::TooShort { what, rows, measurements, least: LEAST_HELD_OUT, advice });
+        return Err(LogError::TooShort { what, rows, measurements, of, least: LEAST_HELD_OUT, advice });
     }
     Ok(())
 }
 
 /// The coordinates of the search.
-fn coordinates(study: &Study, spec: &TuneSpec) -> Vec<Coordinate> {
+fn coordinates(spec: &TuneSpec) -> Vec<Coordinate> {
     // The deviation of an output from its mean, where nothing better is known.
     let deviation = |j: usize| {
         let outputs = spec.logs[0].1.recording.outputs();
@@ -298,8 +334,18 @@ fn coordinates(study: &Study, spec: &TuneSpec) -> Vec<Coordinate> {
         let square = y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / y.len().max(1) as f64;
         if square > 0.0 { square.sqrt() } else { 1.0 }
     };
-    let deviations: Vec<f64> = (0..study.plant.outputs.len()).map(deviation).collect();
-    spec.parameters.iter().map(|one| Coordinate::new(one, &deviations)).collect()
+    // An entry of a matrix is as large as the largest.
+    let largest = |key: &String| {
+        let of_key = |what: &Tunable| matches!(what, Tunable::Own(other, Part::Cell(..)) if other == key);
+        let all = spec.parameters.iter().filter(|one| of_key(&one.what));
+        all.fold(0.0f64, |largest, one| largest.max(one.value.abs()))
+    };
+    let unit = |one: &Tuned| match &one.what {
+        Tunable::Bias(j) => deviation(*j),
+        Tunable::Own(key, Part::Cell(..)) => largest(key),
+        _ => one.value.abs(),
+    };
+    spec.parameters.iter().map(|one| Coordinate::new(one, unit(one))).collect()
 }
 
 /// Whether each parameter matters for the likelihood.
@@ -332,16 +378,17 @@ fn has_information(
     Ok(())
 }
 
-/// Where each search ended; the first is from the values of the study.
+/// Where each search ended; the first is from the values of the study, the second from the guess if there is one.
 fn searches(
     cost: &(dyn Fn(&[f64]) -> Result<f64, Interrupted> + Sync),
-    (x, spec): (&[f64], &TuneSpec),
+    (x, guess, spec): (&[f64], Option<Vec<f64>>, &TuneSpec),
     coordinates: &[Coordinate],
     run: &RunOptions<'_>,
 ) -> Result<Vec<(Vec<f64>, f64)>, StudyError> {
     let mut random = Random(spec.seed);
     let mut starts = vec![x.to_vec()];
-    for _ in 1..spec.starts {
+    starts.extend(guess);
+    while starts.len() < spec.starts {
         let one = |(x, of): (&f64, &Coordinate)| (x + of.spread() * random.unit()).clamp(of.low, of.high);
         starts.push(x.iter().zip(coordinates).map(one).collect());
     }

@@ -18,14 +18,24 @@ pub struct TuneReport {
     pub observer: String,
     /// Its kind.
     pub kind: String,
+    /// What was fitted by: `likelihood`, `innovations` or `errors`.
+    pub criterion: &'static str,
+    /// The states whose errors were fitted; empty for another criterion.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reference: Vec<String>,
     /// The logs.
     pub logs: Vec<TunedLog>,
     /// Measurements that the gate of the filter rejects with the values of the study, left out for all values.
     pub rejected: usize,
-    /// The log-likelihood of what is fitted, with the values of the study.
+    /// The log-likelihood of what is fitted, with the values of the study; of prediction errors, and errors of states in
+    /// units of their deviations, that of a normal distribution with the variances that they have.
     pub log_likelihood_before: f64,
     /// The same, with the fitted values.
     pub log_likelihood: f64,
+    /// The rms of the errors that are fitted relative to the deviations of the outputs or states, before and after; none
+    /// for the likelihood of a filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative: Option<[f64; 2]>,
     /// Searches, and how many of them ended within 0.01 of the largest log-likelihood.
     pub starts: usize,
     /// See [`starts`](Self::starts).
@@ -34,6 +44,10 @@ pub struct TuneReport {
     pub evaluations: usize,
     /// The parameters, as the study names them.
     pub parameters: Vec<TunedParameter>,
+    /// The same variances by autocovariance least squares, with the plant and the gain of the fit; empty where the method
+    /// does not apply.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub autocovariances: Vec<ByAutocovariances>,
     /// What the data do not determine, and what else is to be known of the fit, in words.
     pub remarks: Vec<String>,
     /// The part of the logs that was not fitted; none if there is none.
@@ -51,6 +65,17 @@ pub struct TuneReport {
     /// Files that stood in the way: their names, and the names they have now.
     #[serde(skip)]
     pub renamed: Vec<(String, String)>,
+}
+
+/// A variance by autocovariance least squares.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ByAutocovariances {
+    /// The parameter.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// The standard error; none of a value that is 0, the least that is allowed.
+    pub standard_error: Option<f64>,
 }
 
 /// A log.
@@ -88,6 +113,22 @@ pub struct TunedParameter {
     /// Why it has no interval.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without: Option<NoInterval>,
+}
+
+impl TuneReport {
+    /// What it was fitted by, in words.
+    pub(super) fn by(&self) -> String {
+        match self.criterion {
+            "likelihood" => "the maximum likelihood of its innovations".to_owned(),
+            "innovations" => "the least errors of its one-step predictions (innovations)".to_owned(),
+            _ => format!("the least errors of {}", self.reference.join(", ")),
+        }
+    }
+
+    /// The name of what is relative.
+    pub(super) fn relative_name(&self) -> &'static str {
+        if self.reference.is_empty() { "relative innovation" } else { "relative error" }
+    }
 }
 
 impl TunedParameter {
@@ -169,6 +210,9 @@ pub struct HeldOut {
 pub struct Judged {
     /// The log-likelihood; none if the filter failed.
     pub log_likelihood: Option<f64>,
+    /// The rms of the errors relative to the deviations of the outputs or states; none for the likelihood of a filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative: Option<f64>,
     /// Whether the innovations have the covariance that the filter computes.
     pub nis: Option<ConsistencyReport>,
     /// The innovations of each output of each log.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use luenberger_proof::wording::{counted, significant};
 
-use super::report::TuneReport;
+use super::report::{Judged, TuneReport};
 use crate::error::tune::TuneError;
 use crate::read::{Edit, Editable};
 use crate::study::{Format, Study};
@@ -56,16 +56,23 @@ fn head(study: &Study, report: &TuneReport) -> String {
         .map(|log| format!("{} of {} of {}", counted(log.fitted, "row"), log.fitted + log.held_out, log.file))
         .collect();
     let mut text = format!(
-        "# luenberger tune {}: {} by the maximum likelihood of its innovations on the first {}.\n",
+        "# luenberger tune {}: {} by {} on the first {}.\n",
         study.file_name(),
         report.observer,
+        report.by(),
         logs.join(" and the first ")
     );
-    let [before, after] = [report.log_likelihood_before, report.log_likelihood].map(|x| significant(x, 8));
-    _ = write!(text, "# Log-likelihood {after}, before {before}.");
+    let (name, [before, after], digits) = match report.relative {
+        Some(relative) => (report.relative_name(), relative, 4),
+        None => ("log-likelihood", [report.log_likelihood_before, report.log_likelihood], 8),
+    };
+    let [before, after] = [before, after].map(|x| significant(x, digits));
+    let first = name[..1].to_uppercase();
+    _ = write!(text, "# {first}{} {after}, before {before}.", &name[1..]);
     if let Some(held_out) = &report.held_out {
+        let number = |judged: &Judged| judged.relative.or(judged.log_likelihood);
         let [before, after] = [&held_out.before, &held_out.after]
-            .map(|judged| judged.log_likelihood.map_or_else(|| "none".to_owned(), |x| significant(x, 8)));
+            .map(|judged| number(judged).map_or_else(|| "none".to_owned(), |x| significant(x, digits)));
         _ = write!(text, " On the rows that were held out {after}, before {before}.");
     }
     text + "\n"

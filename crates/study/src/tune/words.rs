@@ -3,8 +3,8 @@
 use luenberger_proof::wording::{counted, significant};
 
 use super::coordinate::Coordinate;
+use super::criterion::Criterion;
 use super::information::Information;
-use super::likelihood::Criterion;
 use super::report::TunedParameter;
 use crate::study::{Study, Tunable};
 
@@ -13,6 +13,7 @@ pub(super) fn unit(study: &Study, what: &Tunable) -> Option<String> {
     let name = match what {
         Tunable::Parameter(name) => name,
         Tunable::Bias(j) => &study.plant.outputs[*j],
+        Tunable::Delay(_) => return study.plant.time_unit.clone(),
         _ => return None,
     };
     study.plant.unit(name).cloned()

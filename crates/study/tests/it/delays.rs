@@ -162,10 +162,11 @@ fn what_does_not_take_late_measurements_says_so() {
     let smooth = study_in(&folder, &pendulum(delays, log, "smooth = true\n"));
     let refused = designed(&smooth).unwrap_err().to_string();
     assert!(refused.contains("`smooth` with outputs that are measured late"), "{refused}");
-    let tuned = pendulum(delays, log, "") + "[tune]\nobserver = \"ukf\"\nparameters = [\"w\"]\n";
+    let tuned = pendulum(delays, log, "").replace("kind = \"ukf\"", "name = \"mhe\"\nkind = \"mhe\"")
+        + "[tune]\nobserver = \"mhe\"\nparameters = [\"w\"]\n";
     let read = luenberger_study::Study::from_text("study.toml", &tuned, luenberger_study::Format::Toml, &folder);
     let said = &mistakes_of(&tuned, read)[0].message;
-    assert!(said.starts_with("outputs are measured late (fix by 0.25), and the innovations"), "{said}");
+    assert!(said.starts_with("outputs are measured late (fix by 0.25), and the kind mhe takes"), "{said}");
     for (keys, said) in [
         ("delays = { angle = 1 }\n", "the plant has no output `angle`"),
         ("delays = { fix = -1 }\n", "the delay of fix is no time"),

@@ -479,8 +479,8 @@ fn a_table_that_cannot_be_fitted_is_refused_where_it_is_written() {
     let start = text.find("kind = \"extended-kalman\"").unwrap();
     let end = text.find("period = 1").unwrap() + "period = 1".len();
     let other = mistake(&format!("{}{gain}{}", &text[..start], &text[end..]));
-    assert!(other.message.contains("have no likelihood"), "{}", other.message);
-    assert!(other.expected.contains("no observer of this study"), "{}", other.expected);
+    assert!(other.message.contains("\"w\", which cannot be fitted"), "{}", other.message);
+    assert!(other.expected.contains("gain[1,1]"), "{}", other.expected);
     let without = text.replace("[log]", "[simulation]\nx0 = [0]\nduration = 10").replace("time = \"year\"", "");
     let kept: Vec<&str> = without.lines().filter(|line| !line.starts_with("file =")).collect();
     let without = kept.join("\n");

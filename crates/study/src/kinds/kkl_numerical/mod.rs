@@ -181,6 +181,10 @@ const ONE_T: f64 = 2e-3;
 impl Specification for KklSpec {
     declared!();
 
+    fn free_keys(&self) -> &'static [&'static str] {
+        &["cutoff"]
+    }
+
     fn region_of_design(&self) -> Option<luenberger_design::Region> {
         Some(luenberger_design::Region::new(&self.domain).inputs(&self.inputs))
     }
