@@ -2,9 +2,12 @@
 
 use std::fmt::Write;
 
+use luenberger_expression::MathFunction;
+
 use super::{columns, feedback, harmless, lengths, macros, scalar, varying, wrapped};
-use crate::Export;
 use crate::exportable_observer::ExportableObserver;
+use crate::scalar::Scalar;
+use crate::{Export, c_math};
 
 pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
@@ -22,6 +25,9 @@ pub(crate) fn header(export: &Export) -> String {
     _ = writeln!(text, " *\n * Numbers: {number} ({}). {}", export.scalar.name(), cost(export));
     if let ExportableObserver::Kkl(observer) = &export.observer {
         _ = writeln!(text, " * {}", super::kkl::sizes(export, observer));
+    }
+    for line in functions(export).iter().flat_map(|sentence| wrapped(sentence, 100)) {
+        _ = writeln!(text, " * {line}");
     }
     text.push_str(" *\n");
     for sentence in &export.statement {
@@ -121,6 +127,22 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
         },
     );
     text
+}
+
+/// Which elementary functions are called, and their errors in binary32.
+fn functions(export: &Export) -> Option<String> {
+    let called = export.observer.maps()?.functions();
+    let names = |of: &dyn Fn(&MathFunction) -> String| called.iter().map(of).collect::<Vec<_>>().join(", ");
+    let sentence = match export.scalar {
+        Scalar::Binary32 => format!(
+            "Functions: {}, in float arithmetic alone; in brackets the largest error in units in the last place.",
+            names(&|function| format!("{} ({})", function.name(), c_math::units(*function)))
+        ),
+        Scalar::Binary64 => {
+            format!("Functions: {}, those of the Rust crate libm.", names(&|function| function.name().to_owned()))
+        }
+    };
+    (!called.is_empty()).then_some(sentence)
 }
 
 /// What a step costs.

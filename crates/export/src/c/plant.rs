@@ -21,7 +21,7 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     let prefix = format!("{}_", export.identifier);
     let dialect = dialect(export.scalar, &prefix);
     let (first, second) = (&maps.motion, &maps.measurement);
-    let called: std::collections::BTreeSet<_> = maps.routines().flat_map(Routine::functions).collect();
+    let called = maps.functions();
     if !called.is_empty() {
         _ = write!(text, "\n{}", c_math::source(&export.identifier, export.scalar, called));
     }

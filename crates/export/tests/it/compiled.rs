@@ -50,7 +50,7 @@ fn agrees(export: &Export, folder: &Path, compiler: &str, flags: &[&str]) {
     }
     let built = Command::new(compiler)
         .current_dir(folder)
-        .args(["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror"])
+        .args(["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror"])
         .args(flags)
         .args(["plant.c", "test_plant.c", "-o", "test", "-lm"])
         .output()

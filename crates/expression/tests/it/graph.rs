@@ -211,9 +211,5 @@ fn single_precision_is_the_same_plant() {
     let found = plant.derivative(0.0f32, &DVector::from_row_slice(&[1.1f32, 0.3, 0.7]), &dvector![0.0])[0];
     let share = (0.7f32 - 0.25) / (1.5 - 0.25);
     let table = 0.25f32 + (2.0 - 0.25) * share;
-    assert_eq!(found, 1.1f32 * 1.1 * 1.1 - 0.1 * libm_sinf(0.3) + table);
-}
-
-fn libm_sinf(x: f32) -> f32 {
-    nalgebra::ComplexField::sin(x)
+    assert_eq!(found, 1.1f32 * 1.1 * 1.1 - 0.1 * luenberger_plants::binary32::sin(0.3) + table);
 }
