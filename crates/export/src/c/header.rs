@@ -2,12 +2,9 @@
 
 use std::fmt::Write;
 
-use luenberger_expression::MathFunction;
-
 use super::{columns, feedback, harmless, lengths, macros, scalar, varying, wrapped};
+use crate::Export;
 use crate::exportable_observer::ExportableObserver;
-use crate::scalar::Scalar;
-use crate::{Export, c_math};
 
 pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
@@ -26,7 +23,7 @@ pub(crate) fn header(export: &Export) -> String {
     if let ExportableObserver::Kkl(observer) = &export.observer {
         _ = writeln!(text, " * {}", super::kkl::sizes(export, observer));
     }
-    for line in functions(export).iter().flat_map(|sentence| wrapped(sentence, 100)) {
+    for line in export.functions().iter().flat_map(|sentence| wrapped(sentence, 100)) {
         _ = writeln!(text, " * {line}");
     }
     text.push_str(" *\n");
@@ -39,9 +36,11 @@ pub(crate) fn header(export: &Export) -> String {
     for line in export.digests() {
         _ = writeln!(text, " * {}", harmless(&line));
     }
-    text.push_str(
-        " *\n * The results are those of the design to the last bit if the compiler neither contracts nor reorders\n",
-    );
+    text.push_str(if export.calls_target() {
+        " *\n * The other operations are those of the design if the compiler neither contracts nor reorders\n"
+    } else {
+        " *\n * The results are those of the design to the last bit if the compiler neither contracts nor reorders\n"
+    });
     text.push_str(" * floating-point operations: -std=c99 or -ffp-contract=off, and not -ffast-math.\n");
     text.push_str(" * This file belongs to whoever generated it.\n */\n");
     let timed = export.observer.uses_time();
@@ -127,22 +126,6 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
         },
     );
     text
-}
-
-/// Which elementary functions are called, and their errors in binary32.
-fn functions(export: &Export) -> Option<String> {
-    let called = export.observer.maps()?.functions();
-    let names = |of: &dyn Fn(&MathFunction) -> String| called.iter().map(of).collect::<Vec<_>>().join(", ");
-    let sentence = match export.scalar {
-        Scalar::Binary32 => format!(
-            "Functions: {}, in float arithmetic alone; in brackets the largest error in units in the last place.",
-            names(&|function| format!("{} ({})", function.name(), c_math::units(*function)))
-        ),
-        Scalar::Binary64 => {
-            format!("Functions: {}, those of the Rust crate libm.", names(&|function| function.name().to_owned()))
-        }
-    };
-    (!called.is_empty()).then_some(sentence)
 }
 
 /// What a step costs.

@@ -28,6 +28,8 @@ pub struct Dialect<'a> {
     pub single: bool,
     /// What stands before the names of functions and tables, with its underscore.
     pub prefix: &'a str,
+    /// Whether C calls the elementary functions of the target's library, `sinf`, in place of those with the prefix.
+    pub of_target: bool,
     /// A number as a literal of the language and the format.
     pub literal: fn(f64, single: bool) -> String,
 }
@@ -160,6 +162,7 @@ impl Dialect<'_> {
     fn call(&self, function: MathFunction) -> String {
         let suffix = if self.single { "f" } else { "" };
         match self.language {
+            Language::C if self.of_target => format!("{}{suffix}", function.name()),
             Language::C => format!("{}{}{suffix}", self.prefix, function.name()),
             Language::Rust if self.single && function.is_of_binary32() => {
                 format!("luenberger_observers::binary32::{}", function.name())
