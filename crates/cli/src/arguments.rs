@@ -541,6 +541,9 @@ pub(crate) struct ExportInput {
     /// Fixed-point format of the gains [default: that of --format]
     #[arg(long, value_name = "FORMAT", value_parser = Precision::fixed_point)]
     pub(crate) gains: Option<FixedPointFormat>,
+    /// Elementary functions (sin, exp) of the C: those of the design, which give its bits, or the target's own
+    #[arg(long, value_enum, value_name = "WHOSE", default_value = "own")]
+    pub(crate) libm: Libm,
     /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
     #[arg(long, value_name = "PERIOD", value_parser = period, allow_negative_numbers = true)]
     pub(crate) period: Option<f64>,
@@ -617,6 +620,14 @@ pub(crate) enum Language {
     Rust,
     /// A functional mock-up unit for co-simulation
     Fmu,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Libm {
+    /// Those of the design, written out
+    Own,
+    /// Those of the target's C library: the results are not those of the design to the last bit
+    Target,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -1,6 +1,8 @@
 //! The observers that can be exported, and their steps in the format of the target.
 
-use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
+use std::collections::BTreeSet;
+
+use luenberger_expression::{ExpressionPlant, Lookups, MathFunction, Routine, Routines, Table};
 use luenberger_observers::{
     DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, MatrixName, NoiseModel,
     ObserverDimensions, ObserverError, Prediction, SampledCubicObserver, SampledNonlinearObserver, SampledObserver,
@@ -77,9 +79,9 @@ pub(crate) struct Maps {
 }
 
 impl Maps {
-    /// Whether they call elementary functions.
-    pub(crate) fn calls_functions(&self) -> bool {
-        self.routines().any(|routine| !routine.functions().is_empty())
+    /// The elementary functions that they call.
+    pub(crate) fn functions(&self) -> BTreeSet<MathFunction> {
+        self.routines().flat_map(Routine::functions).collect()
     }
 
     /// All of them.

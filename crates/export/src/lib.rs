@@ -73,6 +73,7 @@ pub use scalar::Scalar;
 
 use std::fmt::Write;
 
+use luenberger_expression::MathFunction;
 use luenberger_observers::numerical_kkl::Search;
 use nalgebra::DMatrix;
 use sha2::{Digest, Sha256};
@@ -113,6 +114,7 @@ pub struct Export {
     feedback: Option<DMatrix<f64>>,
     update: Option<DMatrix<f64>>,
     title: Option<&'static str>,
+    functions_of_target: bool,
 }
 
 impl Export {
@@ -181,6 +183,7 @@ impl Export {
             feedback: None,
             update: None,
             title: None,
+            functions_of_target: false,
         })
     }
 
@@ -251,6 +254,38 @@ impl Export {
     #[must_use]
     pub fn titled(self, title: &'static str) -> Self {
         Self { title: Some(title), ..self }
+    }
+
+    /// C that calls the elementary functions of the target's library in place of those of the design: the results are
+    /// no longer those of the design to the last bit, which the header says; the golden test compares to half of the
+    /// digits.
+    #[must_use]
+    pub fn with_functions_of_target(self) -> Self {
+        Self { functions_of_target: true, ..self }
+    }
+
+    /// Whether it calls functions of the target's library.
+    pub(crate) fn calls_target(&self) -> bool {
+        self.functions_of_target && self.functions().is_some()
+    }
+
+    /// Which elementary functions the step calls, whose they are, and their errors in binary32; none if it calls none.
+    pub fn functions(&self) -> Option<String> {
+        let called = self.observer.maps()?.functions();
+        let names = |of: &dyn Fn(&MathFunction) -> String| called.iter().map(of).collect::<Vec<_>>().join(", ");
+        let named = || names(&|function| function.name().to_owned());
+        let sentence = match self.scalar {
+            _ if self.functions_of_target => format!(
+                "Functions: {}, those of the target's C library. The results are not those of the design to the last bit, and no bound and no comparison counts the errors of that library.",
+                named()
+            ),
+            Scalar::Binary32 => format!(
+                "Functions: {}, in float arithmetic alone; in brackets the largest error in units in the last place.",
+                names(&|function| format!("{} ({})", function.name(), c_math::units(*function)))
+            ),
+            Scalar::Binary64 => format!("Functions: {}, those of the Rust crate libm.", named()),
+        };
+        (!called.is_empty()).then_some(sentence)
     }
 
     /// The gain K of the measurement update, of an observer in filter form.
@@ -352,7 +387,7 @@ impl Export {
         }
         if let Some(maps) = self.observer.maps() {
             hash.update(format!("substeps {:?}", self.observer.substeps()).as_bytes());
-            let dialect = c::plant::dialect(self.scalar, "");
+            let dialect = c::plant::dialect(self, "");
             let routines: Vec<_> = maps.routines().collect();
             for routine in &routines {
                 hash.update(routine.source(&dialect).as_bytes());

@@ -9,11 +9,13 @@
 //!
 //! Over numbers (f32, f64) every operation is one that emitted C has as well, with the same result to the last bit:
 //! integer powers are products in a fixed order, and `min` and `max` are one comparison each, which keeps a NaN in the
-//! first argument.
+//! first argument. Elementary functions are those of libm; in binary32 `sin`, `cos`, `tan` and `asin`, which libm
+//! computes in binary64, are those of [`binary32`].
 
-use core::any::TypeId;
+use core::any::{Any, TypeId};
 
 use luenberger_plants::angle::wrapped;
+use luenberger_plants::binary32;
 use nalgebra::{ComplexField, RealField, convert};
 use num_dual::{Dual32, Dual64};
 
@@ -245,10 +247,10 @@ impl Unary {
             Self::Exp => x.exp(),
             Self::Ln => x.ln(),
             Self::Log10 => x.log10(),
-            Self::Sin => x.sin(),
-            Self::Cos => x.cos(),
-            Self::Tan => x.tan(),
-            Self::Asin => x.asin(),
+            Self::Sin => single(x, binary32::sin, binary32::cos).unwrap_or_else(|| x.sin()),
+            Self::Cos => single(x, binary32::cos, |x| -binary32::sin(x)).unwrap_or_else(|| x.cos()),
+            Self::Tan => single(x, binary32::tan, tan_slope).unwrap_or_else(|| x.tan()),
+            Self::Asin => single(x, binary32::asin, asin_slope).unwrap_or_else(|| x.asin()),
             Self::Acos => x.acos(),
             Self::Atan => x.atan(),
             Self::Sinh => x.sinh(),
@@ -335,6 +337,29 @@ pub(crate) fn square_and_multiply<X: Copy>(x: X, mut n: u32, one: X, mut multipl
         }
     }
     power.unwrap_or(one)
+}
+
+/// `f(x)` in binary32 arithmetic alone, and by its derivative over dual numbers; none of another scalar.
+fn single<T: RealField + Copy>(x: T, f: fn(f32) -> f32, derivative: fn(f32) -> f32) -> Option<T> {
+    let mut value = x;
+    let number: &mut dyn Any = &mut value;
+    if let Some(x) = number.downcast_mut::<f32>() {
+        *x = f(*x);
+    } else if let Some(x) = number.downcast_mut::<Dual32>() {
+        *x = Dual32::new(f(x.re), derivative(x.re) * x.eps);
+    } else {
+        return None;
+    }
+    Some(value)
+}
+
+fn tan_slope(x: f32) -> f32 {
+    let tan = binary32::tan(x);
+    1.0 + tan * tan
+}
+
+fn asin_slope(x: f32) -> f32 {
+    1.0 / ComplexField::sqrt(1.0 - x * x)
 }
 
 fn tanh<T: RealField + Copy>(x: T) -> T {

@@ -146,7 +146,7 @@ pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel,
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearInverse, LinearKkl};
 pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
 pub use linear::{LinearObserver, StaticLinearObserver};
-pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape, straight_line_plant};
+pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape, binary32, straight_line_plant};
 pub use matrix_name::MatrixName;
 pub use mean_value::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMappedObserver,

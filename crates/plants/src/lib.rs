@@ -7,6 +7,7 @@
 //! | file | subject |
 //! |---|---|
 //! | [`mod@angle`] | differences of angles, modulo a full turn |
+//! | [`binary32`] | `sin`, `cos`, `tan`, `asin` in binary32 arithmetic alone |
 //! | [`mod@column`] | the trait of vectors of states, inputs and outputs |
 //! | [`size`] | the trait bound that stands for nalgebra's allocators |
 //! | [`mod@plant`] | the traits [`Plant`] and [`Shape`] |
@@ -32,6 +33,7 @@
 extern crate alloc;
 
 pub mod angle;
+pub mod binary32;
 pub mod chaotic;
 pub mod closures;
 pub mod column;

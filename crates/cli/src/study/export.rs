@@ -2,7 +2,7 @@
 
 use super::file::{notes, read, renamed};
 use crate::answer::Answer;
-use crate::arguments::{ExportInput, FmiVersion, Language};
+use crate::arguments::{ExportInput, FmiVersion, Language, Libm};
 use crate::failure::Failure;
 use crate::input::Source;
 use luenberger_export::fmu::Version;
@@ -61,6 +61,10 @@ fn options(input: &ExportInput) -> ExportOptions<'static> {
         feedback: input.feedback,
         format: input.format,
         gains: input.gains,
+        libm: match input.libm {
+            Libm::Own => deployment::Libm::Own,
+            Libm::Target => deployment::Libm::Target,
+        },
         period: input.period,
         substeps: input.substeps.map(usize::from),
         test_steps: input.test_steps.into(),

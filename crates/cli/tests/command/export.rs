@@ -107,6 +107,10 @@ fn a_linear_observer_becomes_integers_that_agree_with_their_certificate() {
         (&["--format", "q16.16", "--to", "fmu"], 2, "--to fmu --format f32 has the same observer in f32"),
         (&["--format", "q16.16", "--feedback"], 2, "export the observer alone, and form u = r - K xhat"),
         (&["--format", "q16.16", "--observer", "sampled"], 2, "not for the sampled cubic observer"),
+        (&["--format", "q16.16", "--libm", "target"], 2, "fixed point calls no function"),
+        (&["--libm", "target", "--to", "rust"], 2, "--libm target is for --to c"),
+        (&["--libm", "target", "--to", "fmu"], 2, "--libm target is for --to c"),
+        (&["--libm", "mine"], 2, "possible values: own, target"),
     ] {
         let out = folder.join("refused");
         let mut arguments = vec!["export", &file, "-o", out.to_str().unwrap()];

@@ -208,7 +208,7 @@ fn test(export: &FixedPointExport<'_>) -> String {
     return (wrong == 0) ? 0 : 1;
 }}
 ",
-        compare = comparison("int32_t")
+        compare = comparison("int32_t", None)
     );
     text
 }

@@ -23,6 +23,9 @@ pub(crate) fn header(export: &Export) -> String {
     if let ExportableObserver::Kkl(observer) = &export.observer {
         _ = writeln!(text, " * {}", super::kkl::sizes(export, observer));
     }
+    for line in export.functions().iter().flat_map(|sentence| wrapped(sentence, 100)) {
+        _ = writeln!(text, " * {line}");
+    }
     text.push_str(" *\n");
     for sentence in &export.statement {
         for line in wrapped(&harmless(sentence), 100) {
@@ -33,9 +36,11 @@ pub(crate) fn header(export: &Export) -> String {
     for line in export.digests() {
         _ = writeln!(text, " * {}", harmless(&line));
     }
-    text.push_str(
-        " *\n * The results are those of the design to the last bit if the compiler neither contracts nor reorders\n",
-    );
+    text.push_str(if export.calls_target() {
+        " *\n * The other operations are those of the design if the compiler neither contracts nor reorders\n"
+    } else {
+        " *\n * The results are those of the design to the last bit if the compiler neither contracts nor reorders\n"
+    });
     text.push_str(" * floating-point operations: -std=c99 or -ffp-contract=off, and not -ffast-math.\n");
     text.push_str(" * This file belongs to whoever generated it.\n */\n");
     let timed = export.observer.uses_time();

@@ -11,18 +11,19 @@ use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// How the graphs of an export are written as C.
-pub(crate) fn dialect(scalar: Scalar, prefix: &str) -> Dialect<'_> {
+pub(crate) fn dialect<'a>(export: &Export, prefix: &'a str) -> Dialect<'a> {
     let literal = |x: f64, single: bool| number::c(x, if single { Scalar::Binary32 } else { Scalar::Binary64 });
-    Dialect { language: Language::C, single: scalar == Scalar::Binary32, prefix, literal }
+    let (single, of_target) = (export.scalar == Scalar::Binary32, export.functions_of_target);
+    Dialect { language: Language::C, single, prefix, of_target, literal }
 }
 
 /// The right-hand sides as functions, with the elementary functions and the tables that they use.
 pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     let prefix = format!("{}_", export.identifier);
-    let dialect = dialect(export.scalar, &prefix);
+    let dialect = dialect(export, &prefix);
     let (first, second) = (&maps.motion, &maps.measurement);
-    let called: std::collections::BTreeSet<_> = maps.routines().flat_map(Routine::functions).collect();
-    if !called.is_empty() {
+    let called = maps.functions();
+    if !called.is_empty() && !export.functions_of_target {
         _ = write!(text, "\n{}", c_math::source(&export.identifier, export.scalar, called));
     }
     for (number, table, used) in tables(&maps.routines().collect::<Vec<_>>()) {

@@ -61,7 +61,7 @@ pub(super) fn readme(export: &Export, count: usize) -> String {
 {name}_step(&state, {known}, y, {more}xhat);
 ```
 
-The test compares {count} steps with the design, bit by bit:
+The test compares {count} steps with the design, {agreement}:
 
 ```console
 $ cc -std=c99 -O2 {name}.c test_{name}.c -lm -o test_{name} && ./test_{name}
@@ -73,6 +73,7 @@ Compilers must not contract or reorder floating-point operations: `-std=c99` or 
         export.operations(),
         export.bytes(),
         most = if export.stack_of_window().is_some() { "at most " } else { "" },
+        agreement = if export.calls_target() { "to half of the digits" } else { "bit by bit" },
         period = export.observer.period(),
         unit = if export.names.time_unit.is_empty() { "time units" } else { &export.names.time_unit },
         upper = name.to_uppercase(),

@@ -21,7 +21,7 @@ pub(super) fn order(observer: &SampledExtension<f64>) -> usize {
 pub(super) fn start(text: &mut String, export: &Export, maps: &Maps, own: &ExtensionMaps) {
     plant::functions(text, export, maps);
     let prefix = format!("{}_", export.identifier);
-    let dialect = plant::dialect(export.scalar, &prefix);
+    let dialect = plant::dialect(export, &prefix);
     let all = [
         ("rate", "The right-hand side of the observer; its inputs are (u, y)", &own.rate),
         ("estimate", "The estimate", &own.estimate),
@@ -84,11 +84,11 @@ pub(super) fn copy(text: &mut String, export: &Export, slope: &Routine) {
 /// The elementary functions and the tables that a program uses, with names that begin so.
 pub(crate) fn called(text: &mut String, export: &Export, program: &Routine, prefix: &str) {
     let called = program.functions();
-    if !called.is_empty() {
+    if !called.is_empty() && !export.functions_of_target {
         _ = write!(text, "\n{}", c_math::source(prefix.trim_end_matches('_'), export.scalar, called));
     }
     for (index, table, used) in tables(&[program]) {
-        _ = write!(text, "\n{}", table.source(index, &plant::dialect(export.scalar, prefix), used));
+        _ = write!(text, "\n{}", table.source(index, &plant::dialect(export, prefix), used));
     }
 }
 
@@ -122,5 +122,5 @@ pub(crate) fn function(
     for name in unused {
         _ = writeln!(text, "    (void){name};");
     }
-    _ = writeln!(text, "{}}}", program.loops(&plant::dialect(export.scalar, prefix), columns));
+    _ = writeln!(text, "{}}}", program.loops(&plant::dialect(export, prefix), columns));
 }

@@ -17,7 +17,7 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
         text.push_str("#include <math.h>\n#include <stdbool.h>\n");
     }
     text.push_str("#include <stddef.h>\n");
-    if maps.as_ref().is_some_and(Maps::calls_functions) {
+    if !export.functions_of_target && export.functions().is_some() {
         text.push_str("#include <stdint.h>\n#include <string.h>\n");
     }
     text.push_str(

@@ -4,13 +4,16 @@ use std::fmt::Write;
 
 use super::{lengths, scalar};
 use crate::golden::Step;
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
     let (name, number) = (&export.identifier, scalar(export));
     let (upper, _) = lengths(export);
+    let of_target = export.calls_target();
+    let how = if of_target { "to half of the digits" } else { "bit by bit" };
     let mut text = format!(
-        "/* Golden vectors: {} steps of the design, compared bit by bit. Exit code 0 if all agree. */\n#include \"{name}.h\"\n\n#include <stdio.h>\n#include <string.h>\n\n",
+        "/* Golden vectors: {} steps of the design, compared {how}. Exit code 0 if all agree. */\n#include \"{name}.h\"\n\n#include <stdio.h>\n#include <string.h>\n\n",
         steps.len()
     );
     let mut table = |what: &str, of: &dyn Fn(&Step) -> Vec<f64>| {
@@ -42,11 +45,20 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
     } else {
         (String::new(), if is_varying { "dt[k][0], " } else { "" })
     };
+    let mut sizes = ["", ""];
+    if of_target {
+        sizes = [", sizes_expected", ", sizes_applied"];
+        largest(&mut text, "expected", steps.iter().map(|step| &step.estimate));
+        if fed {
+            largest(&mut text, "applied", steps.iter().map(|step| &step.applied));
+        }
+    }
     let applied = if fed {
-        format!("        count += compare(k, \"u\", u, applied[k], {upper}_INPUTS);\n")
+        format!("        count += compare(k, \"u\", u, applied[k], {upper}_INPUTS{});\n", sizes[1])
     } else {
         String::new()
     };
+    let agree = if of_target { "to half of the digits" } else { "to the last bit" };
     _ = write!(
         text,
         "
@@ -62,37 +74,56 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
         int count = 0;
 
         {name}_step(&state, {known}, y[k], {more}xhat);
-        count += compare(k, \"xhat\", xhat, expected[k], {upper}_STATES);
+        count += compare(k, \"xhat\", xhat, expected[k], {upper}_STATES{expected});
 {applied}        wrong += (count > 0) ? 1 : 0;
     }}
-    printf(\"{name}: %d of {count} steps agree to the last bit\\n\", {count} - wrong);
+    printf(\"{name}: %d of {count} steps agree {agree}\\n\", {count} - wrong);
     if (wrong > 0) {{
         printf(\"{name}: largest relative difference %g\\n\", largest);
     }}
     return (wrong == 0) ? 0 : 1;
 }}
 ",
-        compare = comparison(number),
-        count = steps.len()
+        compare = comparison(number, of_target.then(|| tolerance(export.scalar))),
+        count = steps.len(),
+        expected = sizes[0],
     );
     text
 }
 
-/// What compares a column with the one that is expected, and the largest relative difference.
-pub(super) fn comparison(number: &str) -> String {
+/// What compares a column with the one that is expected, and the largest relative difference: by its bits, or within a
+/// tolerance times the size of each entry.
+pub(super) fn comparison(number: &str, tolerance: Option<f64>) -> String {
     // Bits of numbers with a point, and integers.
     let (form, cast) = if number == "int32_t" { ("%ld", "long") } else { ("%a", "double") };
+    let (within, parameter, differ) = match tolerance {
+        None => (String::new(), "", "memcmp(&found[i], &wanted[i], sizeof found[i]) != 0".to_owned()),
+        Some(tolerance) => {
+            let within = format!(
+                "/* Whether the numbers are so near. */
+static int within({number} found, {number} wanted, double limit)
+{{
+    const double apart = (double)found - (double)wanted;
+
+    return (apart <= limit) && (-apart <= limit);
+}}
+
+"
+            );
+            (within, ", const double *sizes", format!("!within(found[i], wanted[i], {tolerance:?} * sizes[i])"))
+        }
+    };
     format!(
         "static double largest = 0.0; /* The largest relative difference. */
 
-/* 1 if an entry differs from what is expected; says which, with its values. */
-static int compare(int step, const char *what, const {number} *found, const {number} *wanted, int length)
+{within}/* 1 if an entry differs from what is expected; says which, with its values. */
+static int compare(int step, const char *what, const {number} *found, const {number} *wanted, int length{parameter})
 {{
     int differs = 0;
     int i;
 
     for (i = 0; i < length; ++i) {{
-        if (memcmp(&found[i], &wanted[i], sizeof found[i]) != 0) {{
+        if ({differ}) {{
             const double size = (wanted[i] < 0) ? -(double)wanted[i] : (double)wanted[i];
             double apart = (double)found[i] - (double)wanted[i];
 
@@ -110,4 +141,24 @@ static int compare(int step, const char *what, const {number} *found, const {num
 
 "
     )
+}
+
+/// Half of the digits of the format.
+fn tolerance(scalar: Scalar) -> f64 {
+    match scalar {
+        Scalar::Binary32 => f64::from(f32::EPSILON),
+        Scalar::Binary64 => f64::EPSILON,
+    }
+    .sqrt()
+}
+
+/// The largest magnitude of each entry of some columns.
+fn largest<'a>(text: &mut String, what: &str, columns: impl Iterator<Item = &'a Vec<f64>>) {
+    let most = columns.fold(Vec::new(), |mut most: Vec<f64>, column| {
+        most.resize(column.len(), 0.0);
+        most.iter_mut().zip(column).for_each(|(most, x)| *most = most.max(x.abs()));
+        most
+    });
+    let list: Vec<String> = most.iter().map(|x| format!("{x:?}")).collect();
+    _ = writeln!(text, "static const double sizes_{what}[{}] = {{ {} }};", list.len(), list.join(", "));
 }

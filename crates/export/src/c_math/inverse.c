@@ -64,31 +64,30 @@ static double lm_asin(double argument)
     return ((hx >> 31) != 0u) ? -x : x;
 }
 
-/* FreeBSD msun e_asinf.c. */
+/* In binary32 arithmetic alone, with the branches of FreeBSD msun e_asin.c. */
 static float lm_asinf(float argument)
 {
-    const double pio2 = 0x1.921fb54442d18p+0;
-    float x = argument;
+    const float pio2_hi = 0x1.921fb6p+0f;
+    const float pio2_lo = -0x1.777a5cp-25f;
+    const float x = fabsf(argument);
     float z;
-    double s;
-    const uint32_t hx = lm_bitsf(x);
-    const uint32_t ix = hx & 0x7fffffffu;
-    if (ix >= 0x3f800000u) {
-        if (ix == 0x3f800000u) {
-            return (float)((double)x * pio2 + 0x1p-120);
-        }
-        return 0.0f / (x - x);
+    float s;
+    float f;
+    float c;
+    float r;
+    if (!(x < 1.0f)) {
+        return (x == 1.0f) ? (argument * pio2_hi) : (0.0f / (x - x));
     }
-    if (ix < 0x3f000000u) {
-        if ((ix >= 0x00800000u) && (ix < 0x39800000u)) {
-            return x;
-        }
-        return x + x * lm_asin_rf(x * x);
+    if (x < 0.5f) {
+        return argument + argument * lm_asin_rf(x * x);
     }
-    z = (1.0f - fabsf(x)) * 0.5f;
-    s = sqrt((double)z);
-    x = (float)(pio2 - 2.0 * (s + s * (double)lm_asin_rf(z)));
-    return ((hx >> 31) != 0u) ? -x : x;
+    z = (1.0f - x) * 0.5f;
+    s = sqrtf(z);
+    f = lm_from_bitsf(lm_bitsf(s) & 0xfffff000u);
+    c = (z - f * f) / (s + f);
+    r = 2.0f * s * lm_asin_rf(z) - (pio2_lo - 2.0f * c);
+    r = 0.5f * pio2_hi - (r - (0.5f * pio2_hi - 2.0f * f));
+    return (argument < 0.0f) ? -r : r;
 }
 
 /* FreeBSD msun e_acos.c. */

@@ -1,8 +1,10 @@
-//! The elementary functions of the crate libm as C99.
+//! The elementary functions of the observers as C99.
 //!
 //! Observers take their elementary functions from libm on every machine (`nalgebra/libm-force`). A C library has its
 //! own, which differ in the last bits. Emitted C therefore carries libm's: each function of version 0.2.16, operation
-//! by operation, for binary64 and binary32. Tests compare them bit by bit on millions of arguments.
+//! by operation, for binary64 and binary32. In binary32 the sine, cosine, tangent and arc sine, which libm computes in
+//! binary64, are those of [`luenberger_plants::binary32`]: no function for binary32 has an operation of binary64. Tests
+//! compare them bit by bit on millions of arguments.
 //!
 //! The files beside this one are C. Their paragraphs, separated by empty lines, define one object each; names begin
 //! with `lm_`, in whose place the emitted code has a prefix of its own. [`source`] takes the paragraphs that the wanted
@@ -28,6 +30,29 @@ pub fn call(function: MathFunction, prefix: &str, scalar: Scalar) -> String {
         Scalar::Binary64 => "",
     };
     format!("{prefix}_{}{suffix}", function.name())
+}
+
+/// A bound of the error of the function for binary32, in units in the last place of the result; tests look at all
+/// exponents, multiples of pi/2 and ln 2, and the ends of the ranges. Of the arc hyperbolic cosine from 1 on: below,
+/// libm's is not always NaN.
+///
+/// ```
+/// use luenberger_export::c_math::units;
+/// use luenberger_expression::MathFunction;
+/// assert_eq!([MathFunction::Sin, MathFunction::Tan].map(units), [1.0, 2.0]);
+/// ```
+pub fn units(function: MathFunction) -> f64 {
+    match function {
+        MathFunction::Tan
+        | MathFunction::Atan2
+        | MathFunction::Sinh
+        | MathFunction::Cosh
+        | MathFunction::Asinh
+        | MathFunction::Acosh
+        | MathFunction::Atanh => 2.0,
+        MathFunction::Tanh => 2.5,
+        _ => 1.0,
+    }
 }
 
 /// The headers that [`source`] needs.

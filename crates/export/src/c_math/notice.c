@@ -1,5 +1,6 @@
 /* Elementary functions after version 0.2.16 of the Rust crate libm, which is a port of musl's and FreeBSD's msun:
- * the same operations in the same order, so that the results are the same to the last bit.
+ * the same operations in the same order, so that the results are the same to the last bit. For float sin, cos, tan and
+ * asin are those of the Rust crate luenberger-plants instead (binary32), so that no function for float has a double.
  *
  * Copyright (c) 2018 Jorge Aparicio
  * Copyright (c) 2005-2020 Rich Felker, et al. (musl)

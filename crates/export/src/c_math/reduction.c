@@ -15,10 +15,10 @@ static const double lm_pio2_pieces[8] = {
 };
 
 /* FreeBSD msun k_rem_pio2.c, for large arguments: the argument is the sum of x[i] 2^(e0 - 24 i), i = 0..jx. Returns the
- * last three bits of N, and y[0] (and y[1], if both are wanted) with y = argument - N pi/2. */
-static int32_t lm_rem_pio2_large(const double *x, int32_t jx, double *y, int32_t e0, int both)
+ * last three bits of N, and y = argument - N pi/2 in two pieces. */
+static int32_t lm_rem_pio2_large(const double *x, int32_t jx, double *y, int32_t e0)
 {
-    const int32_t jk = both ? 4 : 3;
+    const int32_t jk = 4;
     const int32_t jp = jk;
     double f[20] = {0.0};
     double fq[20] = {0.0};
@@ -164,13 +164,11 @@ static int32_t lm_rem_pio2_large(const double *x, int32_t jx, double *y, int32_t
         fw += fq[i];
     }
     y[0] = (ih == 0) ? fw : -fw;
-    if (both) {
-        fw = fq[0] - fw;
-        for (i = 1; i <= jz; ++i) {
-            fw += fq[i];
-        }
-        y[1] = (ih == 0) ? fw : -fw;
+    fw = fq[0] - fw;
+    for (i = 1; i <= jz; ++i) {
+        fw += fq[i];
     }
+    y[1] = (ih == 0) ? fw : -fw;
     return (int32_t)((uint32_t)n & 7u);
 }
 
@@ -261,7 +259,7 @@ static int32_t lm_rem_pio2(double x, double *y)
     while ((i != 0) && (pieces[i] == 0.0)) {
         --i;
     }
-    n = lm_rem_pio2_large(pieces, i, y, (int32_t)(ix >> 20) - (0x3ff + 23), 1);
+    n = lm_rem_pio2_large(pieces, i, y, (int32_t)(ix >> 20) - (0x3ff + 23));
     if (negative) {
         y[0] = -y[0];
         y[1] = -y[1];
@@ -270,30 +268,75 @@ static int32_t lm_rem_pio2(double x, double *y)
     return n;
 }
 
-/* FreeBSD msun e_rem_pio2f.c, for finite x. */
-static int32_t lm_rem_pio2f(float x, double *y)
+/* The bits of 2/pi, after 32 bits before the point. */
+static const uint32_t lm_two_over_pif[8] = {
+    0x00000000u, 0xa2f9836eu, 0x4e441529u, 0xfc2757d1u, 0xf534ddc0u, 0xdb629599u, 0x3c439041u, 0xfe5163abu,
+};
+
+/* For finite x from 402: N modulo 4, and x - N pi/2 in two pieces. By Payne and Hanek: x 2/pi modulo 4 from the 96 bits
+ * of 2/pi that decide it, in integers. The fraction of a turn is at least 2^-32. */
+static uint32_t lm_rem_pio2_largef(float x, float *y)
 {
-    const double to_int = 1.5 / 0x1p-52;
-    const double inv_pio2 = 0x1.45f306dc9c883p-1;
-    const double pio2_1 = 0x1.921fb5p+0;
-    const double pio2_1t = 0x1.110b4611a6263p-26;
-    const double x64 = (double)x;
-    const uint32_t ix = lm_bitsf(x) & 0x7fffffffu;
-    double piece;
-    int32_t e0;
-    int32_t n;
-    if (ix < 0x4dc90fdbu) {
-        const double shifted = x64 * inv_pio2 + to_int;
-        const double f_n = shifted - to_int;
-        *y = x64 - f_n * pio2_1 - f_n * pio2_1t;
-        return (int32_t)f_n;
+    const uint32_t ix = lm_bitsf(x);
+    const uint32_t m = (ix & 0x007fffffu) | 0x00800000u;
+    const uint32_t first = (ix >> 23) - 120u;
+    const uint32_t word = first >> 5;
+    const uint32_t shift = 32u - (first & 31u);
+    uint32_t piece[3];
+    uint64_t quarters;
+    uint64_t part;
+    uint32_t zeros = 0u;
+    uint32_t n;
+    uint32_t k;
+    int32_t v;
+    float scale;
+    for (k = 0u; k < 3u; ++k) {
+        const uint64_t two = ((uint64_t)lm_two_over_pif[word + k] << 32) | (uint64_t)lm_two_over_pif[word + k + 1u];
+        piece[k] = (uint32_t)((two >> shift) & 0xffffffffu);
     }
-    e0 = (int32_t)(ix >> 23) - (0x7f + 23);
-    piece = (double)lm_from_bitsf(ix - ((uint32_t)e0 << 23));
-    n = lm_rem_pio2_large(&piece, 0, y, e0, 0);
-    if ((lm_bitsf(x) >> 31) != 0u) {
-        *y = -*y;
-        return -n;
+    quarters = (uint64_t)m * (uint64_t)piece[0];
+    quarters = (quarters << 32) + (uint64_t)m * (uint64_t)piece[1] + (((uint64_t)m * (uint64_t)piece[2]) >> 32);
+    n = (uint32_t)((quarters + 0x2000000000000000u) >> 62) & 3u;
+    part = quarters << 2;
+    scale = ((part >> 63) != 0u) ? -1.0f : 1.0f;
+    if ((part >> 63) != 0u) {
+        part = 0u - part;
     }
+    for (k = 0u; (k < 34u) && ((part >> 63) == 0u); ++k) {
+        part <<= 1;
+        ++zeros;
+    }
+    scale *= lm_from_bitsf((98u - zeros) << 23);
+    v = (int32_t)(((part >> 32) * 0xc90fdaa2u) >> 34);
+    y[0] = (float)v;
+    y[1] = (float)(v - (int32_t)y[0]) * scale;
+    y[0] *= scale;
     return n;
+}
+
+/* N = rint(x 2/pi) modulo 4 and x - N pi/2 in two pieces, for finite x from pi/4. Below 402, N has 8 bits, and the first
+ * two parts of pi/2 have 16 bits each: their products with N are exact, and so is the first difference. */
+static uint32_t lm_rem_pio2f(float x, float *y)
+{
+    const float inv_pio2 = 0x1.45f306p-1f;
+    const float pio2_1 = 0x1.921ep+0f;
+    const float pio2_2 = 0x1.b544p-16f;
+    const float pio2_3 = 0x1.0b4612p-34f;
+    uint32_t n;
+    float f_n;
+    float t;
+    float r;
+    float w;
+    if (x >= 402.0f) {
+        return lm_rem_pio2_largef(x, y);
+    }
+    n = (uint32_t)(x * inv_pio2 + 0.5f);
+    f_n = (float)n;
+    t = x - f_n * pio2_1;
+    w = f_n * pio2_2;
+    r = t - w;
+    w = ((t - r) - w) - f_n * pio2_3;
+    y[0] = r + w;
+    y[1] = (r - y[0]) + w;
+    return n & 3u;
 }

@@ -155,157 +155,91 @@ static double lm_tan(double x)
     return lm_k_tan(y[0], y[1], (int)((uint32_t)n & 1u));
 }
 
-/* FreeBSD msun k_sinf.c. */
-static float lm_k_sinf(double x)
+/* sin(x + y) on [-pi/4, pi/4], y the tail of x; the polynomial has the relative error 2^-27.9. */
+static float lm_k_sinf(float x, float y)
 {
-    const double s1 = -0x1.5555554cbac77p-3;
-    const double s2 = 0x1.11110896efbb2p-7;
-    const double s3 = -0x1.a00f9e2cae774p-13;
-    const double s4 = 0x1.6cd878c3b46a7p-19;
-    const double z = x * x;
-    const double w = z * z;
-    const double r = s3 + z * s4;
-    const double s = z * x;
-    return (float)((x + s * (s1 + z * s2)) + s * w * r);
+    const float s1 = -0x1.555546p-3f;
+    const float s2 = 0x1.110778p-7f;
+    const float s3 = -0x1.995404p-13f;
+    const float z = x * x;
+    const float r = s1 + z * (s2 + z * s3);
+    return x + (z * (x * r - 0.5f * y) + y);
 }
 
-/* FreeBSD msun k_cosf.c. */
-static float lm_k_cosf(double x)
+/* cos(x + y) on [-pi/4, pi/4], y the tail of x; the polynomial has the relative error 2^-32.9. */
+static float lm_k_cosf(float x, float y)
 {
-    const double c0 = -0x1.ffffffd0c5e81p-2;
-    const double c1 = 0x1.55553e1053a42p-5;
-    const double c2 = -0x1.6c087e80f1e27p-10;
-    const double c3 = 0x1.99342e0ee5069p-16;
-    const double z = x * x;
-    const double w = z * z;
-    const double r = c2 + z * c3;
-    return (float)(((1.0 + z * c0) + w * c1) + (w * z) * r);
+    const float c1 = 0x1.55554ap-5f;
+    const float c2 = -0x1.6c0c28p-10f;
+    const float c3 = 0x1.99e80cp-16f;
+    const float z = x * x;
+    const float r = c1 + z * (c2 + z * c3);
+    const float hz = 0.5f * z;
+    const float w = 1.0f - hz;
+    return w + (((1.0f - w) - hz) + (z * (z * r) - x * y));
 }
 
-/* FreeBSD msun k_tanf.c. */
-static float lm_k_tanf(double x, int odd)
+/* tan(x + y) on [-pi/4, pi/4], y the tail of x; the polynomial has the relative error 2^-29.5. */
+static float lm_k_tanf(float x, float y)
 {
-    static const double t[6] = {
-        0x1.5554d3418c99fp-2, 0x1.112fd38999f72p-3, 0x1.b54c91d865afep-5,
-        0x1.91df3908c33cep-6, 0x1.85dadfcecf44ep-9, 0x1.362b9bf971bcdp-7,
+    static const float t[7] = {
+        0x1.55556p-2f, 0x1.110d9ep-3f, 0x1.bad9c2p-5f, 0x1.5cc0d4p-6f, 0x1.62cb2ep-7f, 0x1.9bf8a4p-14f, 0x1.1e9266p-8f,
     };
-    const double z = x * x;
-    const double rr = t[4] + z * t[5];
-    const double tt = t[2] + z * t[3];
-    const double w = z * z;
-    const double s = z * x;
-    const double u = t[0] + z * t[1];
-    const double r = (x + s * u) + (s * w) * (tt + w * rr);
-    return (float)((odd != 0) ? (-1.0 / r) : r);
+    const float z = x * x;
+    const float r = t[0] + z * (t[1] + z * (t[2] + z * (t[3] + z * (t[4] + z * (t[5] + z * t[6])))));
+    return x + (z * (x * r + y) + y);
 }
 
-/* FreeBSD msun s_sinf.c. */
+/* In binary32 arithmetic alone, as the three below. */
 static float lm_sinf(float x)
 {
-    const double pio2 = 0x1.921fb54442d18p+0;
-    const double x64 = (double)x;
-    const uint32_t ix = lm_bitsf(x) & 0x7fffffffu;
-    const int negative = (lm_bitsf(x) >> 31) != 0u;
-    double y;
-    int32_t n;
-    if (ix <= 0x3f490fdau) {
-        return (ix < 0x39800000u) ? x : lm_k_sinf(x64);
-    }
-    if (ix <= 0x407b53d1u) {
-        if (ix <= 0x4016cbe3u) {
-            return negative ? -lm_k_cosf(x64 + 1.0 * pio2) : lm_k_cosf(x64 - 1.0 * pio2);
-        }
-        return lm_k_sinf(negative ? -(x64 + 2.0 * pio2) : -(x64 - 2.0 * pio2));
-    }
-    if (ix <= 0x40e231d5u) {
-        if (ix <= 0x40afeddfu) {
-            return negative ? lm_k_cosf(x64 + 3.0 * pio2) : -lm_k_cosf(x64 - 3.0 * pio2);
-        }
-        return lm_k_sinf(negative ? (x64 + 4.0 * pio2) : (x64 - 4.0 * pio2));
-    }
-    if (ix >= 0x7f800000u) {
+    const uint32_t hx = lm_bitsf(x);
+    float y[2] = {0.0f, 0.0f};
+    uint32_t n = 0u;
+    float r;
+    if ((hx & 0x7fffffffu) >= 0x7f800000u) {
         return x - x;
     }
-    n = lm_rem_pio2f(x, &y);
-    switch ((uint32_t)n & 3u) {
-    case 0u:
-        return lm_k_sinf(y);
-    case 1u:
-        return lm_k_cosf(y);
-    case 2u:
-        return lm_k_sinf(-y);
-    default:
-        return -lm_k_cosf(y);
+    y[0] = fabsf(x);
+    if (y[0] > 0x1.921fb4p-1f) {
+        n = lm_rem_pio2f(y[0], y);
     }
+    r = ((n & 1u) == 0u) ? lm_k_sinf(y[0], y[1]) : lm_k_cosf(y[0], y[1]);
+    return ((n >> 1) == (hx >> 31)) ? r : -r;
 }
 
-/* FreeBSD msun s_cosf.c. */
 static float lm_cosf(float x)
 {
-    const double pio2 = 0x1.921fb54442d18p+0;
-    const double x64 = (double)x;
-    const uint32_t ix = lm_bitsf(x) & 0x7fffffffu;
-    const int negative = (lm_bitsf(x) >> 31) != 0u;
-    double y;
-    int32_t n;
-    if (ix <= 0x3f490fdau) {
-        return (ix < 0x39800000u) ? 1.0f : lm_k_cosf(x64);
-    }
-    if (ix <= 0x407b53d1u) {
-        if (ix > 0x4016cbe3u) {
-            return -lm_k_cosf(negative ? (x64 + 2.0 * pio2) : (x64 - 2.0 * pio2));
-        }
-        return lm_k_sinf(negative ? (x64 + 1.0 * pio2) : (1.0 * pio2 - x64));
-    }
-    if (ix <= 0x40e231d5u) {
-        if (ix > 0x40afeddfu) {
-            return lm_k_cosf(negative ? (x64 + 4.0 * pio2) : (x64 - 4.0 * pio2));
-        }
-        return lm_k_sinf(negative ? (-x64 - 3.0 * pio2) : (x64 - 3.0 * pio2));
-    }
-    if (ix >= 0x7f800000u) {
+    float y[2] = {0.0f, 0.0f};
+    uint32_t n = 0u;
+    float r;
+    if ((lm_bitsf(x) & 0x7fffffffu) >= 0x7f800000u) {
         return x - x;
     }
-    n = lm_rem_pio2f(x, &y);
-    switch ((uint32_t)n & 3u) {
-    case 0u:
-        return lm_k_cosf(y);
-    case 1u:
-        return lm_k_sinf(-y);
-    case 2u:
-        return -lm_k_cosf(y);
-    default:
-        return lm_k_sinf(y);
+    y[0] = fabsf(x);
+    if (y[0] > 0x1.921fb4p-1f) {
+        n = lm_rem_pio2f(y[0], y);
     }
+    r = ((n & 1u) == 0u) ? lm_k_cosf(y[0], y[1]) : lm_k_sinf(y[0], y[1]);
+    return (((n + 1u) & 2u) == 0u) ? r : -r;
 }
 
-/* FreeBSD msun s_tanf.c. */
 static float lm_tanf(float x)
 {
-    const double pio2 = 0x1.921fb54442d18p+0;
-    const double x64 = (double)x;
-    const uint32_t ix = lm_bitsf(x) & 0x7fffffffu;
-    const int negative = (lm_bitsf(x) >> 31) != 0u;
-    double y;
-    int32_t n;
-    if (ix <= 0x3f490fdau) {
-        return (ix < 0x39800000u) ? x : lm_k_tanf(x64, 0);
-    }
-    if (ix <= 0x407b53d1u) {
-        if (ix <= 0x4016cbe3u) {
-            return lm_k_tanf(negative ? (x64 + 1.0 * pio2) : (x64 - 1.0 * pio2), 1);
-        }
-        return lm_k_tanf(negative ? (x64 + 2.0 * pio2) : (x64 - 2.0 * pio2), 0);
-    }
-    if (ix <= 0x40e231d5u) {
-        if (ix <= 0x40afeddfu) {
-            return lm_k_tanf(negative ? (x64 + 3.0 * pio2) : (x64 - 3.0 * pio2), 1);
-        }
-        return lm_k_tanf(negative ? (x64 + 4.0 * pio2) : (x64 - 4.0 * pio2), 0);
-    }
-    if (ix >= 0x7f800000u) {
+    const uint32_t hx = lm_bitsf(x);
+    float y[2] = {0.0f, 0.0f};
+    uint32_t n = 0u;
+    float r;
+    if ((hx & 0x7fffffffu) >= 0x7f800000u) {
         return x - x;
     }
-    n = lm_rem_pio2f(x, &y);
-    return lm_k_tanf(y, (int)((uint32_t)n & 1u));
+    y[0] = fabsf(x);
+    if (y[0] > 0x1.921fb4p-1f) {
+        n = lm_rem_pio2f(y[0], y);
+    }
+    r = lm_k_tanf(y[0], y[1]);
+    if ((n & 1u) != 0u) {
+        r = -1.0f / r;
+    }
+    return ((hx >> 31) == 0u) ? r : -r;
 }

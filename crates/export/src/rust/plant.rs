@@ -16,7 +16,7 @@ use crate::{Export, number};
 /// How the graphs of an export are written as Rust.
 pub(super) fn dialect(scalar: Scalar) -> Dialect<'static> {
     let literal = |x: f64, single: bool| number::rust(x, if single { Scalar::Binary32 } else { Scalar::Binary64 });
-    Dialect { language: Language::Rust, single: scalar == Scalar::Binary32, prefix: "", literal }
+    Dialect { language: Language::Rust, single: scalar == Scalar::Binary32, prefix: "", of_target: false, literal }
 }
 
 /// The body of `observer()` for the observer with a constant gain.

@@ -1,4 +1,5 @@
-//! The elementary functions in C against those of the observers: the crate libm, through the traits of nalgebra.
+//! The elementary functions in C against those of the observers: the crate libm, through the traits of nalgebra, and in
+//! binary32 the four of `luenberger_plants::binary32`; and these against binary64.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -6,14 +7,19 @@ use std::fs;
 use std::process::Command;
 
 use luenberger_export::Scalar;
-use luenberger_export::c_math::{INCLUDES, call, source};
+use luenberger_export::c_math::{self, INCLUDES, call, source};
 use luenberger_expression::MathFunction;
+use luenberger_plants::binary32;
 use luenberger_random::Random;
 use nalgebra::RealField;
 
 use crate::compiled::{SANITISERS, can_sanitise, compilers, folder, has_haswell, is_complete};
 
-fn reference<T: RealField + Copy>(function: MathFunction, x: T, y: T) -> T {
+fn reference<T: Bits>(function: MathFunction, x: T, y: T) -> T {
+    T::own(function, x).unwrap_or_else(|| of_libm(function, x, y))
+}
+
+fn of_libm<T: RealField + Copy>(function: MathFunction, x: T, y: T) -> T {
     match function {
         MathFunction::Exp => x.exp(),
         MathFunction::Expm1 => x.exp_m1(),
@@ -45,6 +51,8 @@ trait Bits: RealField + Copy {
     fn bits(self) -> u64;
     /// The nearest number.
     fn near(x: f64) -> Self;
+    /// The function at x, where the format has its own in place of libm's.
+    fn own(function: MathFunction, x: Self) -> Option<Self>;
 }
 
 impl Bits for f64 {
@@ -59,6 +67,9 @@ impl Bits for f64 {
     fn near(x: f64) -> Self {
         x
     }
+    fn own(_: MathFunction, _: Self) -> Option<Self> {
+        None
+    }
 }
 
 impl Bits for f32 {
@@ -72,6 +83,15 @@ impl Bits for f32 {
     }
     fn near(x: f64) -> Self {
         x as f32
+    }
+    fn own(function: MathFunction, x: Self) -> Option<Self> {
+        match function {
+            MathFunction::Sin => Some(binary32::sin(x)),
+            MathFunction::Cos => Some(binary32::cos(x)),
+            MathFunction::Tan => Some(binary32::tan(x)),
+            MathFunction::Asin => Some(binary32::asin(x)),
+            _ => None,
+        }
     }
 }
 
@@ -256,7 +276,8 @@ fn compare<T: Bits>(compiler: &str) {
     for (k, flags) in builds.iter().enumerate() {
         let built = Command::new(compiler)
             .current_dir(&folder)
-            .args(["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic"])
+            .args(["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion"])
+            .args(["-Werror", "-pedantic"])
             .args(flags)
             .args(["math.c", "-o", &format!("math{k}"), "-lm"])
             .output()
@@ -298,7 +319,7 @@ fn compare<T: Bits>(compiler: &str) {
 }
 
 #[test]
-fn functions_in_c_give_the_bits_of_libm() {
+fn functions_in_c_give_the_bits_of_rust() {
     let compilers = compilers();
     if compilers.is_empty() {
         eprintln!("SKIPPED: no C compiler");
@@ -309,11 +330,60 @@ fn functions_in_c_give_the_bits_of_libm() {
     }
 }
 
+/// |found - expected| in units in the last place of the format at the expected value.
+fn units(found: f32, expected: f64) -> f64 {
+    let exponent = expected.abs().max(f64::from(f32::MIN_POSITIVE)).log2().floor();
+    (f64::from(found) - expected).abs() / (exponent - 23.0).exp2()
+}
+
+/// The stated errors in binary32, by the functions of binary64, whose own error is 2^-29 of a unit: on every
+/// k-th number of all, and on the special ones.
+#[test]
+fn errors_in_binary32_are_as_stated() {
+    for function in MathFunction::ALL {
+        let (mut worst, mut place) = (0.0, (0.0, 0.0));
+        let mut check = |x: f32, y: f32| {
+            // Below -1 libm's is a number, in both formats.
+            if function == MathFunction::Acosh && x < 1.0 {
+                return;
+            }
+            let found = reference(function, x, y);
+            let expected = of_libm(function, f64::from(x), f64::from(y));
+            let as_single = expected as f32;
+            if as_single.is_nan() || as_single.is_infinite() || found.is_infinite() {
+                assert!(found.is_nan() == as_single.is_nan(), "{function:?}({x:?}, {y:?}): {found:?}");
+                let largest = f64::from(f32::MAX);
+                assert!(found.is_nan() || expected.abs() >= largest * (1.0 - 2e-7), "{function:?}({x:?}, {y:?})");
+                return;
+            }
+            assert!(found.is_sign_negative() == expected.is_sign_negative(), "{function:?}({x:?}, {y:?}): {found:?}");
+            let units = units(found, expected);
+            if units > worst {
+                (worst, place) = (units, (x, y));
+            }
+        };
+        if function.arguments() == 2 {
+            for (x, y) in pairs() {
+                check(x, y);
+            }
+        } else {
+            let step = if is_complete() { 67 } else { 4093 };
+            let everywhere = (0..=u32::MAX).step_by(step).map(f32::from_bits);
+            for x in arguments().into_iter().chain(everywhere) {
+                check(x, 0.0);
+            }
+        }
+        let stated = c_math::units(function);
+        assert!(worst <= stated, "{function:?}{place:?}: {worst:.4} units, stated {stated}");
+        assert!(worst >= 0.3 * stated, "{function:?}: {worst:.4} units at most, stated {stated}");
+    }
+}
+
 #[test]
 fn only_what_is_needed_is_written() {
     assert_eq!(source("a", Scalar::Binary64, []), "");
     let text = source("a", Scalar::Binary32, [MathFunction::Sin]);
-    for (name, there) in [("a_sinf(", true), ("a_k_cosf(", true), ("a_rem_pio2_large(", true), ("a_cosf(", false)] {
+    for (name, there) in [("a_sinf(", true), ("a_k_cosf(", true), ("a_rem_pio2_largef(", true), ("a_cosf(", false)] {
         assert_eq!(text.contains(name), there, "{name}");
     }
     assert!(text.starts_with("/* Elementary functions") && text.contains("Sun Microsystems") && !text.contains("lm_"));

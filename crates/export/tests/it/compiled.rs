@@ -45,21 +45,27 @@ pub(crate) fn folder(name: &str) -> PathBuf {
 /// Compiles the files of an export with these flags and runs the golden test.
 #[track_caller]
 fn agrees(export: &Export, folder: &Path, compiler: &str, flags: &[&str]) {
+    let (good, text) = golden_test(export, folder, compiler, flags);
+    assert!(good, "{compiler} {flags:?}: {text}");
+    assert!(text.contains("64 of 64 steps agree to the last bit"), "{text}");
+}
+
+/// Whether the golden test succeeds, and what it prints.
+#[track_caller]
+fn golden_test(export: &Export, folder: &Path, compiler: &str, flags: &[&str]) -> (bool, String) {
     for file in export.c().unwrap() {
         std::fs::write(folder.join(file.name), file.text).unwrap();
     }
     let built = Command::new(compiler)
         .current_dir(folder)
-        .args(["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror"])
+        .args(["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror"])
         .args(flags)
         .args(["plant.c", "test_plant.c", "-o", "test", "-lm"])
         .output()
         .unwrap();
     assert!(built.status.success(), "{compiler} {flags:?}: {}", String::from_utf8_lossy(&built.stderr));
     let ran = Command::new(folder.join("test")).output().unwrap();
-    let text = String::from_utf8_lossy(&ran.stdout);
-    assert!(ran.status.success(), "{compiler} {flags:?}: {text}{}", String::from_utf8_lossy(&ran.stderr));
-    assert!(text.contains("64 of 64 steps agree to the last bit"), "{text}");
+    (ran.status.success(), String::from_utf8_lossy(&[ran.stdout, ran.stderr].concat()).into_owned())
 }
 
 pub(crate) const SANITISERS: [&str; 3] = ["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"];
@@ -426,6 +432,46 @@ fn the_block_is_that_of_the_observers() {
 }
 
 /// NaN in an output reaches the estimate and stays there, as the header says, in Rust and so in C.
+/// With the functions of the C library of this machine the golden test agrees to half of the digits, and notices another
+/// function; the observer has none of its own, and its header says what is lost.
+#[test]
+fn the_functions_of_the_target_are_called() {
+    let compilers = compilers();
+    if compilers.is_empty() {
+        eprintln!("SKIPPED: no C compiler");
+    }
+    for (scalar, name) in [(Scalar::Binary32, "sinf"), (Scalar::Binary64, "sin")] {
+        let folder = folder(&format!("target-{name}"));
+        let own = crate::fuzz::export("plant", pendulum(), scalar);
+        let of_target = own.clone().with_functions_of_target();
+        let files = of_target.c().unwrap();
+        let text = |name: &str| &files.iter().find(|file| file.name == name).unwrap().text;
+        let (c, header) = (text("plant.c"), text("plant.h"));
+        assert!(c.contains(&format!("= {name}(")) && !c.contains(&format!("plant_{name}(")), "{c}");
+        let lost = "not those of the design to the last bit, and no bound and no comparison counts the errors";
+        let header = header.replace("\n *", "");
+        assert!(header.contains(lost) && !header.contains("The results are those of"), "{header}");
+        assert!(text("README.md").contains("to half of the digits"));
+        for compiler in &compilers {
+            let (good, text) = golden_test(&of_target, &folder, compiler, &[]);
+            assert!(good && text.contains("64 of 64 steps agree to half of the digits"), "{text}");
+            let other = format!("-D{name}={}", name.replace("sin", "tan"));
+            assert!(!golden_test(&of_target, &folder, compiler, &[&other]).0);
+        }
+        assert!(own.c().unwrap().iter().any(|file| file.text.contains(&format!("plant_{name}("))));
+        let linear = export(program(3, (2, 1, 1), false, false), scalar);
+        assert_eq!(linear.clone().with_functions_of_target().c().unwrap(), linear.c().unwrap());
+    }
+}
+
+/// A filter of a pendulum.
+fn pendulum() -> ExportableObserver {
+    let plant = crate::moving_horizon::plant(&["x2", "-9.81*sin(x1) - 0.1*x2 + u1"], &["x1"], 1);
+    let (one, two) = (DMatrix::from_element(1, 1, 0.05), DMatrix::from_diagonal_element(2, 2, 0.1));
+    let noises = NoiseModel { w: two.clone(), v: one, p0: two };
+    ExportableObserver::Kalman(ExtendedKalmanFilter::new(plant, noises, 0.1, 2).unwrap())
+}
+
 #[test]
 fn what_is_not_finite_stays() {
     for is_cubic in [false, true] {

@@ -6,9 +6,9 @@ use std::path::Path;
 use std::process::Command;
 
 use luenberger_export::moving_horizon::MovingHorizon;
-use luenberger_export::{Export, ExportableObserver, File, Names, Scalar, golden};
+use luenberger_export::{Export, ExportableObserver, File, Names, Scalar, c_math, golden};
 use luenberger_expression::{
-    ExpressionPlant, Extrapolation, Interpolation, LookupTable, Parameters, Scope, Surface, Table, Tables,
+    ExpressionPlant, Extrapolation, Interpolation, LookupTable, MathFunction, Parameters, Scope, Surface, Table, Tables,
 };
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel,
@@ -515,6 +515,55 @@ fn of_every_kernel() -> [ExportableObserver; 5] {
         ExportableObserver::Kkl(kkl::of_plant(&mut Random(5), &plant("", 0), 1)),
         compiled::semi_implicit(11, (3, 2, 2), true),
     ]
+}
+
+/// Routines for doubles in software, of the names that compilers for ARM call.
+fn is_of_doubles(routine: &str) -> bool {
+    let name = routine.strip_prefix("__aeabi_").unwrap_or_default();
+    name.starts_with('d') || name.starts_with("cd") || name.ends_with("2d")
+}
+
+/// On a processor with single precision alone an observer in f32, with any of the elementary functions, calls no
+/// routine for doubles.
+#[test]
+fn in_f32_a_cortex_m4_computes_no_double() {
+    const COMPILER: &str = "arm-none-eabi-gcc";
+    if Command::new(COMPILER).arg("--version").output().is_err() {
+        eprintln!("SKIPPED: no {COMPILER}");
+        return;
+    }
+    let folder = compiled::folder("singles");
+    let mut random = Random(8);
+    let programs: Vec<_> = (0..6).map(|_| nonlinear(&mut random)).chain(of_every_kernel()).collect();
+    let mut sources = Vec::new();
+    for (k, program) in programs.into_iter().enumerate() {
+        // Two in f64 for comparison.
+        for scalar in [Scalar::Binary32, Scalar::Binary64].into_iter().take(if k < 2 { 2 } else { 1 }) {
+            let name = format!("{}{k}", if scalar == Scalar::Binary32 { "single" } else { "double" });
+            // Some diverge.
+            for File { name, text } in export(&name, program.clone(), scalar).c().unwrap_or_default() {
+                std::fs::write(folder.join(name), text).unwrap();
+            }
+            sources.extend(folder.join(format!("{name}.c")).exists().then_some(name));
+        }
+    }
+    let all = c_math::source("all", Scalar::Binary32, MathFunction::ALL).replace("static float all_", "float all_");
+    std::fs::write(folder.join("single.c"), format!("{}{all}", c_math::INCLUDES)).unwrap();
+    assert!(sources.len() > 8, "{sources:?}");
+    sources.push("single".to_owned());
+    for name in sources {
+        let built = Command::new(COMPILER)
+            .current_dir(&folder)
+            .args(["-std=c99", "-O2", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"])
+            .args(["-c", &format!("{name}.c"), "-o", "object.o"])
+            .output()
+            .unwrap();
+        assert!(built.status.success(), "{name}: {}", String::from_utf8_lossy(&built.stderr));
+        let called = Command::new("arm-none-eabi-nm").current_dir(&folder).args(["-u", "object.o"]).output().unwrap();
+        let called = String::from_utf8(called.stdout).unwrap();
+        let doubles: Vec<&str> = called.split_whitespace().filter(|name| is_of_doubles(name)).collect();
+        assert_eq!(doubles.is_empty(), name.starts_with("single"), "{name} calls {doubles:?}");
+    }
 }
 
 /// Emitted C keeps MISRA's rules but for the deviations of `docs/deploy.md`.

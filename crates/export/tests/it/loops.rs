@@ -95,7 +95,7 @@ macro_rules! compared {
 
 fn dialect(single: bool) -> Dialect<'static> {
     let literal = |x: f64, single: bool| number::c(x, if single { Scalar::Binary32 } else { Scalar::Binary64 });
-    Dialect { language: Language::C, single, prefix: "", literal }
+    Dialect { language: Language::C, single, prefix: "", of_target: false, literal }
 }
 
 /// Numbers without pattern, with some that are large, small, and none.

@@ -1,7 +1,8 @@
 //! A routine as source code of C99 and Rust: one operation per line, in the order of its evaluation.
 //!
 //! Elementary functions are called as `PREFIX_sin(x)` in C and `libm::sin(x)` in Rust, which have to be the algorithms
-//! of the crate libm; `sqrt` and `fabs` are exact in every library.
+//! of the crate libm, or in binary32 those of [`luenberger_plants::binary32`]; `sqrt` and `fabs` are exact in every
+//! library.
 
 use std::fmt::Write;
 
@@ -27,6 +28,8 @@ pub struct Dialect<'a> {
     pub single: bool,
     /// What stands before the names of functions and tables, with its underscore.
     pub prefix: &'a str,
+    /// Whether C calls the elementary functions of the target's library, `sinf`, in place of those with the prefix.
+    pub of_target: bool,
     /// A number as a literal of the language and the format.
     pub literal: fn(f64, single: bool) -> String,
 }
@@ -110,6 +113,12 @@ impl MathFunction {
         }
     }
 
+    /// Whether binary32 has an algorithm of its own in [`luenberger_plants::binary32`], because libm's computes in
+    /// binary64.
+    fn is_of_binary32(self) -> bool {
+        matches!(self, Self::Sin | Self::Cos | Self::Tan | Self::Asin)
+    }
+
     pub(super) fn of(unary: Unary) -> Option<Self> {
         Some(match unary {
             Unary::Exp => Self::Exp,
@@ -153,7 +162,11 @@ impl Dialect<'_> {
     fn call(&self, function: MathFunction) -> String {
         let suffix = if self.single { "f" } else { "" };
         match self.language {
+            Language::C if self.of_target => format!("{}{suffix}", function.name()),
             Language::C => format!("{}{}{suffix}", self.prefix, function.name()),
+            Language::Rust if self.single && function.is_of_binary32() => {
+                format!("luenberger_observers::binary32::{}", function.name())
+            }
             Language::Rust => format!("libm::{}{suffix}", function.name()),
         }
     }

@@ -4,8 +4,9 @@
 use luenberger_expression::{
     Expression, ExpressionPlant, Extrapolation, Interpolation, LookupTable, Parameters, Scope, Surface, Table, Tables,
 };
-use luenberger_plants::{Differentiable, Plant};
+use luenberger_plants::{Differentiable, Plant, binary32};
 use nalgebra::{DVector, dvector};
+use num_dual::Dual32;
 use proptest::prelude::*;
 
 fn scope() -> Scope {
@@ -211,9 +212,28 @@ fn single_precision_is_the_same_plant() {
     let found = plant.derivative(0.0f32, &DVector::from_row_slice(&[1.1f32, 0.3, 0.7]), &dvector![0.0])[0];
     let share = (0.7f32 - 0.25) / (1.5 - 0.25);
     let table = 0.25f32 + (2.0 - 0.25) * share;
-    assert_eq!(found, 1.1f32 * 1.1 * 1.1 - 0.1 * libm_sinf(0.3) + table);
+    assert_eq!(found, 1.1f32 * 1.1 * 1.1 - 0.1 * binary32::sin(0.3) + table);
 }
 
-fn libm_sinf(x: f32) -> f32 {
-    nalgebra::ComplexField::sin(x)
+/// Four functions over binary32 and its dual numbers are those of `binary32`, and their derivatives are of the same.
+#[test]
+fn functions_without_doubles_over_binary32() {
+    let (x, eps) = (0.7_f32, 3.0);
+    let tan = binary32::tan(x);
+    for (text, value, slope) in [
+        ("sin(x1)", binary32::sin(x), binary32::cos(x)),
+        ("cos(x1)", binary32::cos(x), -binary32::sin(x)),
+        ("tan(x1)", tan, 1.0 + tan * tan),
+        ("asin(x1)", binary32::asin(x), 1.0 / (1.0 - x * x).sqrt()),
+    ] {
+        let expression = Expression::parse(text, &Scope::plant(1, 0)).unwrap();
+        assert_eq!(expression.evaluate(0.0, &[x], &[]), value, "{text}");
+        let dual = expression.evaluate(Dual32::from_re(0.0), &[Dual32::new(x, eps)], &[]);
+        assert_eq!((dual.re, dual.eps), (value, slope * eps), "{text}");
+        let plant = ExpressionPlant::new(&[text], &["x1"], 0, &Parameters::new()).unwrap();
+        let jacobian: f32 = plant.state_jacobian(0.0, &dvector![x], &DVector::zeros(0))[(0, 0)];
+        assert!((jacobian - slope).abs() <= 2.0 * f32::EPSILON * slope.abs(), "{text}: {jacobian}, {slope}");
+        let double = expression.evaluate(0.0, &[f64::from(x)], &[]);
+        assert!((f64::from(value) - double).abs() <= f64::from(f32::EPSILON) * double.abs(), "{text}");
+    }
 }

@@ -15,7 +15,7 @@ pub(crate) mod feedback;
 mod linear;
 mod record;
 
-pub use export::{ExportOptions, ExportRefusal, ExportedObserver, Language, Precision, export, program};
+pub use export::{ExportOptions, ExportRefusal, ExportedObserver, Language, Libm, Precision, export, program};
 pub(crate) use export::{Prepared, chosen, prepared};
 pub use exported::exported;
 pub use record::{Difference, Record, record};

@@ -82,7 +82,7 @@ fn rate(t: f32, x: &[f32; 1], u: &[f32], out: &mut [f32; 1]) {
     let v14 = u[1] - v13;
     let v15 = 2.0 * v14;
     let v16 = v9 - v15;
-    let v17 = libm::cosf(t);
+    let v17 = luenberger_observers::binary32::cos(t);
     let v18 = u[0] * v17;
     let v19 = v16 + v18;
     out[0] = v19;
@@ -145,7 +145,7 @@ fn f(t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 2]) {
     let v8 = 1.0 - v7;
     let v9 = x[1] * v8;
     let v10 = v9 - x[0];
-    let v13 = libm::cosf(t);
+    let v13 = luenberger_observers::binary32::cos(t);
     let v14 = u[0] * v13;
     let v15 = v10 + v14;
     out[0] = v5;
@@ -169,7 +169,7 @@ fn motion(t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 6]) {
     let v8 = 1.0 - v7;
     let v9 = x[1] * v8;
     let v10 = v9 - x[0];
-    let v13 = libm::cosf(t);
+    let v13 = luenberger_observers::binary32::cos(t);
     let v14 = u[0] * v13;
     let v15 = v10 + v14;
     let v16 = slope0(x[0]);

@@ -75,7 +75,7 @@ luenberger_observers::straight_line_plant!(Model, f32, 2, 0, 1, f, h, motion, me
 fn f(_t: f32, x: &[f32; 2], _u: &[f32], out: &mut [f32; 2]) {
     let v1 = x[1] * x[1];
     let v2 = x[1] * v1;
-    let v4 = libm::sinf(x[0]);
+    let v4 = luenberger_observers::binary32::sin(x[0]);
     let v5 = -v4;
     out[0] = v2;
     out[1] = v5;
@@ -92,9 +92,9 @@ fn h(_t: f32, x: &[f32; 2], _u: &[f32], out: &mut [f32; 1]) {
 fn motion(_t: f32, x: &[f32; 2], _u: &[f32], out: &mut [f32; 6]) {
     let v2 = x[1] * x[1];
     let v3 = x[1] * v2;
-    let v5 = libm::sinf(x[0]);
+    let v5 = luenberger_observers::binary32::sin(x[0]);
     let v6 = -v5;
-    let v7 = libm::cosf(x[0]);
+    let v7 = luenberger_observers::binary32::cos(x[0]);
     let v8 = -v7;
     let v9 = x[1] + x[1];
     let v10 = x[1] * v9;

@@ -101,7 +101,7 @@ fn f(_t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 2]) {
     let v1 = x[1] * x[1];
     let v2 = x[1] * v1;
     let v4 = v2 + u[0];
-    let v6 = libm::sinf(x[0]);
+    let v6 = luenberger_observers::binary32::sin(x[0]);
     let v7 = -v6;
     out[0] = v4;
     out[1] = v7;
@@ -120,9 +120,9 @@ fn motion(_t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 6]) {
     let v2 = x[1] * x[1];
     let v3 = x[1] * v2;
     let v5 = v3 + u[0];
-    let v7 = libm::sinf(x[0]);
+    let v7 = luenberger_observers::binary32::sin(x[0]);
     let v8 = -v7;
-    let v9 = libm::cosf(x[0]);
+    let v9 = luenberger_observers::binary32::cos(x[0]);
     let v10 = -v9;
     let v11 = x[1] + x[1];
     let v12 = x[1] * v11;

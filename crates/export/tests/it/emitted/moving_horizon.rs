@@ -46,7 +46,7 @@ fn f(t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 2]) {
     let v7 = libm::expf(v6);
     let v8 = v4 * v7;
     let v9 = v2 - v8;
-    let v12 = libm::cosf(t);
+    let v12 = luenberger_observers::binary32::cos(t);
     let v13 = u[0] * v12;
     let v14 = v9 + v13;
     out[0] = x[1];
@@ -74,7 +74,7 @@ fn motion(t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 6]) {
     let v9 = libm::expf(v8);
     let v10 = v5 * v9;
     let v11 = v3 - v10;
-    let v14 = libm::cosf(t);
+    let v14 = luenberger_observers::binary32::cos(t);
     let v15 = u[0] * v14;
     let v16 = v11 + v15;
     let v18 = x[0] + x[0];

@@ -12,7 +12,7 @@ mod numbers;
 mod options;
 mod refusal;
 
-pub use options::{ExportOptions, Language, Precision};
+pub use options::{ExportOptions, Language, Libm, Precision};
 pub use refusal::ExportRefusal;
 
 use std::time::Instant;
@@ -40,7 +40,7 @@ pub struct ExportedObserver {
     pub files: Vec<(String, Vec<u8>)>,
     /// Paths of the binaries in the archive of an FMU.
     pub binaries: Vec<String>,
-    /// Why the archive of an FMU lacks binaries.
+    /// Why the archive of an FMU lacks binaries, and what the functions of the target's library cost.
     #[serde(skip)]
     pub notes: Vec<String>,
     /// The sampling period; of an observer at varying periods the nominal one.
@@ -152,7 +152,14 @@ pub fn export(
     let export = gain.map_or(Ok(export.clone()), |k| export.with_feedback(k)).map_err(refused)?;
     let cost = numbers.cost(&export).map_err(refused)?;
     let bytes = |files: Vec<File>| files.into_iter().map(|file| (file.name, file.text.into_bytes()));
+    let of_target = options.libm == Libm::Target;
+    let export = if of_target { export.with_functions_of_target() } else { export };
     let (mut files, mut binaries, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+    if of_target {
+        notes.push(export.functions().unwrap_or_else(|| {
+            format!("{} calls no elementary function: --libm target changes nothing", observer.name)
+        }));
+    }
     match options.to {
         Language::C => files.extend(bytes(numbers.c(&export).map_err(refused)?)),
         Language::Rust => files.extend(bytes(export.rust().map_err(refused)?)),

@@ -3,7 +3,7 @@
 use luenberger_export::{Export, ExportError, File, FixedPointFormats, Scalar, golden};
 use luenberger_proof::statement::{Format, Formats};
 
-use super::{ExportOptions, ExportRefusal, Language, Precision};
+use super::{ExportOptions, ExportRefusal, Language, Libm, Precision};
 
 /// The numbers on the target.
 #[derive(Clone, Copy)]
@@ -17,6 +17,18 @@ impl Numbers {
     pub(super) fn of(options: &ExportOptions<'_>) -> Result<Self, ExportRefusal> {
         if options.fmi.is_some() && options.to != Language::Fmu {
             return Err(ExportRefusal::Options("--fmi is for --to fmu"));
+        }
+        if options.libm == Libm::Target {
+            if options.to != Language::C {
+                return Err(ExportRefusal::Options(
+                    "--libm target is for --to c: a no_std crate has no C library, and an FMU runs on a computer",
+                ));
+            }
+            if matches!(options.format, Precision::Fixed(_)) {
+                return Err(ExportRefusal::Options(
+                    "--libm target is for floating point: fixed point calls no function",
+                ));
+            }
         }
         match (options.format, options.gains) {
             (Precision::Fixed(_), _) if options.feedback => Err(ExportRefusal::Options(

@@ -22,6 +22,8 @@ pub struct ExportOptions<'a> {
     pub format: Precision,
     /// Fixed-point format of the gains (default: that of `format`).
     pub gains: Option<FixedPointFormat>,
+    /// Whose elementary functions C calls (default: those of the design).
+    pub libm: Libm,
     /// Sampling period (default: that of a sampled observer, or the hold of the simulation).
     pub period: Option<f64>,
     /// Runge-Kutta steps per period of a nonlinear observer (default: a quarter of the fastest time constant of the
@@ -43,6 +45,7 @@ impl Default for ExportOptions<'_> {
             feedback: false,
             format: Precision::Binary64,
             gains: None,
+            libm: Libm::Own,
             period: None,
             substeps: None,
             test_steps: golden::STEPS,
@@ -59,6 +62,7 @@ impl<'a> ExportOptions<'a> {
         feedback: bool,
         format: Precision,
         gains: FixedPointFormat,
+        libm: Libm,
         period: f64,
         substeps: usize,
         test_steps: usize,
@@ -102,6 +106,15 @@ impl std::str::FromStr for Language {
             _ => Err("c, rust or fmu is expected".to_owned()),
         }
     }
+}
+
+/// Whose elementary functions emitted C calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Libm {
+    /// Those of the design, written out: the same bits.
+    Own,
+    /// Those of the target's C library.
+    Target,
 }
 
 /// The format of the numbers on the target.
