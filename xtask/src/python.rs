@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::step::{Failure, Step, cargo, is_installed, program, root};
 
 /// What the tests compare with, and what builds and checks the package. None of it is part of the wheel.
-const PACKAGES: [&str; 15] = [
+const PACKAGES: [&str; 16] = [
     "maturin>=1.16,<2",
     "numpy",
     "scipy",
@@ -14,6 +14,7 @@ const PACKAGES: [&str; 15] = [
     "slycot",
     "filterpy",
     "pandas",
+    "sympy",
     "matplotlib",
     "tqdm",
     "distributed>=2024.8",
