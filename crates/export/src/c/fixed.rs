@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 
 use super::kernels::{self, Macros};
 use super::project::cmake;
+use super::test::comparison;
 use super::{columns, harmless, lengths, macros, wrapped};
 use crate::File;
 use crate::fixed_point::{FixedPointExport, name};
@@ -180,7 +181,7 @@ fn test(export: &FixedPointExport<'_>) -> String {
     {saturations}
 }};
 
-int main(void)
+{compare}int main(void)
 {{
     {id}_state state;
     int32_t xhat[{upper}_STATES];
@@ -189,16 +190,25 @@ int main(void)
 
     {id}_reset(&state);
     for (k = 0; k < {count}; ++k) {{
+        int differs;
+
         {id}_step(&state, {u}, y[k], xhat);
-        if ((memcmp(xhat, expected[k], sizeof xhat) != 0) || (state.saturations != saturations[k])) {{
-            printf(\"step %d differs: %ld, expected %ld\\n\", k, (long)xhat[0], (long)expected[k][0]);
-            ++wrong;
+        differs = compare(k, \"xhat\", xhat, expected[k], {upper}_STATES);
+        if (state.saturations != saturations[k]) {{
+            printf(\"step %d: %lu saturations, expected %lu\\n\", k, (unsigned long)state.saturations,
+                   (unsigned long)saturations[k]);
+            differs = 1;
         }}
+        wrong += differs;
     }}
     printf(\"{id}: %d of {count} steps agree to the last bit\\n\", {count} - wrong);
+    if (wrong > 0) {{
+        printf(\"{id}: largest relative difference %g\\n\", largest);
+    }}
     return (wrong == 0) ? 0 : 1;
 }}
-"
+",
+        compare = comparison("int32_t")
     );
     text
 }

@@ -50,32 +50,7 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
     _ = write!(
         text,
         "
-static double largest = 0.0; /* The largest relative difference. */
-
-/* 1 if an entry differs from what is expected; says which, with its values. */
-static int compare(int step, const char *what, const {number} *found, const {number} *wanted, int length)
-{{
-    int differs = 0;
-    int i;
-
-    for (i = 0; i < length; ++i) {{
-        if (memcmp(&found[i], &wanted[i], sizeof found[i]) != 0) {{
-            const double size = (wanted[i] < 0) ? -(double)wanted[i] : (double)wanted[i];
-            double apart = (double)found[i] - (double)wanted[i];
-
-            apart = (apart < 0.0) ? -apart : apart;
-            apart = (size > 0.0) ? (apart / size) : apart;
-            if (apart > largest) {{
-                largest = apart;
-            }}
-            printf(\"step %d, %s[%d]: %a, expected %a\\n\", step, what, i, (double)found[i], (double)wanted[i]);
-            differs = 1;
-        }}
-    }}
-    return differs;
-}}
-
-int main(void)
+{compare}int main(void)
 {{
     {name}_state state;
     {number} xhat[{upper}_STATES];
@@ -97,7 +72,42 @@ int main(void)
     return (wrong == 0) ? 0 : 1;
 }}
 ",
+        compare = comparison(number),
         count = steps.len()
     );
     text
+}
+
+/// What compares a column with the one that is expected, and the largest relative difference.
+pub(super) fn comparison(number: &str) -> String {
+    // Bits of numbers with a point, and integers.
+    let (form, cast) = if number == "int32_t" { ("%ld", "long") } else { ("%a", "double") };
+    format!(
+        "static double largest = 0.0; /* The largest relative difference. */
+
+/* 1 if an entry differs from what is expected; says which, with its values. */
+static int compare(int step, const char *what, const {number} *found, const {number} *wanted, int length)
+{{
+    int differs = 0;
+    int i;
+
+    for (i = 0; i < length; ++i) {{
+        if (memcmp(&found[i], &wanted[i], sizeof found[i]) != 0) {{
+            const double size = (wanted[i] < 0) ? -(double)wanted[i] : (double)wanted[i];
+            double apart = (double)found[i] - (double)wanted[i];
+
+            apart = (apart < 0.0) ? -apart : apart;
+            apart = (size > 0.0) ? (apart / size) : apart;
+            if (apart > largest) {{
+                largest = apart;
+            }}
+            printf(\"step %d, %s[%d]: {form}, expected {form}\\n\", step, what, i, ({cast})found[i], ({cast})wanted[i]);
+            differs = 1;
+        }}
+    }}
+    return differs;
+}}
+
+"
+    )
 }

@@ -128,6 +128,45 @@ fn the_golden_vectors_saturate_and_the_header_says_what_that_means() {
     assert!(counts.trim_start().starts_with("0u,") && !counts.trim_end().ends_with(" 0u"), "{counts}");
 }
 
+/// An entry that is expected to be twice as large is named with both values, in both kinds of numbers.
+#[test]
+fn the_golden_test_names_the_entry_that_differs() {
+    let Some(compiler) = compilers().first().copied() else {
+        eprintln!("no C compiler: skipped");
+        return;
+    };
+    let export = export(3, (2, 1, 1), false);
+    let kinds = [("double", export.c().unwrap()), ("int32_t", export.fixed_point(q(8, 16).into()).unwrap().c())];
+    for (number, files) in kinds {
+        let folder = folder(&format!("differs-{number}"));
+        let mut first = String::new();
+        for mut file in files {
+            if file.name == "test_plant.c" {
+                let (before, table) = file.text.split_once("expected[64][2] = {").unwrap();
+                let start = table.find(|c: char| c.is_ascii_digit() || c == '-').unwrap();
+                first = table[start..].split([',', ' ']).next().unwrap().to_owned();
+                let rest = &table[start + first.len()..];
+                file.text = format!("{before}expected[64][2] = {{{}2 * {first}{rest}", &table[..start]);
+            }
+            std::fs::write(folder.join(file.name), file.text).unwrap();
+        }
+        let build = Command::new(compiler)
+            .current_dir(&folder)
+            .args(["-std=c99", "plant.c", "test_plant.c", "-o", "test", "-lm"])
+            .status();
+        assert!(build.unwrap().success(), "{number}");
+        let ran = Command::new(folder.join("test")).output().unwrap();
+        let text = String::from_utf8_lossy(&ran.stdout);
+        assert_eq!(ran.status.code(), Some(1), "{number}: {text}");
+        assert!(text.starts_with("step 0, xhat[0]: "), "{number}: {text}");
+        if let Ok(first) = first.parse::<i32>() {
+            assert!(text.contains(&format!("xhat[0]: {first}, expected {}\n", 2 * first)), "{text}");
+        }
+        assert!(text.contains("63 of 64 steps agree to the last bit\n"), "{number}: {text}");
+        assert!(text.ends_with("plant: largest relative difference 0.5\n"), "{number}: {text}");
+    }
+}
+
 #[test]
 fn what_has_no_fixed_point_is_an_error() {
     let cubic = program(3, (2, 1, 1), true, false);

@@ -9,6 +9,7 @@ use crate::RunOptions;
 use crate::design::attempt;
 use crate::error::StudyError;
 use crate::execute::prediction::{self, Predictions};
+use crate::statistics::percentile;
 use crate::study::{AdviseSpec, Log, OutputNoise, Study};
 use crate::trajectory::Member;
 use crate::tuning::{Basis, Information, ranges};
@@ -84,8 +85,7 @@ fn from_second_differences((study, log): (&Study, &Log), j: usize, first: usize)
     let y: Vec<f64> = (0..first).filter_map(|k| log.recording.outputs().value(k, j)).collect();
     let differences: Vec<f64> = y.windows(2).map(|pair| study.plant.innovation(j, pair[1], pair[0])).collect();
     let mut second: Vec<f64> = differences.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    second.sort_by(f64::total_cmp);
-    let median = second.get(second.len() / 2).copied().unwrap_or(0.0);
+    let median = percentile(&mut second, 50).unwrap_or(0.0);
     if median > 0.0 {
         return median / (MEDIAN_OF_MAGNITUDE * 6f64.sqrt());
     }

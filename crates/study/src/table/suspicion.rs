@@ -3,6 +3,8 @@
 use luenberger_proof::wording::{counted, significant};
 use luenberger_sim::Recording;
 
+use crate::statistics::percentile;
+
 /// A pattern in a log that suggests a sensor fault.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -254,12 +256,9 @@ fn alternating(name: &str, column: &[f64]) -> Option<Suspicion> {
     if column.len() < ALTERNATING || 20 * turns < 19 * (steps.len() - 1) {
         return None;
     }
-    let median = |mut sizes: Vec<f64>| {
-        sizes.sort_by(f64::total_cmp);
-        sizes[sizes.len() / 2]
-    };
-    let step = median(steps.iter().map(|step| step.abs()).collect());
-    let over_two = median(column.windows(3).map(|of| (of[2] - of[0]).abs()).collect());
+    let median = |mut sizes: Vec<f64>| percentile(&mut sizes, 50);
+    let step = median(steps.iter().map(|step| step.abs()).collect())?;
+    let over_two = median(column.windows(3).map(|of| (of[2] - of[0]).abs()).collect())?;
     (step > 10.0 * over_two).then(|| Suspicion::Alternating { column: name.to_owned(), step, over_two })
 }
 
