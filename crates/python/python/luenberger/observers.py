@@ -691,6 +691,7 @@ class Observer:
         format: str = "f64",
         gains: str | None = None,
         fmi: int | None = None,
+        layout: str | None = None,
         feedback: npt.ArrayLike | None = None,
         substeps: int | None = None,
         test_steps: int = 64,
@@ -715,6 +716,8 @@ class Observer:
             Fixed-point format of the gains (default: that of `format`).
         fmi : {2, 3}, optional
             Version of the standard of an FMU (default 2).
+        layout : {'arduino', 'zephyr', 'esp-idf', 'ros2'}, optional
+            The build system that the files in C are for, with a program to be filled in (default CMake).
         feedback : array_like, (m, n), optional
             The gain K of `u = r - K xhat`: the step takes r and y, and returns u as well. The input of `run` is then r.
         substeps : int, optional
@@ -763,6 +766,7 @@ class Observer:
             request = {
                 "to": to,
                 "fmi": fmi,
+                "layout": layout,
                 "feedback": feedback is not None,
                 "format": format,
                 "gains": gains,

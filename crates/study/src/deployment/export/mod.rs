@@ -154,7 +154,7 @@ pub fn export(
     let bytes = |files: Vec<File>| files.into_iter().map(|file| (file.name, file.text.into_bytes()));
     let (mut files, mut binaries, mut notes) = (Vec::new(), Vec::new(), Vec::new());
     match options.to {
-        Language::C => files.extend(bytes(numbers.c(&export).map_err(refused)?)),
+        Language::C => files.extend(bytes(numbers.c(&export, options.layout).map_err(refused)?)),
         Language::Rust => files.extend(bytes(export.rust().map_err(refused)?)),
         Language::Fmu => {
             let fmu = fmu::files(&export, options.version(), &certificates).map_err(refused)?;
