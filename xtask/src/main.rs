@@ -141,6 +141,16 @@ enum Command {
     ///
     /// Says so and does nothing without python3 or the network.
     Python,
+    /// Build what is given away of the Python package, into target/wheels: a wheel for every Linux with glibc 2.17 or
+    /// newer, and the sources
+    ///
+    /// The wheel of this machine is installed beside numpy alone and tried. Says so and does nothing without python3 or
+    /// the network.
+    Wheel {
+        /// Target of rustc; may be repeated [default: this machine]
+        #[arg(long)]
+        target: Vec<String>,
+    },
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
     /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table; with --all, in
@@ -241,6 +251,7 @@ fn main() -> ExitCode {
         Command::Screenshots => screenshots::run(),
         Command::Firmware { document } => firmware::run(document),
         Command::Python => python::run(),
+        Command::Wheel { target } => python::wheel(&target),
         Command::Mutate { all: true, chosen, only, list } => mutate::all::run(&chosen, &only, list),
         Command::Mutate { only, list, .. } => mutate::run(&only, list),
     };

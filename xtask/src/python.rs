@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::step::{Failure, Step, cargo, is_installed, program, root};
 
 /// What the tests compare with, and what builds and checks the package. None of it is part of the wheel.
-const PACKAGES: [&str; 15] = [
+const PACKAGES: [&str; 16] = [
     "maturin>=1.16,<2",
     "numpy",
     "scipy",
@@ -14,6 +14,7 @@ const PACKAGES: [&str; 15] = [
     "slycot",
     "filterpy",
     "pandas",
+    "sympy",
     "matplotlib",
     "tqdm",
     "distributed>=2024.8",
@@ -69,6 +70,48 @@ pub(crate) fn run() -> Result<(), Failure> {
     };
     at(&bare, &folder).arguments(&install).argument(&wheel).step("installation beside numpy")?;
     at(&bare, &folder).argument("tests/bare.py").step("with numpy alone")
+}
+
+/// Builds the wheels that are given away, optimised, and the source distribution.
+///
+/// On Linux with zig's linker, for manylinux2014, also for the targets of other processors; elsewhere with the linker of
+/// the system. The wheel of this machine is installed beside numpy alone, and tried.
+pub(crate) fn wheel(targets: &[String]) -> Result<(), Failure> {
+    let is_linux = cfg!(target_os = "linux");
+    let tools = if is_linux { &["maturin>=1.16,<2", "ziglang"][..] } else { &["maturin>=1.16,<2"] };
+    let (Some(python), Some(bare)) =
+        (environment("python-wheel-venv", tools), environment("python-bare-venv", &["numpy"]))
+    else {
+        eprintln!("── NOT RUN: the wheels (python3 from 3.10 on with venv, and the network are needed)");
+        return Ok(());
+    };
+    let folder = root().join("crates/python");
+    let wheels = root().join("target/wheels");
+    if wheels.exists() {
+        fs::remove_dir_all(&wheels).map_err(|source| Failure::io(&wheels, source))?;
+    }
+    let maturin = |arguments: &[&str]| {
+        at(&python, &folder).arguments(&["-m", "maturin"]).arguments(arguments).argument("--out").argument(&wheels)
+    };
+    let build = |more: &[&str]| {
+        let linux: &[&str] = if is_linux { &["--zig", "--compatibility", "manylinux2014"] } else { &[] };
+        maturin(&["build", "--quiet", "--locked", "--release"]).arguments(linux).arguments(more)
+    };
+    if targets.is_empty() {
+        build(&["--interpreter"]).argument(&python).step("wheel")?;
+        let install = ["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"];
+        at(&bare, &folder).arguments(&install).argument(only_file(&wheels)?).step("installation")?;
+        at(&bare, &folder).argument("tests/bare.py").step("with numpy alone")?;
+    }
+    for target in targets {
+        build(&["--target", target]).step(target)?;
+    }
+    maturin(&["sdist", "--quiet"]).step("sources")?;
+    for entry in fs::read_dir(&wheels).map_err(|source| Failure::io(&wheels, source))?.flatten() {
+        let size = entry.metadata().map_or(0, |file| file.len());
+        println!("{}: {:.1} MB", entry.path().display(), size as f64 / 1e6);
+    }
+    Ok(())
 }
 
 fn at(python: &Path, folder: &Path) -> Step {

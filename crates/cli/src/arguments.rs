@@ -10,7 +10,7 @@ use crate::limit::{Limit, time};
 use crate::output;
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use luenberger_export::FixedPointFormat;
+use luenberger_export::{FixedPointFormat, Layout};
 use luenberger_lmi::Solver;
 use luenberger_study::advise::Criteria;
 use luenberger_study::deployment::Precision;
@@ -531,6 +531,10 @@ pub(crate) struct ExportInput {
     /// Version of the standard, with --to fmu [default: 2]
     #[arg(long, value_enum, value_name = "VERSION")]
     pub(crate) fmi: Option<FmiVersion>,
+    /// The build system that the files in C are for, with a program to be filled in: arduino (and PlatformIO), zephyr,
+    /// esp-idf or ros2 [default: CMake]
+    #[arg(long, value_name = "SYSTEM")]
+    pub(crate) layout: Option<Layout>,
     /// With the feedback u = r - K xhat of the study: the step takes r and y, and returns u as well
     #[arg(long)]
     pub(crate) feedback: bool,

@@ -103,6 +103,12 @@ pub enum ExportError {
         /// The unit.
         unit: String,
     },
+    /// A period that a timer of a board does not have.
+    #[error("a period of {seconds} s is not one of the timers of boards; 1e-6 to 4000 s are")]
+    Period {
+        /// The period.
+        seconds: f64,
+    },
     /// A C compiler that fails.
     #[error("{compiler} fails: {why}")]
     Compiler {

@@ -451,11 +451,11 @@ impl ExportableObserver {
             Self::Varying(step) => Cast::new(Sampled(VaryingPeriodStep::new(step.observer().cast::<T>()?)?), None),
             Self::Kalman(filter) => {
                 let plant = filter.plant();
-                Cast::new(Sampled(filter.cast::<T, _>(plant.clone())?), Some(plant.routines().h))
+                Cast::filter(filter.cast::<T, _>(plant.clone())?, plant.routines().h)
             }
             Self::Unscented(filter) => {
                 let plant = filter.plant();
-                Cast::new(Sampled(filter.cast::<T, _>(plant.clone())?), Some(plant.routines().h))
+                Cast::filter(filter.cast::<T, _>(plant.clone())?, plant.routines().h)
             }
             Self::MovingHorizon(estimator) => {
                 Cast::new(Sampled(moving_horizon::cast(estimator)?), Some(estimator.plant().routines().h))

@@ -1,7 +1,7 @@
 //! Golden vectors: inputs, outputs and the estimates of the Rust observer, in the format of the target.
 
-use luenberger_observers::{SampledObserver, StationaryKalmanFilter};
-use nalgebra::{DVector, Dyn, RealField};
+use luenberger_observers::{Innovation, SampledObserver, StationaryKalmanFilter};
+use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use crate::Export;
 use crate::cast::Cast;
@@ -89,6 +89,16 @@ enum Formatted {
     Binary64(Box<Run<f64>>),
 }
 
+/// The same in either format.
+macro_rules! of {
+    ($formatted:expr, $run:ident => $what:expr) => {
+        match $formatted {
+            Formatted::Binary32($run) => $what,
+            Formatted::Binary64($run) => $what,
+        }
+    };
+}
+
 impl Stepper {
     /// At the first estimate of the export.
     ///
@@ -103,18 +113,64 @@ impl Stepper {
 
     /// The estimate for the next sample, from the input and the output of this one (m and p entries).
     pub fn step(&mut self, u: &[f64], y: &[f64]) -> Vec<f64> {
-        match &mut self.0 {
-            Formatted::Binary32(run) => run.step(&run.rounded(u), &run.rounded(y)),
-            Formatted::Binary64(run) => run.step(u, y),
-        }
+        of!(&mut self.0, run => run.step(&run.rounded(u), &run.rounded(y)))
     }
 
-    /// The estimate for the next sample.
+    /// The estimate for the next sample; after an [`update`](Self::update), that with the measurement.
     pub fn estimate(&self) -> Vec<f64> {
-        match &self.0 {
-            Formatted::Binary32(run) => numbers(&run.estimate()),
-            Formatted::Binary64(run) => numbers(&run.estimate()),
-        }
+        of!(&self.0, run => numbers(&run.estimate()))
+    }
+
+    /// Whether it is a filter with a covariance, whose step is [`update`](Self::update) and [`predict`](Self::predict).
+    pub fn is_filter(&self) -> bool {
+        of!(&self.0, run => run.observer.halves().is_some())
+    }
+
+    /// The covariance of the error of the [estimate](Self::estimate), n x n, of a filter.
+    pub fn covariance(&self) -> Option<DMatrix<f64>> {
+        of!(&self.0, run => run.observer.halves().map(|halves| halves.covariance(&run.state).map(number)))
+    }
+
+    /// The update of a filter by the outputs of this sample that are finite; repeated, by those of further sensors at
+    /// the same time. Returns false, with the estimate as it was, if it is passed over, and for an observer without a
+    /// covariance.
+    pub fn update(&mut self, u: &[f64], y: &[f64]) -> bool {
+        of!(&mut self.0, run => run.update(&run.rounded(u), &run.rounded(y)))
+    }
+
+    /// The prediction of a filter for the next sample. Returns false, with the estimate as it was, if it has no result,
+    /// and for an observer without a covariance.
+    pub fn predict(&mut self, u: &[f64]) -> bool {
+        of!(&mut self.0, run => run.predict(&run.rounded(u)))
+    }
+
+    /// Its state, and how many samples it has had: [`resume`](Self::resume) goes on from there.
+    pub fn position(&self) -> (Vec<f64>, usize) {
+        of!(&self.0, run => (numbers(&run.state), run.sample))
+    }
+
+    /// Goes on from the position of another stepper of the same export. False, and nothing changes, if its state has
+    /// another length.
+    pub fn resume(&mut self, state: &[f64], sample: usize) -> bool {
+        of!(&mut self.0, run => {
+            let fits = state.len() == run.state.len();
+            if fits {
+                (run.state, run.sample, run.last) = (convert(state), sample, None);
+            }
+            fits
+        })
+    }
+
+    /// The innovation of the last sample of a filter, with its covariance, and how many outputs it used: that of the
+    /// last [`step`](Self::step) or [`update`](Self::update). None before the first one, and where it was passed over.
+    pub fn innovation(&self) -> Option<(Innovation<f64, Dyn>, usize)> {
+        of!(&self.0, run => {
+            let (innovation, used) = run.innovation()?;
+            let value = innovation.value.map(number);
+            let covariance = innovation.covariance.map(number);
+            let normalized_square = number(innovation.normalized_square);
+            Some((Innovation { value, covariance, normalized_square }, used))
+        })
     }
 }
 
@@ -127,14 +183,20 @@ struct Run<T: RealField + Copy> {
     filter: Option<StationaryKalmanFilter<T, Dyn, Dyn, Dyn>>,
     state: DVector<T>,
     sample: usize,
+    /// Of a filter, the sample and the state before the last update, with its u and y.
+    last: Option<(usize, DVector<T>, DVector<T>, DVector<T>)>,
 }
 
 fn convert<T: RealField + Copy>(values: &[f64]) -> DVector<T> {
     DVector::from_iterator(values.len(), values.iter().map(|x| nalgebra::convert(*x)))
 }
 
+fn number<T: RealField + Copy>(x: T) -> f64 {
+    nalgebra::try_convert(x).unwrap_or(f64::NAN)
+}
+
 fn numbers<T: RealField + Copy>(column: &DVector<T>) -> Vec<f64> {
-    column.iter().map(|x| nalgebra::try_convert(*x).unwrap_or(f64::NAN)).collect()
+    column.iter().map(|x| number(*x)).collect()
 }
 
 impl<T: RealField + Copy> Run<T> {
@@ -151,7 +213,7 @@ impl<T: RealField + Copy> Run<T> {
             _ => None,
         };
         let state = observer.start(&convert(&export.initial));
-        Ok(Self { scalar, observer, filter, state, sample: 0 })
+        Ok(Self { scalar, observer, filter, state, sample: 0, last: None })
     }
 
     fn rounded(&self, column: &[f64]) -> Vec<f64> {
@@ -171,9 +233,37 @@ impl<T: RealField + Copy> Run<T> {
     fn step(&mut self, u: &[f64], y: &[f64]) -> Vec<f64> {
         let (u, y) = (convert(u), convert(y));
         let corrected = self.filter.as_ref().map(|filter| filter.estimate_at(&self.estimate(), &u, &y));
+        self.remember(&u, &y);
         self.observer.step(self.sample, &mut self.state, &u, &y);
         self.sample += 1;
         numbers(&corrected.unwrap_or_else(|| self.estimate()))
+    }
+
+    /// Keeps what an update of a filter is made of.
+    fn remember(&mut self, u: &DVector<T>, y: &DVector<T>) {
+        self.last = self.observer.halves().map(|_| (self.sample, self.state.clone(), u.clone(), y.clone()));
+    }
+
+    fn update(&mut self, u: &[f64], y: &[f64]) -> bool {
+        let (u, y) = (convert(u), convert(y));
+        self.remember(&u, &y);
+        let halves = self.observer.halves();
+        halves.is_some_and(|halves| halves.update(self.observer.time(self.sample), &mut self.state, &u, &y).is_some())
+    }
+
+    fn predict(&mut self, u: &[f64]) -> bool {
+        let halves = self.observer.halves();
+        let is_right =
+            halves.is_some_and(|halves| halves.predict(self.observer.time(self.sample), &mut self.state, &convert(u)));
+        self.sample += usize::from(is_right);
+        is_right
+    }
+
+    fn innovation(&self) -> Option<(Innovation<T, Dyn>, usize)> {
+        let (sample, state, u, y) = self.last.as_ref()?;
+        let (halves, t) = (self.observer.halves()?, self.observer.time(*sample));
+        let innovation = halves.update(t, &mut state.clone(), u, y)?;
+        Some((innovation, halves.used(t, state, u, y)))
     }
 }
 

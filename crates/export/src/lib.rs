@@ -61,6 +61,7 @@ mod rust;
 mod scalar;
 pub mod step;
 
+pub use c::Layout;
 pub use error::ExportError;
 pub use exportable_observer::ExportableObserver;
 pub use fixed_point::FixedPointExport;
@@ -473,6 +474,16 @@ impl Export {
     /// [`ExportError::NotFinite`] if the observer leaves the range of the format on the golden vectors.
     pub fn c(&self) -> Result<Vec<File>, ExportError> {
         c::files(self)
+    }
+
+    /// The files of [`c`](Self::c) in the folders that the build system of boards or robots expects, with a program to be
+    /// filled in that takes the step.
+    ///
+    /// # Errors
+    /// As [`c`](Self::c), and [`ExportError::TimeUnit`] and [`ExportError::Period`] for a period that is not one of a
+    /// timer.
+    pub fn c_in(&self, layout: Layout) -> Result<Vec<File>, ExportError> {
+        layout.place(self, self.c()?, c::scalar(self))
     }
 
     /// The files of a `no_std` crate on `luenberger-observers` with the gains as constants and the same golden test.

@@ -21,6 +21,8 @@ pub(crate) struct Request {
     #[pyo3(default)]
     fmi: Option<u8>,
     #[pyo3(default)]
+    layout: Option<String>,
+    #[pyo3(default)]
     feedback: bool,
     format: String,
     #[pyo3(default)]
@@ -46,10 +48,12 @@ impl Request {
             Some(other) => return Err(invalid("fmi", &other, "2 or 3 is expected")),
         };
         let format = |word: &String| word.parse().map_err(|why: String| invalid("format", word, &why));
+        let layout = |word: &String| word.parse().map_err(|why: String| invalid("layout", word, &why));
         let gains = |word: &String| Precision::fixed_point(word).map_err(|why| invalid("gains", word, &why));
         Ok(ExportOptions {
             to: self.to.parse().map_err(|why: String| invalid("to", &self.to, &why))?,
             fmi,
+            layout: self.layout.as_ref().map(layout).transpose()?,
             feedback: self.feedback,
             format: format(&self.format)?,
             gains: self.gains.as_ref().map(gains).transpose()?,

@@ -1,15 +1,18 @@
 //! One observer: its design, its runs, its step, its files.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use luenberger_export::golden;
+use luenberger_export::{ExportableObserver, golden};
 use luenberger_study::deployment::{ExportOptions, ExportRefusal, export, program};
 use luenberger_study::design::{Designed, design_until};
 use luenberger_study::kinds::SampledCubic;
+use luenberger_study::model::Model;
 use luenberger_study::{Study, replay_designed, simulate_designed};
+use nalgebra::DVector;
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyFloat, PyList, PyTuple};
 
 use crate::array::{Matrix, Vector, array, list, matrix, vector};
 use crate::certificate::Certificate;
@@ -162,10 +165,21 @@ impl Design {
                 observer: study.observers[0].name.clone(),
                 error: Box::new(error),
             })?;
-            Ok((stepper, export.observer().period(), export.observer().dimensions()))
+            let observer = export.observer();
+            let takes_missing = stepper.is_filter() || matches!(observer, ExportableObserver::MovingHorizon(_));
+            let is_of_plant = study.observers[0].kind.functions().is_none() && !observer.takes_time();
+            let plant = (!takes_missing && is_of_plant).then(|| study.plant.model.clone());
+            let (period, size) = (observer.period(), observer.dimensions());
+            Ok(Stepper {
+                inner: Mutex::new(stepper),
+                plant,
+                takes_missing,
+                period,
+                inputs: size.inputs,
+                outputs: size.outputs,
+            })
         })?;
-        let (stepper, period, size) = built.map_err(|why| refused(py, &why))?;
-        Ok(Stepper { inner: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
+        built.map_err(|why| refused(py, &why))
     }
 
     /// The files of an export: names and bytes, what is proved, and its cost. With a study of the same plant and
@@ -202,6 +216,10 @@ fn answer<'py>(py: Python<'py>, what: &str, found: Option<Vec<f64>>) -> PyResult
 #[pyclass(frozen, module = "luenberger._luenberger")]
 pub(crate) struct Stepper {
     inner: Mutex<golden::Stepper>,
+    /// Of an observer without missed samples, the plant whose predicted output stands for a missing one.
+    plant: Option<Model>,
+    /// Whether a step can do without some of the outputs.
+    takes_missing: bool,
     #[pyo3(get)]
     period: f64,
     inputs: usize,
@@ -210,10 +228,22 @@ pub(crate) struct Stepper {
 
 #[pymethods]
 impl Stepper {
+    /// Whether the observer has a covariance, and its step two halves.
+    #[getter]
+    fn is_filter(&self) -> bool {
+        self.inner().is_filter()
+    }
+
+    /// Whether a NaN in y can stand for a missing value.
+    #[getter]
+    fn can_miss(&self) -> bool {
+        self.takes_missing || self.plant.is_some()
+    }
+
     /// The estimates for the next samples, from one column of inputs and outputs for each sample.
     #[pyo3(signature = (u, y, /))]
     fn steps<'py>(&self, py: Python<'py>, u: Matrix<'py>, y: Matrix<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let (u, y) = (samples(&u), samples(&y));
+        let (u, mut y) = (samples(&u), samples(&y));
         let fits = |columns: &[Vec<f64>], rows: usize| columns.iter().all(|column| column.len() == rows);
         if u.len() != y.len() || !fits(&u, self.inputs) || !fits(&y, self.outputs) {
             let (expected, found) = ((self.inputs, self.outputs), (u.len(), y.len()));
@@ -222,11 +252,11 @@ impl Stepper {
             return Err(error::raise(py, "DimensionMismatch", message, &numbers));
         }
         let estimates = py.detach(|| {
-            let mut stepper = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-            let columns = u.iter().zip(&y).map(|(u, y)| nalgebra::DVector::from_vec(stepper.step(u, y)));
+            let mut inner = self.inner();
+            let columns = u.iter().zip(&mut y).map(|(u, y)| nalgebra::DVector::from_vec(self.one(&mut inner, u, y)));
             columns.collect::<Vec<_>>()
         });
-        let n = self.inner.lock().unwrap_or_else(PoisonError::into_inner).estimate().len();
+        let n = self.inner().estimate().len();
         let all = if estimates.is_empty() {
             nalgebra::DMatrix::zeros(n, 0)
         } else {
@@ -235,8 +265,97 @@ impl Stepper {
         Ok(array(py, &all).into_any())
     }
 
-    /// The estimate for the next sample.
-    fn estimate<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        list(py, &self.inner.lock().unwrap_or_else(PoisonError::into_inner).estimate()).into_any()
+    /// The estimate for the next sample, of one sample whose columns are numbers, lists of numbers or vectors of
+    /// binary64. None for anything else: `steps` reads it, or says what is wrong.
+    #[pyo3(signature = (u, y, /))]
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        u: &Bound<'py, PyAny>,
+        y: &Bound<'py, PyAny>,
+    ) -> Option<Bound<'py, PyArray1<f64>>> {
+        let u = if u.is_none() { vec![0.0; self.inputs] } else { column(u, self.inputs)? };
+        let mut y = column(y, self.outputs)?;
+        let is_whole = u.iter().chain(&y).all(|x| x.is_finite());
+        is_whole.then(|| list(py, &self.one(&mut self.inner(), &u, &mut y)))
     }
+
+    /// The update of a filter by a measurement. False where it is passed over.
+    #[pyo3(signature = (u, y, /))]
+    fn update(&self, u: Vector<'_>, y: Vector<'_>) -> bool {
+        self.inner().update(vector(&u).as_slice(), vector(&y).as_slice())
+    }
+
+    /// The prediction of a filter for the next sample. False where it has no result.
+    #[pyo3(signature = (u, /))]
+    fn predict(&self, u: Vector<'_>) -> bool {
+        self.inner().predict(vector(&u).as_slice())
+    }
+
+    /// The estimate for the next sample; after an update that with the measurement.
+    fn estimate<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        list(py, &self.inner().estimate()).into_any()
+    }
+
+    /// The covariance of the error of the estimate, of a filter.
+    fn covariance<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
+        self.inner().covariance().map(|p| array(py, &p).into_any())
+    }
+
+    /// Its state, and how many samples it has had.
+    fn position<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f64>>, usize) {
+        let (state, sample) = self.inner().position();
+        (list(py, &state), sample)
+    }
+
+    /// Goes on from the position of another stepper of the same observer.
+    #[pyo3(signature = (state, sample, /))]
+    fn resume(&self, py: Python<'_>, state: Vector<'_>, sample: usize) -> PyResult<()> {
+        if self.inner().resume(vector(&state).as_slice(), sample) {
+            return Ok(());
+        }
+        Err(error::plain(py, "InvalidArgument", "the state is that of another observer"))
+    }
+
+    /// Innovation, its covariance, square and log-determinant, and the outputs used, at the last measurement of a filter.
+    fn innovation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some((innovation, used)) = self.inner().innovation() else { return Ok(None) };
+        let (value, covariance) = (list(py, innovation.value.as_slice()), array(py, &innovation.covariance));
+        let (square, log_determinant) = (innovation.normalized_square, innovation.log_determinant());
+        Ok(Some(dictionary!(py; value, covariance, square, log_determinant, used)))
+    }
+}
+
+impl Stepper {
+    fn inner(&self) -> MutexGuard<'_, golden::Stepper> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A step. What is missing of y is replaced by what the estimate predicts, where the step has no missed samples.
+    fn one(&self, stepper: &mut golden::Stepper, u: &[f64], y: &mut [f64]) -> Vec<f64> {
+        if let Some(plant) = self.plant.as_ref().filter(|_| y.iter().any(|y| y.is_nan())) {
+            let column = DVector::from_column_slice;
+            let xhat = stepper.estimate();
+            let t = stepper.position().1 as f64 * self.period;
+            let expected = plant.output(t, &column(&xhat[..plant.size().states]), &column(u));
+            for (y, expected) in y.iter_mut().zip(&expected).filter(|(y, _)| y.is_nan()) {
+                *y = *expected;
+            }
+        }
+        stepper.step(u, y)
+    }
+}
+
+/// A column of so many numbers, of a number, a list or tuple of numbers, or a vector of binary64; None for others.
+fn column(value: &Bound<'_, PyAny>, length: usize) -> Option<Vec<f64>> {
+    let found = if let Ok(array) = value.cast::<PyArray1<f64>>() {
+        array.try_readonly().ok()?.as_array().to_vec()
+    } else if let Ok(number) = value.cast::<PyFloat>() {
+        vec![number.value()]
+    } else if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        value.extract().ok()?
+    } else {
+        return None;
+    };
+    (found.len() == length).then_some(found)
 }

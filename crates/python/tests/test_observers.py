@@ -190,7 +190,9 @@ def test_a_step_is_the_sampled_observer():
     with pytest.raises(lg.DimensionMismatch):
         observer.step([0.0, 1.0], 0.0)
     with pytest.raises(lg.NotFinite):
-        observer.step(0.0, np.nan)
+        observer.step(np.nan, 0.0)
+    with pytest.raises(lg.NotFinite):
+        observer.step(0.0, np.inf)
 
 
 def test_a_discrete_observer_steps_as_its_equation():

@@ -58,6 +58,7 @@ fn options(input: &ExportInput) -> ExportOptions<'static> {
             FmiVersion::Two => Version::Two,
             FmiVersion::Three => Version::Three,
         }),
+        layout: input.layout,
         feedback: input.feedback,
         format: input.format,
         gains: input.gains,

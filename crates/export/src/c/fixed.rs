@@ -8,11 +8,20 @@ use nalgebra::DMatrix;
 use super::kernels::{self, Macros};
 use super::project::cmake;
 use super::test::comparison;
-use super::{columns, harmless, lengths, macros, wrapped};
+use super::{Layout, columns, harmless, lengths, macros, wrapped};
 use crate::File;
+use crate::error::ExportError;
 use crate::fixed_point::{FixedPointExport, name};
 
 impl FixedPointExport<'_> {
+    /// The files of [`c`](Self::c) in the folders that a build system expects, as [`Export::c_in`](crate::Export::c_in).
+    ///
+    /// # Errors
+    /// [`ExportError::TimeUnit`] and [`ExportError::Period`].
+    pub fn c_in(&self, layout: Layout) -> Result<Vec<File>, ExportError> {
+        layout.place(self.design, self.c(), "int32_t")
+    }
+
     /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.
     pub fn c(&self) -> Vec<File> {
         let name = &self.design.identifier;

@@ -18,6 +18,7 @@
 //! | `kkl` | the step of the numerical KKL observer, and the constants of its left inverse |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
+//! | `layout` | the folders of Arduino, Zephyr, ESP-IDF and ROS 2 |
 
 mod feedback;
 mod filter;
@@ -25,6 +26,7 @@ mod fixed;
 mod header;
 pub(crate) mod kernels;
 mod kkl;
+mod layout;
 mod moving_horizon;
 pub(crate) mod plant;
 mod project;
@@ -34,6 +36,7 @@ mod test;
 mod varying;
 
 pub(crate) use header::header;
+pub use layout::Layout;
 pub(crate) use test::test;
 
 use std::fmt::Write;
@@ -56,6 +59,31 @@ pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
         file("CMakeLists.txt".to_owned(), project::cmake(name)),
         file("README.md".to_owned(), project::readme(export, steps.len())),
     ])
+}
+
+/// The arguments of a step beside the state and xhat, by their names.
+pub(crate) struct Call {
+    /// Whether the step has the feedback.
+    pub(crate) is_fed: bool,
+    /// What is known: the inputs, the references, or a null pointer.
+    pub(crate) known: &'static str,
+    /// The inputs that the step computes, and a comma.
+    pub(crate) applied: &'static str,
+    /// The time since the last step, and a comma.
+    pub(crate) elapsed: &'static str,
+}
+
+impl Call {
+    pub(crate) fn of(export: &Export) -> Self {
+        let is_fed = export.feedback.is_some();
+        let known = match (is_fed, export.names.inputs.is_empty()) {
+            (true, _) => "r",
+            (false, true) => "0",
+            (false, false) => "u",
+        };
+        let elapsed = if export.observer.takes_time() { "dt, " } else { "" };
+        Self { is_fed, known, applied: if is_fed { "u, " } else { "" }, elapsed }
+    }
 }
 
 pub(crate) fn scalar(export: &Export) -> &'static str {

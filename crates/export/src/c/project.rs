@@ -1,6 +1,6 @@
 //! Build file and README.
 
-use super::scalar;
+use super::{Call, scalar};
 use crate::Export;
 
 pub(super) fn cmake(name: &str) -> String {
@@ -34,16 +34,15 @@ endif()
 pub(super) fn readme(export: &Export, count: usize) -> String {
     let (name, number) = (&export.identifier, scalar(export));
     let statement = export.statement.join("\n");
-    let (known, more, about) = match (export.feedback.is_some(), export.names.inputs.is_empty()) {
-        (true, _) => ("r", "u, ", "the references r; the plant gets u = r - K xhat until the next sample"),
-        (false, true) => ("0", "", "no inputs"),
-        (false, false) => ("u", "", "the inputs u held until the next sample"),
+    let Call { is_fed, known, applied, elapsed } = Call::of(export);
+    let about = match (known, elapsed) {
+        ("r", _) => "the references r; the plant gets u = r - K xhat until the next sample",
+        ("u", "") => "the inputs u held until the next sample",
+        ("u", _) => "the inputs u held since the last one, the time dt before",
+        (_, "") => "no inputs",
+        _ => "the time dt since the last one",
     };
-    let declared = if export.feedback.is_some() {
-        format!("{number} u[{}_INPUTS];\n", name.to_uppercase())
-    } else {
-        String::new()
-    };
+    let declared = if is_fed { format!("{number} u[{}_INPUTS];\n", name.to_uppercase()) } else { String::new() };
     format!(
         "# {name}
 
@@ -58,7 +57,7 @@ pub(super) fn readme(export: &Export, count: usize) -> String {
 {name}_reset(&state);
 /* every {period} {unit}, with the measured outputs y and {about} */
 {declared}{number} xhat[{upper}_STATES];
-{name}_step(&state, {known}, y, {more}xhat);
+{name}_step(&state, {known}, y, {applied}{elapsed}xhat);
 ```
 
 The test compares {count} steps with the design, {agreement}:

@@ -6,6 +6,7 @@ use super::kernels::{self, Macros};
 use super::{filter, kkl, matrix, moving_horizon, plant, recorded, scalar, varying};
 use crate::error::ExportError;
 use crate::exportable_observer::{ExportableObserver, Maps};
+use crate::scalar::Scalar;
 use crate::{Export, number, program};
 
 pub(super) fn source(export: &Export) -> Result<String, ExportError> {
@@ -20,8 +21,17 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
     if !export.functions_of_target && export.functions().is_some() {
         text.push_str("#include <stdint.h>\n#include <string.h>\n");
     }
-    text.push_str(
+    let (bits, digits) = match export.scalar {
+        Scalar::Binary32 => ("FLT_MANT_DIG", 24),
+        Scalar::Binary64 => ("DBL_MANT_DIG", 53),
+    };
+    _ = write!(
+        text,
         "
+#if {bits} != {digits}
+#error \"{number} is not the format of the design, whose numbers have {digits} bits\"
+#endif
+
 #if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)
 #error \"operations have to be rounded to their type: FLT_EVAL_METHOD must be 0\"
 #endif

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{lengths, scalar};
+use super::{Call, lengths, scalar};
 use crate::golden::Step;
 use crate::scalar::Scalar;
 use crate::{Export, number};
@@ -29,22 +29,16 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
         text.push_str("};\n");
     };
     let fed = export.feedback.is_some();
-    let (is_varying, inputs) = (export.observer.takes_time(), export.observer.plant_inputs());
+    let inputs = export.observer.plant_inputs();
     table(if fed { "r" } else { "u" }, &|step| step.u[..inputs].to_vec());
     table("y", &|step| step.y.clone());
     table("dt", &|step| step.u[inputs..].to_vec());
     table("expected", &|step| step.estimate.clone());
     table("applied", &|step| step.applied.clone());
-    let known = match (fed, export.names.inputs.is_empty()) {
-        (true, _) => "r[k]",
-        (false, true) => "0",
-        (false, false) => "u[k]",
-    };
-    let (declared, more) = if fed {
-        (format!("    {number} u[{upper}_INPUTS];\n"), "u, ")
-    } else {
-        (String::new(), if is_varying { "dt[k][0], " } else { "" })
-    };
+    let call = Call::of(export);
+    let known = if call.known == "0" { "0".to_owned() } else { format!("{}[k]", call.known) };
+    let elapsed = if call.elapsed.is_empty() { "" } else { "dt[k][0], " };
+    let declared = if fed { format!("    {number} u[{upper}_INPUTS];\n") } else { String::new() };
     let mut sizes = ["", ""];
     if of_target {
         sizes = [", sizes_expected", ", sizes_applied"];
@@ -73,7 +67,7 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
     for (k = 0; k < {count}; ++k) {{
         int count = 0;
 
-        {name}_step(&state, {known}, y[k], {more}xhat);
+        {name}_step(&state, {known}, y[k], {more}{elapsed}xhat);
         count += compare(k, \"xhat\", xhat, expected[k], {upper}_STATES{expected});
 {applied}        wrong += (count > 0) ? 1 : 0;
     }}
@@ -85,6 +79,7 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
 }}
 ",
         compare = comparison(number, of_target.then(|| tolerance(export.scalar))),
+        more = call.applied,
         count = steps.len(),
         expected = sizes[0],
     );

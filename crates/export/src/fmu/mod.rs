@@ -109,7 +109,7 @@ impl Export {
     }
 
     /// The sampling period in seconds, the unit of time of an FMU.
-    fn period_in_seconds(&self) -> Result<f64, ExportError> {
+    pub(crate) fn period_in_seconds(&self) -> Result<f64, ExportError> {
         let factor = match self.names.time_unit.as_str() {
             "" | "s" | "sec" | "second" | "seconds" => 1.0,
             "ms" => 1e-3,

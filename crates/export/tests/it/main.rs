@@ -9,6 +9,7 @@ mod fmu;
 mod fuzz;
 mod kernels;
 mod kkl;
+mod layouts;
 mod loops;
 mod moving_horizon;
 mod names;

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from . import _html, _luenberger
 from ._arrays import Array, ComplexArray, finite, matrix, number, real, vector
 from .certificates import Certificate
-from .errors import DimensionMismatch, ExportRefused, InvalidArgument, NotApplicable
+from .errors import DimensionMismatch, ExportRefused, InvalidArgument, NotApplicable, SimulationError
 from .plants import Plant, as_json
 from .systems import StateSpace
 from .trajectories import Trajectory, trajectory
@@ -130,7 +130,22 @@ class Observer:
             _short(entry["name"]): np.array(entry["rows"], dtype=np.float64) for entry in self._report["matrices"]
         }
         self._matrices.update(self._design.matrices())
+        for matrix in self._matrices.values():
+            matrix.setflags(write=False)  # what is proved is proved of these
+        self._started_with: tuple[Array | None, dict[str, Any]] = (None, {})
         self._stepper: _luenberger.Stepper | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {name: value for name, value in self.__dict__.items() if name not in ("_design", "_stepper")}
+        return {**state, "_at": None if self._stepper is None else self._stepper.position()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        at = state.pop("_at")
+        self.__dict__.update(state)
+        self._design = _luenberger.Design(as_json(self._study()), ".")
+        self._stepper = None if at is None else self._design.stepper(*self._started_with)
+        if self._stepper is not None:
+            self._stepper.resume(*at)
 
     def _study(self, **tables: Any) -> dict[str, Any]:
         return {
@@ -175,8 +190,12 @@ class Observer:
 
     @property
     def P(self) -> Array:
-        """The Lyapunov matrix of the certificate; of a Kalman filter the stationary covariance of the error."""
-        return self._matrix("P")
+        """The Lyapunov matrix of the certificate; of a stationary Kalman filter the covariance of its error.
+
+        Of an extended or unscented Kalman filter that is stepped: the covariance of the error of `xhat`.
+        """
+        covariance = None if self._stepper is None else self._stepper.covariance()
+        return self._matrix("P") if covariance is None else covariance
 
     @property
     def Q(self) -> Array:
@@ -185,7 +204,10 @@ class Observer:
 
     @property
     def S(self) -> Array:
-        """S of the cubic gain `N = -P^-1 C'S`."""
+        """S of the cubic gain `N = -P^-1 C'S`; of a filter that is stepped, the covariance of `innovation`."""
+        if self._is_filter:
+            covariance: Array = self._measurement()["covariance"]
+            return covariance
         return self._matrix("S")
 
     @property
@@ -430,17 +452,21 @@ class Observer:
         period = self._period(dt)
         if format not in ("f32", "f64"):
             raise InvalidArgument(f"format is {format!r}", hint="'f32' or 'f64'")
-        self._stepper = self._design.stepper(start, {"format": format, "period": period, "substeps": substeps})
+        self._started_with = (start, {"format": format, "period": period, "substeps": substeps})
+        self._stepper = self._design.stepper(*self._started_with)
 
-    def step(self, u: npt.ArrayLike | None, y: npt.ArrayLike, dt: npt.ArrayLike | None = None) -> Array:
+    def step(
+        self, u: npt.ArrayLike | None, y: npt.ArrayLike | None, dt: npt.ArrayLike | None = None
+    ) -> Array:
         """One step, the one that exported code computes.
 
         Parameters
         ----------
         u : array_like, (m,) or (m, T), or None
             The input of this sample; several samples in columns.
-        y : array_like, (p,) or (p, T)
-            The output of this sample.
+        y : array_like, (p,) or (p, T), or None
+            The output of this sample; NaN, and None for all of it, where it was not measured. A filter with a covariance
+            then takes the other outputs, and only predicts without any; other observers take what they predict.
         dt : float, optional
             The sampling period of an observer in continuous time, needed at its first step. Of an observer at varying
             periods the time since the last sample, one or (T,) (default: the nominal period); u was held over it.
@@ -457,21 +483,18 @@ class Observer:
         >>> observer.step(u=0.0, y=1.0, dt=0.1).round(4)
         array([0.5747, 0.7132])
         """
+        if dt is None and self._stepper is not None and not self._is_at_varying_periods:
+            estimate = self._stepper.step(u, y)
+            if estimate is not None:
+                return estimate
         is_varying = self._is_at_varying_periods
-        if self._stepper is None:
-            self.reset(dt=None if is_varying or dt is None else number("dt", dt, positive=True))
-        stepper = self._stepper
-        assert stepper is not None
-        if dt is not None and dt != stepper.period and not is_varying:
-            raise InvalidArgument(
-                f"dt is {dt}, and the observer is stepped with {stepper.period}",
-                hint="the same, or reset(dt=..) before",
-            )
+        stepper = self._started(None if is_varying else dt)
         m, p = self.plant.ninputs, self.plant.noutputs
-        outputs = real("y", y)
+        outputs = np.full(p, np.nan) if y is None else real("y", y)
         several = outputs.ndim == 2
         columns = outputs.shape[1] if several else 1
-        outputs = _signal("y", outputs if several else outputs.reshape(-1, 1), p, columns)
+        outputs = outputs if several else outputs.reshape(-1, 1)
+        outputs = _signal("y", outputs, p, columns, missing=stepper.can_miss)
         if u is None:
             inputs = np.zeros((m, columns))
         else:
@@ -484,9 +507,131 @@ class Observer:
         estimates: Array = stepper.steps(inputs, outputs)
         return estimates if several else estimates[:, 0]
 
+    def _started(self, dt: npt.ArrayLike | None) -> _luenberger.Stepper:
+        """The stepper, which begins at the initial estimate if it has not begun."""
+        if self._stepper is None:
+            self.reset(dt=None if dt is None else number("dt", dt, positive=True))
+        stepper = self._stepper
+        assert stepper is not None
+        if dt is not None and dt != stepper.period:
+            raise InvalidArgument(
+                f"dt is {dt}, and the observer is stepped with {stepper.period}",
+                hint="the same, or reset(dt=..) before",
+            )
+        return stepper
+
+    @property
+    def _is_filter(self) -> bool:
+        return self._stepper is not None and self._stepper.is_filter
+
+    def _halves(self, dt: float | None) -> _luenberger.Stepper:
+        """The stepper of a filter."""
+        stepper = self._started(dt)
+        if not stepper.is_filter:
+            raise NotApplicable(
+                f"update and predict are of filters with a covariance, and {self.name} is an observer of the kind "
+                f"{self.kind}",
+                hint="step, or the kinds extended-kalman and ukf",
+            )
+        return stepper
+
+    def update(self, y: npt.ArrayLike | None, u: npt.ArrayLike | None = None, dt: float | None = None) -> Array:
+        """The first half of a step of a filter: the measurement of this sample.
+
+        Parameters
+        ----------
+        y : array_like, (p,), or None
+            The output; NaN, and None for all of it, where it was not measured. Repeated, the outputs of further sensors
+            at the same time.
+        u : array_like, (m,), optional
+            The input, which matters where an output depends on it (default 0).
+        dt : float, optional
+            The sampling period of an observer in continuous time, if this is how it starts.
+
+        Returns
+        -------
+        ndarray, (n,)
+            The estimate with this measurement; `xhat` and `P` are those, too.
+
+        Raises
+        ------
+        NotApplicable
+            The observer has no covariance.
+
+        Examples
+        --------
+        >>> import luenberger
+        >>> plant = luenberger.plant(f=["x1"], h=["x1"], dt=1)
+        >>> filter = luenberger.ekf(plant, 0.0, 1.0, P0=3.0)
+        >>> filter.update(2.0), filter.P, filter.S
+        (array([1.5]), array([[0.75]]), array([[4.]]))
+        >>> filter.predict(), filter.innovation, filter.nis
+        (array([1.5]), array([2.]), 1.0)
+        """
+        stepper = self._halves(dt)
+        p = self.plant.noutputs
+        outputs = np.full(p, np.nan) if y is None else real("y", y)
+        stepper.update(self._column("u", u), _signal("y", outputs.reshape(-1, 1), p, 1, missing=True)[:, 0])
+        return stepper.estimate()
+
+    def predict(self, u: npt.ArrayLike | None = None, dt: float | None = None) -> Array:
+        """The second half of a step of a filter: the estimate for the next sample.
+
+        Parameters
+        ----------
+        u : array_like, (m,), optional
+            The input that is held until then (default 0).
+        dt : float, optional
+            The sampling period of an observer in continuous time, if this is how it starts.
+
+        Returns
+        -------
+        ndarray, (n,)
+            The estimate; `xhat` and `P` are those of the next sample, too.
+
+        Raises
+        ------
+        NotApplicable
+            The observer has no covariance.
+        SimulationError
+            The prediction is not finite; the estimate stays as it was.
+        """
+        stepper = self._halves(dt)
+        if not stepper.predict(self._column("u", u)):
+            raise SimulationError("the prediction is not finite; the estimate stays as it was")
+        return stepper.estimate()
+
+    def _column(self, what: str, value: npt.ArrayLike | None) -> Array:
+        rows = self.plant.ninputs
+        return np.zeros(rows) if value is None else vector(what, value, rows)
+
+    def _measurement(self) -> dict[str, Any]:
+        """Of a filter, the innovation of the last measurement."""
+        found = self._halves(None).innovation()
+        if found is None:
+            raise NotApplicable("no measurement was taken yet, or the last one was passed over")
+        return found
+
+    @property
+    def innovation(self) -> Array:
+        """Of a filter, `y - h(xhat)` of the last step or update; 0 for an output that was not measured."""
+        found: Array = self._measurement()["value"]
+        return found
+
+    @property
+    def nis(self) -> float:
+        """The normalised square of the innovation, `y~' S^-1 y~`: chi-squared with as many degrees as outputs."""
+        return float(self._measurement()["square"])
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of the last measurement given those before: `-(p ln(2 pi) + ln det S + y~' S^-1 y~)/2`, p outputs measured."""
+        found = self._measurement()
+        return float(-0.5 * (found["used"] * np.log(2.0 * np.pi) + found["log_determinant"] + found["square"]))
+
     @property
     def xhat(self) -> Array:
-        """The estimate for the next sample; before the first step, the initial estimate."""
+        """The estimate for the next sample, after `update` that with its measurement; at first the initial estimate."""
         return self._initial.copy() if self._stepper is None else self._stepper.estimate()
 
     # ------------------------------------------------------------------ other programs
@@ -546,6 +691,7 @@ class Observer:
         format: str = "f64",
         gains: str | None = None,
         fmi: int | None = None,
+        layout: str | None = None,
         feedback: npt.ArrayLike | None = None,
         substeps: int | None = None,
         test_steps: int = 64,
@@ -570,6 +716,8 @@ class Observer:
             Fixed-point format of the gains (default: that of `format`).
         fmi : {2, 3}, optional
             Version of the standard of an FMU (default 2).
+        layout : {'arduino', 'zephyr', 'esp-idf', 'ros2'}, optional
+            The build system that the files in C are for, with a program to be filled in (default CMake).
         feedback : array_like, (m, n), optional
             The gain K of `u = r - K xhat`: the step takes r and y, and returns u as well. The input of `run` is then r.
         substeps : int, optional
@@ -618,6 +766,7 @@ class Observer:
             request = {
                 "to": to,
                 "fmi": fmi,
+                "layout": layout,
                 "feedback": feedback is not None,
                 "format": format,
                 "gains": gains,

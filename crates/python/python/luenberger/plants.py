@@ -1,15 +1,16 @@
-"""Nonlinear plants from expressions."""
+"""Nonlinear plants from expressions and functions."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy.typing as npt
 
 from . import _luenberger
 from ._arrays import Array, number, real, vector
+from ._expressions import texts, traced
 from .errors import DimensionMismatch, InvalidArgument
 from .systems import StateSpace, linear, period
 
@@ -181,10 +182,10 @@ class OperatingPoint(StateSpace):
 
 
 def plant(
-    f: Sequence[str],
-    h: Sequence[str],
-    states: Sequence[str] | None = None,
-    inputs: Sequence[str] | None = None,
+    f: Sequence[Any] | Callable[..., Any],
+    h: Sequence[Any] | Callable[..., Any],
+    states: Sequence[str] | int | None = None,
+    inputs: Sequence[str] | int | None = None,
     outputs: Sequence[str] | None = None,
     parameters: Mapping[str, float | str] | None = None,
     region: Region | None = None,
@@ -198,12 +199,15 @@ def plant(
 
     Parameters
     ----------
-    f : sequence of str
-        The right-hand sides, one for each state; with `dt` the next states.
-    h : sequence of str
-        The outputs.
+    f : sequence of str, or function
+        The right-hand sides, one for each state; with `dt` the next states. Texts, expressions of sympy, or a function
+        f(x), f(x, u) or f(t, x, u), which is called once, with symbols: numpy's functions, `numpy.where` and
+        `numpy.clip` become expressions, a branch by a value is an error.
+    h : sequence of str, or function
+        The outputs, likewise.
     states, inputs, outputs : sequence of str, optional
-        Names (default x1, x2, ..; u1, .. as many as are used; y1, ..).
+        Names (default x1, x2, ..; u1, .. as many as are used; y1, ..). Of states and inputs of functions the number is
+        enough, and without inputs there are none.
     parameters : dict, optional
         Named constants: numbers, or expressions of other parameters.
     region : dict or sequence, optional
@@ -233,12 +237,25 @@ def plant(
 
     Examples
     --------
-    >>> import luenberger
+    >>> import luenberger, numpy as np
     >>> luenberger.plant(f=["x2", "-x1 + (1 - x1^2)*x2"], h=["x1"])
     <Plant: x1' = x2; x2' = -x1 + (1 - x1^2)*x2; y1 = x1>
+    >>> luenberger.plant(f=lambda x, u: [x[1], u[0] - np.sin(x[0])], h=lambda x: x[0], states=2, inputs=1)
+    <Plant: x1' = x2; x2' = (u1 - sin(x1)); y1 = x1>
     """
-    table: dict[str, Any] = {"f": _texts("f", f), "h": _texts("h", h)}
-    for key, names in (("states", states), ("inputs", inputs), ("outputs", outputs)):
+    named = {"states": _names("x", states), "inputs": _names("u", inputs), "outputs": outputs}
+    if callable(f) or callable(h):
+        if named["states"] is None and isinstance(f, Sequence):
+            named["states"] = _names("x", len(f))
+        if named["states"] is None:
+            raise InvalidArgument("the states of a plant from a function are not known", hint="states=2, or their names")
+    table: dict[str, Any] = {}
+    for key, given in (("f", f), ("h", h)):
+        if callable(given):
+            table[key] = traced(key, given, named["states"] or [], named["inputs"] or [])
+        else:
+            table[key] = texts(key, given)
+    for key, names in named.items():
         if names is not None:
             table[key] = _texts(key, names)
     if parameters:
@@ -261,6 +278,11 @@ def plant(
     if angles is not None:
         table["angles"] = _texts("angles", angles)
     return Plant(table, region)
+
+
+def _names(letter: str, given: Sequence[str] | int | None) -> Sequence[str] | None:
+    """Names, or so many of them."""
+    return [f"{letter}{k + 1}" for k in range(given)] if isinstance(given, int) else given
 
 
 def _texts(what: str, values: Sequence[str]) -> list[str]:

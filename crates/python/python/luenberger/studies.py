@@ -247,10 +247,8 @@ class _Bar:
             self._bar = None
 
 
-class Results:
-    """What a study gives.
-
-    `results["NAME"]` is the trajectory of an observer.
+class Results(Mapping[str, Trajectory]):
+    """What a study gives: a mapping from the names of observers to their trajectories.
 
     Attributes
     ----------
@@ -284,6 +282,12 @@ class Results:
                 return run
         raise KeyError(observer)
 
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys(run.observer for run in [*self.runs, *self.log_runs]))
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
     @property
     def verdicts(self) -> dict[str, str]:
         """The verdict of each observer; 'not applicable' without a design."""
@@ -311,6 +315,12 @@ class Results:
         """The scores of the simulation, one row for each observer and state, as `pandas.DataFrame` takes them."""
         simulation = self.data.get("simulation")
         return _columns(_score_rows(simulation["rows"])) if simulation else {}
+
+    def to_frame(self) -> Any:
+        """The scores of the simulation as a `pandas.DataFrame` (needs pandas)."""
+        import pandas
+
+        return pandas.DataFrame(self.scores)
 
     @property
     def sweep(self) -> dict[str, list[Any]]:

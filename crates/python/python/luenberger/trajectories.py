@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from ._arrays import Array
 __all__ = ["Trajectory"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """A run: one column for each time, as python-control has it.
 
@@ -49,12 +49,12 @@ class Trajectory:
     u: Array
     y: Array
     xhat: Array | None
-    deviation: Array | None = field(repr=False)
+    deviation: Array | None
     observer: str
     states: list[str]
     inputs: list[str]
     outputs: list[str]
-    turns: list[float] | None = field(default=None, repr=False)
+    turns: list[float] | None = None
 
     @property
     def error(self) -> Array:
@@ -77,6 +77,16 @@ class Trajectory:
         for name, row in zip(self.outputs, self.y):
             columns[name if name not in columns else f"{name}_measured"] = row
         return columns
+
+    def to_frame(self) -> Any:
+        """The same as a `pandas.DataFrame` (needs pandas)."""
+        import pandas
+
+        return pandas.DataFrame(self.to_dict())
+
+    def __repr__(self) -> str:
+        span = f"t = {self.t[0]:g} .. {self.t[-1]:g}, " if self.t.size else ""
+        return f"<Trajectory of {self.observer!r}: {span}{self.t.size} times, states {', '.join(self.states)}>"
 
     def plot(self, states: Sequence[str] | None = None, axes: Any = None) -> Any:
         """Draw the states with their estimates, one pair of axes for each (needs matplotlib).

@@ -161,7 +161,7 @@ pub fn export(
         }));
     }
     match options.to {
-        Language::C => files.extend(bytes(numbers.c(&export).map_err(refused)?)),
+        Language::C => files.extend(bytes(numbers.c(&export, options.layout).map_err(refused)?)),
         Language::Rust => files.extend(bytes(export.rust().map_err(refused)?)),
         Language::Fmu => {
             let fmu = fmu::files(&export, options.version(), &certificates).map_err(refused)?;

@@ -1,6 +1,6 @@
 //! The numbers of an export: floating or fixed point.
 
-use luenberger_export::{Export, ExportError, File, FixedPointFormats, Scalar, golden};
+use luenberger_export::{Export, ExportError, File, FixedPointFormats, Layout, Scalar, golden};
 use luenberger_proof::statement::{Format, Formats};
 
 use super::{ExportOptions, ExportRefusal, Language, Libm, Precision};
@@ -30,7 +30,13 @@ impl Numbers {
                 ));
             }
         }
+        if options.layout.is_some() && options.to != Language::C {
+            return Err(ExportRefusal::Options("--layout is for --to c"));
+        }
         match (options.format, options.gains) {
+            (Precision::Fixed(_), _) if options.layout == Some(Layout::Ros2) => Err(ExportRefusal::Options(
+                "the messages of --layout ros2 are floating-point numbers: --format f64 or f32",
+            )),
             (Precision::Fixed(_), _) if options.feedback => Err(ExportRefusal::Options(
                 "--feedback is for floating point: in fixed point no certificate counts the rounding of u; export the observer alone, and form u = r - K xhat from its integers",
             )),
@@ -96,10 +102,12 @@ impl Numbers {
     }
 
     /// The files in C.
-    pub(super) fn c(self, export: &Export) -> Result<Vec<File>, ExportError> {
-        match self {
-            Self::Floating(_) => export.c(),
-            Self::Fixed(formats) => Ok(export.fixed_point(formats)?.c()),
+    pub(super) fn c(self, export: &Export, layout: Option<Layout>) -> Result<Vec<File>, ExportError> {
+        match (self, layout) {
+            (Self::Floating(_), None) => export.c(),
+            (Self::Floating(_), Some(layout)) => export.c_in(layout),
+            (Self::Fixed(formats), None) => Ok(export.fixed_point(formats)?.c()),
+            (Self::Fixed(formats), Some(layout)) => export.fixed_point(formats)?.c_in(layout),
         }
     }
 

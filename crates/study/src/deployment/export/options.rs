@@ -1,6 +1,6 @@
 //! What is asked of an export: the options of `luenberger export`, under the same names.
 
-use luenberger_export::FixedPointFormat;
+use luenberger_export::{FixedPointFormat, Layout};
 use luenberger_export::fmu::Version;
 use luenberger_export::golden;
 use luenberger_wording::setters;
@@ -16,6 +16,8 @@ pub struct ExportOptions<'a> {
     pub to: Language,
     /// Version of the standard of an FMU (default 2).
     pub fmi: Option<Version>,
+    /// The build system that the files in C are for (default CMake).
+    pub layout: Option<Layout>,
     /// Whether the step has the feedback `u = r - K xhat` of the study, and returns u as well.
     pub feedback: bool,
     /// Numbers on the target (default binary64).
@@ -42,6 +44,7 @@ impl Default for ExportOptions<'_> {
         Self {
             to: Language::C,
             fmi: None,
+            layout: None,
             feedback: false,
             format: Precision::Binary64,
             gains: None,
@@ -59,6 +62,7 @@ impl<'a> ExportOptions<'a> {
     setters! {
         to: Language,
         fmi: Version,
+        layout: Layout,
         feedback: bool,
         format: Precision,
         gains: FixedPointFormat,
