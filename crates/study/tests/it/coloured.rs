@@ -238,7 +238,7 @@ fn mistakes_of_noises_are_named() {
     assert_eq!(other, "`p0` is of `parameters`, of which there are none");
     // A parameter of a product makes the plant nonlinear, and kalman has no place for it.
     let kalman = "[[observer]]\nkind = \"kalman\"\nw = 1\nv = 1\n";
-    let refused = all(&format!("[estimate]\nparameters = [\"gust\"]\np0 = [1]\n"), kalman);
+    let refused = all("[estimate]\nparameters = [\"gust\"]\np0 = [1]\n", kalman);
     assert_eq!(refused, "the kind kalman does not estimate the parameters of [estimate]: gust");
     let truth = |rest: &str| format!("[simulation]\nx0 = [1]\nduration = 1\n[truth]\nprocess_noise = {{ {rest} }}\n");
     let without = all("", &truth("amplitude = [1], period = 0.1, noises = true"));
