@@ -224,8 +224,8 @@ where
     /// The filter of a [`DecorrelatedPlant`] in discrete time with the cross-covariance S, n x p.
     ///
     /// # Errors
-    /// [`ObserverError::NotDiscrete`]; those of [`check_joint_covariance`]; [`ObserverError::Table`] if the plant of the
-    /// filter has no inputs for y and K.
+    /// [`ObserverError::NotDiscrete`]; those of [`check_joint_covariance`]; [`ObserverError::Table`] if the plant of
+    /// the filter has no inputs for y and K.
     pub fn new(filter: AdaptedFilter<F, T, A>, s: DMatrix<T>) -> Result<Self, ObserverError> {
         if !filter.is_discrete() {
             return Err(ObserverError::NotDiscrete { what: "correlated noises" });

@@ -97,8 +97,8 @@ impl GaussMarkov {
         (-h / self.tau).exp()
     }
 
-    /// The intensity `2 deviation^2 / tau` of w; with a period the variance that it adds to n over it, `deviation^2 (1 -
-    /// exp(-2 h/tau))`.
+    /// The intensity `2 deviation^2 / tau` of w; with a period h the variance that it adds to n over it,
+    /// `deviation^2 (1 - exp(-2 h/tau))`.
     pub(crate) fn driving(&self, period: Option<f64>) -> f64 {
         let variance = self.deviation * self.deviation;
         period.map_or(2.0 * variance / self.tau, |h| -variance * (-2.0 * h / self.tau).exp_m1())

@@ -1,4 +1,5 @@
-//! The table [estimate]: parameters of the plant and coloured noises as its last states, for filters that estimate them.
+//! The table [estimate]: parameters of the plant and coloured noises as its last states, for filters that estimate
+//! them.
 //!
 //! A coloured noise is a parameter of the plant that varies about its value v: in continuous time the state q has
 //! `q' = (v - q)/tau + w` with the intensity `2 deviation^2/tau` of w, in discrete time with the period h

@@ -118,7 +118,8 @@ fn smoothed_estimates_are_least_squares_and_the_likelihood_is_of_the_predictor()
         "[plant]\nstates = [\"x\"]\noutputs = [\"y\"]\nf = [\"0.9*x\"]\nh = [\"x\"]\ndt = 1\n[log]\nfile = \"log.csv\"\n{}",
         observers(&KINDS, &format!("{NOISES}s = [[0.096]]\nsmooth = true"))
     );
-    // Unknown x_0 .. x_(N-1); residuals x_0 - 0.5, and of each row (x_(k+1) - 0.9 x_k, y_k - x_k), the last one y alone.
+    // Unknown x_0 .. x_(N-1); residuals x_0 - 0.5, and of each row (x_(k+1) - 0.9 x_k, y_k - x_k), of the last one y
+    // alone.
     let (mut design, mut right, mut weight) =
         (DMatrix::zeros(2 * rows, rows), DVector::zeros(2 * rows), DMatrix::zeros(2 * rows, 2 * rows));
     (design[(0, 0)], right[0], weight[(0, 0)]) = (1.0, 0.5, 1.0 / 0.01);
