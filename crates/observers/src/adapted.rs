@@ -219,14 +219,14 @@ impl<T: RealField + Copy, F: AdaptableFilter<T>, A: NoisesAlong<T>> AdaptedFilte
     }
 
     /// The filter with the V of a sample; none if it is no covariance.
-    fn at_sample(&self, t: T, state: &F::State, u: &F::Input) -> Option<F> {
+    pub(crate) fn at_sample(&self, t: T, state: &F::State, u: &F::Input) -> Option<F> {
         let (_, mut v) = self.filter.noises();
         let varies = self.along.measurement_noise(t, self.xhat(state).as_slice(), u.as_slice(), &mut v);
         self.filter.with_noises(None, varies.then_some(&v[..])).ok()
     }
 
     /// The filter with the W of a prediction.
-    fn at_prediction(&self, t: T, state: &F::State, u: &F::Input) -> Option<F> {
+    pub(crate) fn at_prediction(&self, t: T, state: &F::State, u: &F::Input) -> Option<F> {
         let (mut w, _) = self.filter.noises();
         let varies = self.along.process_noise(t, self.xhat(state).as_slice(), u.as_slice(), &mut w);
         self.filter.with_noises(varies.then_some(&w[..]), None).ok()

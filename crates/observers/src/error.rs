@@ -286,6 +286,12 @@ pub enum ObserverError {
         /// What was found.
         found: usize,
     },
+    /// What there is in discrete time alone, of a filter in continuous time.
+    #[error("{what} are for filters of plants in discrete time")]
+    NotDiscrete {
+        /// What.
+        what: &'static str,
+    },
     /// Fewer of something than are needed.
     #[error("{found} {what}: at least {least} are needed")]
     TooFew {

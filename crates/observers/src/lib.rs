@@ -21,6 +21,7 @@
 //! | [`moving_horizon`] | the moving-horizon estimator, with bounds of the states |
 //! | [`covariance_filter`] | the trait of filters with a covariance, measurement update and prediction apart |
 //! | [`adapted`] (feature `alloc`) | filters whose noises depend on the estimate, and with bounds of their estimates |
+//! | [`correlated`] (feature `alloc`) | filters of process and measurement noise that are correlated |
 //! | [`delayed`] (feature `alloc`) | filters of measurements that arrive late |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`stationary_kalman`] | the stationary Kalman filter in filter form: the estimate uses the measurement of its sample |
@@ -59,6 +60,8 @@
 #[cfg(feature = "alloc")]
 pub mod adapted;
 mod angles;
+#[cfg(feature = "alloc")]
+pub mod correlated;
 pub mod covariance_filter;
 pub mod cubic;
 pub mod cubic_sampled;
@@ -118,6 +121,8 @@ pub mod varying_period;
 
 #[cfg(feature = "alloc")]
 pub use adapted::{AdaptableFilter, AdaptedFilter, NoisesAlong};
+#[cfg(feature = "alloc")]
+pub use correlated::{CorrelatedFilter, DecorrelatedPlant};
 pub use covariance_filter::CovarianceFilter;
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};

@@ -64,7 +64,7 @@ pub struct Study {
     pub source: Arc<Source>,
 }
 
-/// A parameter of the plant that filters estimate as one of its states.
+/// A parameter of the plant that filters estimate as one of its states: a constant, a random walk, or a coloured noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimated {
     /// Its name.
@@ -73,10 +73,46 @@ pub struct Estimated {
     pub value: f64,
     /// Variance of the first error.
     pub p0: f64,
-    /// Intensity of its random walk; 0 for a constant.
+    /// Intensity of what drives it, in discrete time the variance per sample; 0 for a constant.
     pub w: f64,
     /// Its bounds, which may be infinite.
     pub bounds: (f64, f64),
+    /// Of a coloured noise, how it varies about its value in the study.
+    pub noise: Option<GaussMarkov>,
+}
+
+/// Stationary noise of first order, `n' = -n/tau + w`: its autocorrelation at the distance s is
+/// `deviation^2 exp(-|s|/tau)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussMarkov {
+    /// The correlation time.
+    pub tau: f64,
+    /// The standard deviation.
+    pub deviation: f64,
+}
+
+impl GaussMarkov {
+    /// What is left of n after the time h: `exp(-h/tau)`.
+    pub(crate) fn decay(&self, h: f64) -> f64 {
+        (-h / self.tau).exp()
+    }
+
+    /// The intensity `2 deviation^2 / tau` of w; with a period h the variance that it adds to n over it,
+    /// `deviation^2 (1 - exp(-2 h/tau))`.
+    pub(crate) fn driving(&self, period: Option<f64>) -> f64 {
+        let variance = self.deviation * self.deviation;
+        period.map_or(2.0 * variance / self.tau, |h| -variance * (-2.0 * h / self.tau).exp_m1())
+    }
+
+    /// The standard deviation of independent values of w, each held for `hold`, for which n has its own one after each;
+    /// of a plant in discrete time those of its samples.
+    pub(crate) fn held(&self, hold: f64, dt: Option<f64>) -> f64 {
+        match dt {
+            Some(dt) => self.driving(Some(dt)).sqrt(),
+            // Over a hold n decays by a = exp(-hold/tau) and takes up tau (1 - a) w.
+            None => self.deviation / self.tau / (0.5 * hold / self.tau).tanh().sqrt(),
+        }
+    }
 }
 
 /// The format of the text of a study.
@@ -425,6 +461,10 @@ pub enum Tunable {
     P0(usize),
     /// A parameter of the plant.
     Parameter(String),
+    /// The standard deviation of a coloured noise, by its name.
+    Deviation(String),
+    /// The correlation time of a coloured noise, by its name.
+    CorrelationTime(String),
     /// What the sensor of an output adds to it.
     Bias(usize),
     /// How late an output is measured.
@@ -456,9 +496,14 @@ pub enum Part {
 }
 
 impl Tunable {
-    /// Whether it is a variance.
+    /// Whether it is a variance or a standard deviation.
     pub fn is_variance(&self) -> bool {
-        matches!(self, Self::W(_) | Self::V(_) | Self::P0(_))
+        matches!(self, Self::W(_) | Self::V(_) | Self::P0(_) | Self::Deviation(_))
+    }
+
+    /// Whether no other number than a positive one has a meaning.
+    pub fn is_positive(&self) -> bool {
+        self.is_variance() || matches!(self, Self::CorrelationTime(_))
     }
 }
 

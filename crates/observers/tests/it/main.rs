@@ -11,6 +11,8 @@ mod bad_samples;
 mod by_hand;
 mod continuous;
 #[cfg(feature = "alloc")]
+mod correlated;
+#[cfg(feature = "alloc")]
 mod delayed;
 #[cfg(feature = "alloc")]
 mod dense;

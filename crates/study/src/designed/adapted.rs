@@ -1,15 +1,19 @@
-//! Filters with the noises of a study along their way, and with bounds of their estimates.
+//! Filters with the noises of a study along their way, with correlated noises, and with bounds of their estimates.
 
 use std::fmt;
 use std::sync::Arc;
 
 use luenberger_expression::Expression;
-use luenberger_observers::{AdaptableFilter, AdaptedFilter, DelayedFilter, NoisesAlong, SampledObserver};
+use luenberger_observers::{
+    AdaptableFilter, AdaptedFilter, CorrelatedFilter, DecorrelatedPlant, DelayedFilter, NoisesAlong, ObserverError,
+    SampledObserver,
+};
 use luenberger_sim::{Replay, Samples};
 use nalgebra::{DMatrix, DVector};
 
 use super::{NonlinearStep, Runnable, Running, StepOf};
 use crate::designed;
+use crate::model::Model;
 use crate::results::NoObserver;
 
 /// The noises of a filter that are not constant: expressions of t, the estimate and the input.
@@ -110,7 +114,7 @@ impl NoisesAlong<f64> for NoisesOfStudy {
             v[j * outputs + j] = row.evaluate(t, xhat, u);
         }
         let mut has_row = false;
-        for rows in self.rows.iter() {
+        if let Some(rows) = &self.rows {
             let delay = |j: usize| self.delays.get(j).copied().unwrap_or(0.0);
             for (j, variance) in (0..outputs).filter_map(|j| Some((j, rows.at(t + delay(j), j)?))) {
                 has_row = true;
@@ -157,6 +161,58 @@ impl<F> OfStudy for F where
 {
 }
 
+/// What a filter has to be to get correlated noises.
+pub(crate) trait Correlatable:
+    AdaptableFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>
+    + Clone
+    + fmt::Debug
+    + Send
+    + Sync
+    + 'static
+{
+}
+
+impl<F> Correlatable for F where
+    F: AdaptableFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>
+        + Clone
+        + fmt::Debug
+        + Send
+        + Sync
+        + 'static
+{
+}
+
+/// The plant of a filter of correlated noises, with the full turns of its outputs.
+pub(crate) fn decorrelated(
+    model: Model,
+    turns: Option<DVector<f64>>,
+) -> Result<DecorrelatedPlant<Model, f64>, ObserverError> {
+    let plant = DecorrelatedPlant::new(model);
+    match turns {
+        Some(turns) => plant.with_angles(turns),
+        None => Ok(plant),
+    }
+}
+
+/// The filter of a [`decorrelated`] plant with the cross-covariance S of its noises, and these bounds of its estimates.
+pub(crate) fn correlated<F: Correlatable>(
+    filter: F,
+    bounds: Option<&[(f64, f64)]>,
+    s: &DMatrix<f64>,
+) -> Result<Runnable, NoObserver> {
+    let filter = bounded(AdaptedFilter::new(filter, NoisesOfStudy::default()), bounds)?;
+    Ok(CorrelatedFilter::new(filter, s.clone())?.into())
+}
+
+fn bounded<F: AdaptableFilter<f64>>(
+    filter: AdaptedFilter<F, f64, NoisesOfStudy>,
+    bounds: Option<&[(f64, f64)]>,
+) -> Result<AdaptedFilter<F, f64, NoisesOfStudy>, ObserverError> {
+    let Some(bounds) = bounds else { return Ok(filter) };
+    let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
+    filter.with_bounds(&lower, &upper)
+}
+
 /// The filter with these noises along its way, these bounds of its estimates, and these delays of its outputs; itself
 /// if there are none.
 pub(crate) fn adapted<F: OfStudy>(
@@ -172,14 +228,7 @@ where
         return Ok(filter.into());
     }
     let noises = NoisesOfStudy { along: along.clone(), rows: None, delays: delays.to_vec() };
-    let filter = AdaptedFilter::new(filter, noises);
-    let filter = match bounds {
-        Some(bounds) => {
-            let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
-            filter.with_bounds(&lower, &upper)?
-        }
-        None => filter,
-    };
+    let filter = bounded(AdaptedFilter::new(filter, noises), bounds)?;
     if delays.is_empty() {
         return Ok(filter.into());
     }
@@ -281,5 +330,34 @@ where
         let name = of.observer.kind.name();
         Err(NoObserver::new(format!("the exported step of {name} has no {what}"))
             .hint("an observer without them, or mhe for bounds"))
+    }
+}
+
+impl<F: Correlatable> Running for CorrelatedFilter<F, f64, NoisesOfStudy> {
+    fn any(&self) -> Arc<dyn luenberger_sim::AnyObserver + '_> {
+        designed::sampled(self)
+    }
+
+    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        replay.filter(name, self.clone(), initial)
+    }
+
+    fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        replay.smoothed_filter(name, self.clone(), initial)
+    }
+
+    fn filter(&self) -> Option<&dyn designed::Filter> {
+        Some(self)
+    }
+
+    fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
+        let noises = NoisesOfStudy { rows: Some(Arc::clone(rows)), ..self.inner().along().clone() };
+        Some(self.clone().with_noises_along(noises).into())
+    }
+
+    fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {
+        let name = of.observer.kind.name();
+        Err(NoObserver::new(format!("the exported step of {name} has no cross-covariance of the noises"))
+            .hint("an observer without `s`; kalman of a linear plant is exported with it"))
     }
 }

@@ -3,7 +3,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `running` | an observer that runs, of any kind |
-//! | `adapted` | filters with noises that depend on their estimates, and with bounds |
+//! | `adapted` | filters with noises that depend on their estimates or are correlated, and with bounds |
 //! | `filter` | a filter with a covariance, of any kind: its bands, and how consistent they are |
 
 mod adapted;
@@ -11,7 +11,7 @@ mod filter;
 mod running;
 
 pub use adapted::{Along, RowVariances};
-pub(crate) use adapted::{Intensity, ProcessNoise, adapted, with_variances};
+pub(crate) use adapted::{Intensity, ProcessNoise, adapted, correlated, decorrelated, with_variances};
 pub(crate) use filter::Filter;
 pub use running::{At, Runnable, Running, StepOf};
 pub(crate) use running::{continuous, rows, sampled};

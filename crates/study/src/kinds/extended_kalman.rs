@@ -6,18 +6,23 @@ use std::sync::Arc;
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
 use luenberger_live as live;
-use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, SampledObserver};
+use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, ObserverError, Prediction, SampledObserver};
+use luenberger_plants::Differentiable;
 use luenberger_proof::wording::counted;
 use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{
-    BOUNDED, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with, late, matrices, state_bounds, wrapped,
+    BOUNDED, CORRELATED, CROSS_COVARIANCE, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with,
+    cross_covariance, cross_with, late, matrices, state_bounds, wrapped,
 };
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind, iterated_extended_kalman};
-use crate::designed::{self, NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, rows, with_variances};
+use crate::designed::{
+    self, NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, correlated, decorrelated, rows,
+    with_variances,
+};
 use crate::model::{Model, PlantModel};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
@@ -58,6 +63,8 @@ crate::keys! {
         smooth: bool as &SMOOTH = false,
         /// Bounds of the states; none for no bounds.
         state_bounds: Option<Vec<(f64, f64)>> as &STATE_BOUNDS => state_bounds,
+        /// S of noises that are correlated, n x p; none for none.
+        s: Option<DMatrix<f64>> as &CROSS_COVARIANCE => cross_covariance,
         /// How often an iterated filter linearises each measurement; none for the other kind, which has no such key.
         iterations: Option<usize> as [&[]] => |_, _| Some(None),
     }
@@ -94,7 +101,8 @@ impl Specification for ExtendedKalman {
 
     fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
         let state_bounds = bounds_with(self.state_bounds.as_deref(), self.filter.w.nrows(), parameters);
-        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, ..self.clone() }.into())
+        let s = cross_with(self.s.as_ref(), parameters);
+        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, s, ..self.clone() }.into())
     }
 
     fn smooths(&self) -> bool {
@@ -121,23 +129,36 @@ impl ExtendedKalman {
         if self.iterations.is_some() { &iterated_extended_kalman::DECLARATION } else { &DECLARATION }
     }
 
-    fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { filter: Filter { period, along, .. }, gate, iterations, state_bounds, .. } = self;
-        let mut filter = ExtendedKalmanFilter::discrete(plant.model.clone(), self.filter.noises(), *period)?
+    /// The filter of the plant in this form.
+    fn of<S: Differentiable<f64, Dyn, Dyn, Dyn>>(
+        &self,
+        plant: S,
+        prediction: Prediction,
+        turns: Option<DVector<f64>>,
+    ) -> Result<ExtendedKalmanFilter<S, f64, Dyn, Dyn, Dyn>, ObserverError> {
+        let filter = ExtendedKalmanFilter::discrete(plant, self.filter.noises(), self.filter.period)?
             .with_prediction(prediction)?
-            .with_iterations(iterations.unwrap_or(1))?;
+            .with_iterations(self.iterations.unwrap_or(1))?;
+        let filter = match self.gate {
+            Some(gate) => filter.with_gate(gate)?,
+            None => filter,
+        };
+        match turns {
+            Some(turns) => filter.with_angles(turns),
+            None => Ok(filter),
+        }
+    }
+
+    fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
+        let Self { filter: Filter { period, along, .. }, gate, iterations, state_bounds, s, .. } = self;
         let gated = gate
             .map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
-        if let Some(gate) = gate {
-            filter = filter.with_gate(*gate)?;
-        }
-        if let Some(turns) = plant.turns_of(&plant.outputs) {
-            filter = filter.with_angles(DVector::from_vec(turns))?;
-        }
+        let turns = plant.turns_of(&plant.outputs).map(DVector::from_vec);
         if let Some(bounds) = state_bounds {
             bounds_no_angle(plant, bounds)?;
         }
         let bounded = if state_bounds.is_some() { BOUNDED } else { "" };
+        let correlation = if s.is_some() { CORRELATED } else { "" };
         let late = late(plant, self.smooth)?;
         let linearised = iterations
             .map_or_else(String::new, |iterations| format!(", each update linearised {}", counted(iterations, "time")));
@@ -145,15 +166,23 @@ impl ExtendedKalman {
         numbers.extend(iterations.map(|iterations| number("iterations", iterations as f64)));
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}{}{bounded}{late}{}",
+                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}{}{correlation}{bounded}{late}{}",
                 along.words(),
                 wrapped(plant)
             )),
-            matrices: matrices(&self.filter),
+            matrices: matrices(&self.filter, s.as_ref()),
             numbers,
             ..uncertified("local convergence only")
         };
-        Ok(Designed::new(adapted(filter, along, state_bounds.as_deref(), &plant.delays)?, report, None))
+        let (model, bounds) = (plant.model.clone(), state_bounds.as_deref());
+        let runnable = match s {
+            None => adapted(self.of(model, prediction, turns)?, along, bounds, &plant.delays)?,
+            Some(s) => {
+                let decorrelated = decorrelated(model, turns.clone())?;
+                correlated(self.of(decorrelated, prediction, turns)?, bounds, s)?
+            }
+        };
+        Ok(Designed::new(runnable, report, None))
     }
 }
 

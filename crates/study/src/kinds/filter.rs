@@ -2,6 +2,7 @@
 
 use luenberger_expression::Expression;
 use luenberger_observers::NoiseModel;
+use luenberger_observers::correlated::check_joint_covariance;
 use luenberger_proof::wording::counted;
 use nalgebra::{DMatrix, DVector, Dyn};
 
@@ -52,6 +53,11 @@ const ENTERING: Key = optional(
     Type::ExpressionRows,
     "G, n x q, of process noise that enters as x' = f(t, x, u) + G w, with numbers or expressions as those of `w`; W is then q x q (default: the identity).",
 );
+pub(super) const CROSS_COVARIANCE: Key = optional(
+    "s",
+    Type::Rows,
+    "Cross-covariance S = E w v' of the noise of a measurement and that of the step which follows it, n x p, with `g` q x p, of a plant in discrete time (default: 0).",
+);
 pub(super) const STATE_BOUNDS: Key = optional(
     "state_bounds",
     Type::Bounds,
@@ -89,10 +95,7 @@ fn process_noise(key: &Key, given: &Given<'_>, reader: &mut Reader) -> Option<DM
         return Some(DMatrix::identity(n, n));
     }
     // A wrong size is a mistake of `g`.
-    let g = match g.numbers() {
-        Some(diagonal) => DMatrix::from_diagonal(&diagonal.into()),
-        None => rows_of(g)?,
-    };
+    let g = entering(g)?;
     (g.nrows() == n).then(|| &g * w * g.transpose())
 }
 
@@ -124,6 +127,60 @@ fn along(given: &Given<'_>, reader: &mut Reader) -> Option<Along> {
     let process = if varies { Some(ProcessNoise { q: intensity(w, reader)?, g }) } else { None };
     Some(Along { process, measurement })
 }
+
+/// S, n x p, which fits W and V.
+#[expect(clippy::option_option, reason = "wrong, absent, or given")]
+pub(super) fn cross_covariance(key: &Key, given: &Given<'_>, reader: &mut Reader) -> Option<Option<DMatrix<f64>>> {
+    let node = |key: &str| given.node.get(key);
+    let Some(entry) = given.node.entry(key.name) else { return Some(None) };
+    if reader.dt.is_none() {
+        let message =
+            "`s` in continuous time: the noise of a sample has no covariance with that of the process, which is white";
+        return reader.refuse(entry.span.clone(), message, "expected a plant in discrete time, or no `s`");
+    }
+    if let Some(varying) = ["w", "v", "g"].into_iter().find(|key| node(key).is_some_and(has_text)) {
+        let message = format!("`s` with expressions in `{varying}`: S has to fit W and V");
+        return reader.refuse(entry.span.clone(), message, "expected numbers, or no `s`");
+    }
+    if !given.plant.delays.is_empty() {
+        let message = "`s` with outputs that are measured late (`delays` of [plant])";
+        return reader.refuse(entry.span.clone(), message, "expected no `delays`, or no `s`");
+    }
+    let (p, (q, why)) = (given.size().outputs, order(given));
+    let of_outputs = format!("the plant has {}", counted(p, "output"));
+    let s = reader.matrix(&entry.node, key.name, (Some(q), Some(p)), &format!("{why} and {of_outputs}"))?;
+    let (w, v) = (reader.weight(node("w")?, "w", q, &why)?, reader.weight(node("v")?, "v", p, &of_outputs)?);
+    if let Err(error) = check_joint_covariance(&w, &v, &s) {
+        // What is wrong with W or V alone is said of them.
+        if check_joint_covariance(&w, &v, &DMatrix::zeros(q, p)).is_ok() {
+            let expected = "expected S with [W S; S' V] positive semidefinite: |S_ij| <= sqrt(W_ii V_jj) at least";
+            let message = format!("`s` does not fit `w` and `v`: {error}");
+            return reader.refuse(entry.node.span.clone(), message, expected);
+        }
+    }
+    match node("g") {
+        None => Some(Some(s)),
+        // A wrong size is a mistake of `g`.
+        Some(g) => entering(g).filter(|g| g.ncols() == s.nrows()).map(|g| Some(g * s)),
+    }
+}
+
+/// G of numbers.
+fn entering(g: &Node) -> Option<DMatrix<f64>> {
+    match g.numbers() {
+        Some(diagonal) => Some(DMatrix::from_diagonal(&diagonal.into())),
+        None => rows_of(g),
+    }
+}
+
+/// S with rows of zeros for these parameters, which are independent of the measurement.
+pub(super) fn cross_with(s: Option<&DMatrix<f64>>, parameters: &[Estimated]) -> Option<DMatrix<f64>> {
+    s.map(|s| s.clone().resize_vertically(s.nrows() + parameters.len(), 0.0))
+}
+
+/// What is said of a cross-covariance.
+pub(super) const CORRELATED: &str =
+    " The noise of a measurement and that of the step after it have the cross-covariance S.";
 
 /// Bounds with a lower end below the upper one.
 #[expect(clippy::option_option, reason = "wrong, absent, or given")]
@@ -181,12 +238,12 @@ pub(super) fn bounds_no_angle(plant: &PlantModel, bounds: &[(f64, f64)]) -> Resu
     }
 }
 
-/// W, V and P(0), as far as they are constant.
-pub(super) fn matrices(filter: &Filter) -> Vec<NamedMatrix> {
+/// W, V, S and P(0), as far as they are constant.
+pub(super) fn matrices(filter: &Filter, s: Option<&DMatrix<f64>>) -> Vec<NamedMatrix> {
     let Filter { w, v, p0, along, .. } = filter;
     let w = along.process.is_none().then(|| matrix("W", w));
     let v = along.measurement.is_none().then(|| matrix("V", v));
-    w.into_iter().chain(v).chain([matrix("P(0)", p0)]).collect()
+    w.into_iter().chain(v).chain(s.map(|s| matrix("S", s))).chain([matrix("P(0)", p0)]).collect()
 }
 
 impl Filter {

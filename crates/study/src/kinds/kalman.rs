@@ -1,10 +1,10 @@
 //! The stationary Kalman filter: a Luenberger observer with the Kalman gain.
 
-use luenberger_design::DesignError;
+use luenberger_design::{DesignError, KalmanNoise, LyapunovWeight};
 use luenberger_linalg::discrete_kalman_gain;
 use luenberger_live as live;
 use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, StationaryKalmanFilter};
-use nalgebra::Dyn;
+use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{CROSS_INTENSITY, NOISE_ENTERING, Q, RHO, V, W};
@@ -13,7 +13,7 @@ use crate::designed::Running;
 use crate::keys::{Type, optional};
 use crate::reader::gain;
 use crate::results::NoObserver;
-use crate::study::{GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
+use crate::study::{Estimated, GainSpec, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::{Designed, Plan, discrete, linear, uncertified};
 use crate::tuning::{Context, Keys, Value, covariance, intensity, linear as is_linear, noisy, process_noise};
 
@@ -75,6 +75,33 @@ impl Specification for Kalman {
 
     fn faster(&self, factor: f64, dt: Option<f64>) -> Option<ObserverKind> {
         Some(Self(self.0.faster(factor, dt)).into())
+    }
+
+    // A parameter makes a linear plant nonlinear; a noise that is added to it does not.
+    fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
+        let GainSpec::Kalman(KalmanNoise { w, v, g, s }) = &self.0.gain else { return None };
+        if parameters.iter().any(|one| one.noise.is_none()) {
+            return None;
+        }
+        let count = parameters.len();
+        let behind = |own: &DMatrix<f64>, of: &dyn Fn(&Estimated) -> f64| {
+            let mut all = own.clone().resize(own.nrows() + count, own.ncols() + count, 0.0);
+            for (k, one) in parameters.iter().enumerate() {
+                all[(own.nrows() + k, own.ncols() + k)] = of(one);
+            }
+            all
+        };
+        let noise = KalmanNoise {
+            w: behind(w, &|one| one.w),
+            v: v.clone(),
+            g: g.as_ref().map(|g| behind(g, &|_| 1.0)),
+            s: s.as_ref().map(|s| s.clone().resize_vertically(s.nrows() + count, 0.0)),
+        };
+        let weight = match &self.0.weight {
+            Some(LyapunovWeight::Matrix(q)) => Some(LyapunovWeight::Matrix(behind(q, &|_| 1.0))),
+            other => other.clone(),
+        };
+        Some(Self(LinearSpec { gain: GainSpec::Kalman(noise), weight, ..self.0.clone() }).into())
     }
 }
 

@@ -161,7 +161,7 @@ impl MovingHorizonSpec {
                 counted(horizon.iterations, "Gauss-Newton step"),
                 wrapped(plant)
             )),
-            matrices: matrices(&self.filter),
+            matrices: matrices(&self.filter, None),
             numbers: vec![
                 number(Quantity::Period, *period),
                 number("window", horizon.window as f64),

@@ -4,18 +4,24 @@ use std::sync::Arc;
 
 use luenberger_export::ExportableObserver;
 use luenberger_expression::ExpressionPlant;
-use luenberger_observers::{NoiseModel, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter};
+use luenberger_observers::{
+    NoiseModel, ObserverError, Prediction, SampledObserver, SigmaPoints, UnscentedKalmanFilter,
+};
+use luenberger_plants::Differentiable;
 use luenberger_proof::wording::counted;
 use luenberger_sim::Replay;
-use nalgebra::{DMatrix, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::{
-    BOUNDED, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with, late, matrices, state_bounds, turns, wrapped,
+    BOUNDED, CORRELATED, CROSS_COVARIANCE, Filter, STAGES, STATE_BOUNDS, bounds_no_angle, bounds_with,
+    cross_covariance, cross_with, late, matrices, state_bounds, turns, wrapped,
 };
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind};
-use crate::designed::{self, NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, with_variances};
+use crate::designed::{
+    self, NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, correlated, decorrelated, with_variances,
+};
 use crate::model::{Model, PlantModel};
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
@@ -57,6 +63,8 @@ crate::keys! {
         smooth: bool as &SMOOTH = false,
         /// Bounds of the states; none for no bounds.
         state_bounds: Option<Vec<(f64, f64)>> as &STATE_BOUNDS => state_bounds,
+        /// S of noises that are correlated, n x p; none for none.
+        s: Option<DMatrix<f64>> as &CROSS_COVARIANCE => cross_covariance,
         /// The sigma points.
         sigma: SigmaPoints as [Sigma::KEYS] => sigma,
     }
@@ -93,7 +101,7 @@ impl UnscentedSpec {
     /// The filter for noise of intensity W and covariance V, with P(0) = I and the usual sigma points.
     pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
         let (filter, sigma) = (Filter::new(w, v, period), SigmaPoints::default());
-        Self { filter, gate: None, smooth: false, state_bounds: None, sigma }
+        Self { filter, gate: None, smooth: false, state_bounds: None, s: None, sigma }
     }
 }
 
@@ -122,7 +130,8 @@ impl Specification for UnscentedSpec {
 
     fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
         let state_bounds = bounds_with(self.state_bounds.as_deref(), self.filter.w.nrows(), parameters);
-        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, ..self.clone() }.into())
+        let s = cross_with(self.s.as_ref(), parameters);
+        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, s, ..self.clone() }.into())
     }
 
     fn smooths(&self) -> bool {
@@ -144,33 +153,45 @@ impl Kind for UnscentedSpec {
 }
 
 impl UnscentedSpec {
+    /// The filter of the plant in this form.
+    fn of<S: Differentiable<f64, Dyn, Dyn, Dyn>>(
+        &self,
+        plant: S,
+        prediction: Prediction,
+        turns: Option<(DVector<f64>, DVector<f64>)>,
+    ) -> Result<UnscentedKalmanFilter<S, f64, Dyn, Dyn, Dyn>, ObserverError> {
+        let filter = UnscentedKalmanFilter::discrete(plant, self.filter.noises(), self.sigma, self.filter.period)?
+            .with_prediction(prediction)?;
+        let filter = match self.gate {
+            Some(gate) => filter.with_gate(gate)?,
+            None => filter,
+        };
+        match turns {
+            Some((outputs, states)) => filter.with_angles(outputs, states),
+            None => Ok(filter),
+        }
+    }
+
     /// The filter of a plant in continuous or in discrete time.
     fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { filter: Filter { w, period, along, .. }, sigma, gate, state_bounds, .. } = self;
-        let noises = self.filter.noises();
-        let mut filter = UnscentedKalmanFilter::discrete(plant.model.clone(), noises, *sigma, *period)?
-            .with_prediction(prediction)?;
-        let mut gated = String::new();
-        if let Some(gate) = gate {
-            filter = filter.with_gate(*gate)?;
-            gated = format!(" Innovations beyond {gate} standard deviations are rejected.");
-        }
-        if let Some((outputs, states)) = turns(plant) {
-            filter = filter.with_angles(outputs, states)?;
-        }
+        let Self { filter: Filter { w, period, along, .. }, sigma, gate, state_bounds, s, .. } = self;
+        let gated = gate
+            .map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
+        let turns = turns(plant);
         if let Some(bounds) = state_bounds {
             bounds_no_angle(plant, bounds)?;
         }
         let bounded = if state_bounds.is_some() { BOUNDED } else { "" };
+        let correlation = if s.is_some() { CORRELATED } else { "" };
         let late = late(plant, self.smooth)?;
         let points = 2 * w.nrows() + 1;
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}{bounded}{late}{}",
+                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}{correlation}{bounded}{late}{}",
                 along.words(),
                 wrapped(plant)
             )),
-            matrices: matrices(&self.filter),
+            matrices: matrices(&self.filter, s.as_ref()),
             numbers: vec![
                 number(Quantity::Period, *period),
                 number("alpha", sigma.alpha),
@@ -179,7 +200,15 @@ impl UnscentedSpec {
             ],
             ..uncertified("no theorem of stability")
         };
-        Ok(Designed::new(adapted(filter, along, state_bounds.as_deref(), &plant.delays)?, report, None))
+        let (model, bounds) = (plant.model.clone(), state_bounds.as_deref());
+        let runnable = match s {
+            None => adapted(self.of(model, prediction, turns)?, along, bounds, &plant.delays)?,
+            Some(s) => {
+                let decorrelated = decorrelated(model, turns.as_ref().map(|(outputs, _)| outputs.clone()))?;
+                correlated(self.of(decorrelated, prediction, turns)?, bounds, s)?
+            }
+        };
+        Ok(Designed::new(runnable, report, None))
     }
 }
 

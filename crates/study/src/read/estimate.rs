@@ -1,23 +1,30 @@
-//! The table [estimate]: parameters of the plant as its last states, for filters that estimate them.
+//! The table [estimate]: parameters of the plant and coloured noises as its last states, for filters that estimate
+//! them.
+//!
+//! A coloured noise is a parameter of the plant that varies about its value v: in continuous time the state q has
+//! `q' = (v - q)/tau + w` with the intensity `2 deviation^2/tau` of w, in discrete time with the period h
+//! `q+ = v + exp(-h/tau) (q - v) + w` with the variance `deviation^2 (1 - exp(-2 h/tau))`, which is the same process.
 //!
 //! Everything else in a study has the sizes of the plant as [plant] has it, and is read so. The plant with more states
 //! is made here, and what has an entry for each state gets those of the parameters.
 
 use std::ops::Range;
 
-use luenberger_proof::wording::counted;
+use luenberger_expression::nearest;
+use luenberger_proof::wording::{counted, shortest};
 use nalgebra::DMatrix;
 
 use super::other_plant::{remove, set};
 use super::plant;
 use crate::diagnostic::Diagnostic;
+use crate::keys::Range as Domain;
 use crate::model::PlantModel;
 use crate::reader::tree::{Entry, Node, Value};
 use crate::reader::{Reader, check, region};
 use crate::signal::Input;
-use crate::study::{Estimated, Simulation, Truth};
+use crate::study::{Estimated, GaussMarkov, Simulation, Truth};
 
-/// The parameters that are estimated; none without the table.
+/// The parameters that are estimated, with the coloured noises behind them; none without the table.
 pub(super) fn estimated(root: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Vec<Estimated>> {
     let Some(node) = root.get("estimate") else { return Some(Vec::new()) };
     for (key, why) in [
@@ -34,7 +41,34 @@ pub(super) fn estimated(root: &Node, plant: &PlantModel, reader: &mut Reader) ->
         let message = "[estimate] is for plants of expressions, whose parameters have names";
         return reader.refuse(check::head(node), message, "expected `f`, `h` and `parameters` in [plant]");
     }
-    let list = node.get("parameters")?.list()?;
+    if node.get("parameters").is_none() && node.get("noises").is_none() {
+        reader.absent(check::head(node), "[estimate] names nothing", "expected `parameters`, `noises`, or both");
+        return None;
+    }
+    let parameters = parameters(node, (own, plant), reader);
+    let noises = noises(node, (own, plant), reader);
+    let mut all = parameters?;
+    all.extend(noises?);
+    Some(all)
+}
+
+/// Those of the list `parameters`: constants and random walks.
+fn parameters(node: &Node, (own, plant): (&Node, &PlantModel), reader: &mut Reader) -> Option<Vec<Estimated>> {
+    let Some(list) = node.get("parameters") else {
+        return match ["p0", "w", "bounds"].into_iter().find_map(|key| node.entry(key)) {
+            None => Some(Vec::new()),
+            Some(entry) => {
+                let message = format!("`{}` is of `parameters`, of which there are none", entry.key);
+                reader.refuse(entry.span.clone(), message, "expected `parameters`; a noise has its own `p0`")
+            }
+        };
+    };
+    let list = list.list()?;
+    if node.get("p0").is_none() {
+        let expected = "expected `p0`, the variances of their first errors";
+        reader.absent(check::head(node), "[estimate] has `parameters` and no `p0`", expected);
+        return None;
+    }
     let known: Vec<String> = plant.parameters.keys().cloned().collect();
     let mut names: Vec<&str> = Vec::new();
     let mut sound = true;
@@ -83,9 +117,74 @@ pub(super) fn estimated(root: &Node, plant: &PlantModel, reader: &mut Reader) ->
             p0: p0[k],
             w: w[k],
             bounds: bounds[k],
+            noise: None,
         };
         names.into_iter().enumerate().map(of).collect()
     })
+}
+
+/// Those of the table `noises`.
+fn noises(node: &Node, (own, plant): (&Node, &PlantModel), reader: &mut Reader) -> Option<Vec<Estimated>> {
+    let taken = node.get("parameters").and_then(Node::texts).unwrap_or_default();
+    let read = |entry: &Entry| noise(entry, (own, plant), &taken, reader);
+    let all: Vec<Option<Estimated>> =
+        node.get("noises").map(Node::entries).unwrap_or_default().iter().map(read).collect();
+    all.into_iter().collect()
+}
+
+fn noise(entry: &Entry, (own, plant): (&Node, &PlantModel), taken: &[&str], reader: &mut Reader) -> Option<Estimated> {
+    let name = entry.key.as_str();
+    let Some(value) = plant.parameters.get(name).copied() else {
+        let message = format!("the noise {name:?} is no parameter of the plant");
+        let expected = format!("expected `{name}` in f or h, and parameters = {{ {name} = 0 }} in [plant]");
+        let near = nearest(name, plant.parameters.keys().map(String::as_str));
+        let mistake = Diagnostic::new(entry.span.clone(), message, expected);
+        reader.mistakes.push(match near {
+            Some(near) => mistake.help(format!("the nearest parameter is {near:?}")),
+            None => mistake,
+        });
+        return None;
+    };
+    if taken.contains(&name) {
+        let message = format!("`{name}` is named twice, in `parameters` and in `noises`");
+        return reader.refuse(entry.span.clone(), message, "expected each parameter once");
+    }
+    if let Some((message, expected)) = cannot_be_estimated(name, own) {
+        return reader.refuse(entry.span.clone(), message, expected);
+    }
+    let number = |key: &str| entry.node.get(key)?.number();
+    let noise = GaussMarkov { tau: number("tau")?, deviation: number("deviation")? };
+    if ![noise.tau, noise.deviation].into_iter().all(|x| Domain::Positive.holds(x)) {
+        // Said already.
+        return None;
+    }
+    let (w, variance) = (noise.driving(plant.dt), noise.deviation * noise.deviation);
+    if !(Domain::Positive.holds(w) && variance > 0.0) {
+        let [tau, deviation] = [noise.tau, noise.deviation].map(shortest);
+        let message = format!("tau = {tau} and deviation = {deviation} give w the intensity {w}");
+        return reader.refuse(entry.node.span.clone(), message, "expected a positive finite intensity");
+    }
+    let p0 = match entry.node.get("p0") {
+        Some(p0) => p0.number()?,
+        None => variance,
+    };
+    let bounds = (f64::NEG_INFINITY, f64::INFINITY);
+    Some(Estimated { name: name.to_owned(), value, p0, w, bounds, noise: Some(noise) })
+}
+
+impl Estimated {
+    /// The right side of its equation.
+    fn row(&self, dt: Option<f64>) -> String {
+        let Self { name, value, .. } = self;
+        match (self.noise, dt) {
+            (None, None) => "0".to_owned(),
+            (None, Some(_)) => name.clone(),
+            (Some(noise), None) if *value == 0.0 => format!("-{name}/{}", noise.tau),
+            (Some(noise), None) => format!("({value} - {name})/{}", noise.tau),
+            (Some(noise), Some(dt)) if *value == 0.0 => format!("{}*{name}", noise.decay(dt)),
+            (Some(noise), Some(dt)) => format!("{value} + {}*({name} - ({value}))", noise.decay(dt)),
+        }
+    }
 }
 
 fn of_parameters(count: usize) -> String {
@@ -110,8 +209,8 @@ fn uses(text: &str, name: &str) -> bool {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == name)
 }
 
-/// The plant of `tree`, a table [plant], with parameters as its last states: `q' = 0`, or `q+ = q` in discrete time.
-/// `base` is the plant of the study without them.
+/// The plant of `tree`, a table [plant], with parameters and noises as its last states: `q' = 0`, or `q+ = q` in
+/// discrete time, of a parameter. `base` is the plant of the study without them.
 pub(super) fn with_states(
     tree: &Node,
     base: &PlantModel,
@@ -122,8 +221,8 @@ pub(super) fn with_states(
     let span = tree.get("f")?.span.clone();
     let text = |text: &str| Node { span: span.clone(), value: Value::Text(text.to_owned()) };
     let names = || estimated.iter().map(|one| one.name.as_str());
-    let rests = names().map(|name| text(if base.dt.is_some() { name } else { "0" }));
-    let f = tree.get("f")?.list()?.iter().cloned().chain(rests).collect();
+    let rows = estimated.iter().map(|one| text(&one.row(base.dt)));
+    let f = tree.get("f")?.list()?.iter().cloned().chain(rows).collect();
     let states = base.states.iter().map(String::as_str).chain(names()).map(text).collect();
     let entries = tree.get("parameters").map(Node::entries).unwrap_or_default();
     let parameters = entries.iter().filter(|entry| !names().any(|name| name == entry.key)).cloned().collect();

@@ -25,10 +25,10 @@ pub(super) fn truth(
         None => None,
         Some(noise) => {
             let mut amplitude = reader.numbers(noise.get("amplitude")?, "amplitude", n, "state")?;
-            amplitude.resize(n + estimated.len(), 0.0);
             let (period, seed) =
                 (noise.get("period")?.number()?, noise.get("seed").map_or(Some(0), Node::count)? as u64);
             let uniform = noise.get("distribution").and_then(Node::text) == Some("uniform");
+            amplitude.extend(coloured((noise, period, uniform), plant.dt, estimated, reader)?);
             let of = if uniform { Noise::uniform } else { Noise::gaussian };
             Some(of(&amplitude, period, seed))
         }
@@ -53,6 +53,31 @@ pub(super) fn truth(
     let mut truth = Truth { plant: other, events, disturbances, words };
     estimate::in_truth(&mut truth, n, estimated);
     Some(truth)
+}
+
+/// The amplitudes of what drives the parameters that are estimated: 0, and of coloured noises, if they vary, those of
+/// values held for `period` that give them their deviations.
+fn coloured(
+    (node, period, uniform): (&Node, f64, bool),
+    dt: Option<f64>,
+    estimated: &[Estimated],
+    reader: &mut Reader,
+) -> Option<Vec<f64>> {
+    let Some(entry) = node.entry("noises").filter(|entry| entry.node.truth() == Some(true)) else {
+        return Some(vec![0.0; estimated.len()]);
+    };
+    if estimated.iter().all(|one| one.noise.is_none()) {
+        let message = "`noises` without [estimate.noises]";
+        return reader.refuse(entry.span.clone(), message, "expected noises there, or no `noises` here");
+    }
+    if let Some(dt) = dt.filter(|dt| (period / dt - 1.0).abs() > 1e-9) {
+        let message = format!("`noises` with the period {period} of a plant whose period is {dt}");
+        return reader.refuse(node.get("period")?.span.clone(), message, format!("expected {dt}"));
+    }
+    // A uniform number has the variance amplitude^2/3.
+    let factor = if uniform { 3.0_f64.sqrt() } else { 1.0 };
+    let of = |one: &Estimated| one.noise.map_or(0.0, |noise| factor * noise.held(period, dt));
+    Some(estimated.iter().map(of).collect())
 }
 
 /// The events, in the order of the file; each changes the plant that the ones before it have left.

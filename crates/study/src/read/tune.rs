@@ -203,7 +203,13 @@ impl WithoutLikelihood {
                 "expected the same filter as kind = \"extended-kalman\", which wraps angles: w and v as they are, and period = {}",
                 plant.dt.map(shortest).unwrap_or_default()
             )),
-            Self::Correlated => Some("expected kind = \"extended-kalman\" with w and v, without s".to_owned()),
+            Self::Correlated => Some(match plant.dt {
+                Some(dt) => format!(
+                    "expected the same filter as kind = \"extended-kalman\": w, v and s as they are, and period = {}",
+                    shortest(dt)
+                ),
+                None => "expected kind = \"extended-kalman\" with w and v, without s".to_owned(),
+            }),
         }
     }
 }
@@ -257,7 +263,8 @@ fn known(root: &Node, (plant, estimated): (&PlantModel, &[Estimated]), observer:
             bounds: None,
         };
         let mut all: Vec<Tuned> = names.iter().enumerate().map(one).collect();
-        all.extend(estimated.iter().enumerate().filter_map(|(k, one)| {
+        // A coloured noise has numbers of its own.
+        all.extend(estimated.iter().enumerate().filter(|(_, one)| one.noise.is_none()).filter_map(|(k, one)| {
             let (what, value) = match key {
                 "w" => (Tunable::W(order + k), one.w),
                 "p0" => (Tunable::P0(order + k), one.p0),
@@ -271,6 +278,15 @@ fn known(root: &Node, (plant, estimated): (&PlantModel, &[Estimated]), observer:
     for (name, value) in &plant.parameters {
         let what = Tunable::Parameter(name.clone());
         known.push((name.clone(), vec![Tuned { what, name: name.clone(), value: *value, bounds: None }]));
+    }
+    for (one, noise) in estimated.iter().filter_map(|one| Some((one, one.noise?))) {
+        let name = &one.name;
+        for (name, what, value) in [
+            (format!("deviation[{name}]"), Tunable::Deviation(name.clone()), noise.deviation),
+            (format!("tau[{name}]"), Tunable::CorrelationTime(name.clone()), noise.tau),
+        ] {
+            known.push((name.clone(), vec![Tuned { what, name, value, bounds: None }]));
+        }
     }
     for j in 0..p {
         let name = format!("bias[{}]", plant.outputs[j]);
@@ -363,8 +379,8 @@ fn bounded(entry: &Entry, parameters: &mut [Tuned], reader: &mut Reader) -> Opti
             let message = format!("the bounds of {} are [{low}, {high}], and its value is {}", one.name, one.value);
             return reader.refuse(entry.node.span.clone(), message, "expected finite bounds around the value");
         }
-        if one.what.is_variance() && low <= 0.0 {
-            let message = format!("the lower bound of the variance {} is {low}", one.name);
+        if one.what.is_positive() && low <= 0.0 {
+            let message = format!("the lower bound of {} is {low}", one.name);
             return reader.refuse(entry.node.span.clone(), message, "expected a positive number");
         }
         if matches!(one.what, Tunable::Delay(_)) && low < 0.0 {

@@ -173,11 +173,15 @@ impl<'a> Editable<'a> {
         }
         let top = |key: &str| Step::Key(key.to_owned());
         for (k, one) in parameters.iter().enumerate() {
-            if let Tunable::Parameter(name) = &one.what {
-                let parent = vec![top("plant"), top("parameters")];
-                let value = NewValue::Keyed(Keyed::Number(values[k]));
-                edits.push(Edit { parent, key: name.clone(), before: "", value, of: vec![k] });
-            }
+            let of_noise = |name: &str| vec![top("estimate"), top("noises"), top(name)];
+            let (parent, key) = match &one.what {
+                Tunable::Parameter(name) => (vec![top("plant"), top("parameters")], name.as_str()),
+                Tunable::Deviation(name) => (of_noise(name), "deviation"),
+                Tunable::CorrelationTime(name) => (of_noise(name), "tau"),
+                _ => continue,
+            };
+            let value = NewValue::Keyed(Keyed::Number(values[k]));
+            edits.push(Edit { parent, key: key.to_owned(), before: "", value, of: vec![k] });
         }
         for (k, one) in parameters.iter().enumerate() {
             if let Tunable::Delay(j) = one.what {
@@ -216,8 +220,8 @@ impl<'a> Editable<'a> {
 
     /// The change of `w` or `p0` of the parameters that are estimated.
     fn of_parameters(&self, key: &str, of: &[usize], new: impl Fn(usize) -> Option<(usize, f64)>) -> Option<Edit> {
-        let mut values: Vec<f64> =
-            self.study.estimated.iter().map(|one| if key == "w" { one.w } else { one.p0 }).collect();
+        let named = self.study.estimated.iter().filter(|one| one.noise.is_none());
+        let mut values: Vec<f64> = named.map(|one| if key == "w" { one.w } else { one.p0 }).collect();
         for (k, value) in of.iter().filter_map(|k| new(*k)) {
             values[k] = value;
         }

@@ -102,6 +102,11 @@ const PROCESS_NOISE: Table = Table {
         ),
         required("period", Type::Number(Range::Positive), "Each value holds for this time."),
         optional("seed", Type::Count(0), "The seed (default 0)."),
+        optional(
+            "noises",
+            Type::Switch,
+            "Whether the noises of [estimate.noises] vary in the simulated plant, with their standard deviations and correlation times (default false: they stay at their values).",
+        ),
     ],
 };
 

@@ -8,10 +8,11 @@ use super::information::Information;
 use super::report::TunedParameter;
 use crate::study::{Study, Tunable};
 
-/// The unit of a parameter of the plant or of a bias, if the study gives it.
+/// The unit of a parameter of the plant, of a bias or of what a coloured noise has, if the study gives it.
 pub(super) fn unit(study: &Study, what: &Tunable) -> Option<String> {
     let name = match what {
-        Tunable::Parameter(name) => name,
+        Tunable::Parameter(name) | Tunable::Deviation(name) => name,
+        Tunable::CorrelationTime(_) => return study.plant.time_unit.clone(),
         Tunable::Bias(j) => &study.plant.outputs[*j],
         Tunable::Delay(_) => return study.plant.time_unit.clone(),
         _ => return None,

@@ -471,7 +471,7 @@ fn a_table_that_cannot_be_fitted_is_refused_where_it_is_written() {
     assert!(changed("[\"w\", \"v\"]", "[\"w\", \"w[level]\"]").message.contains("named twice"));
     assert!(changed("held_out = 0", "held_out = 0.95").message.contains("`held_out` is 0.95"));
     assert!(changed("observer = \"level\"", "observer = \"lever\"").message.contains("no observer named"));
-    assert!(changed("profile = 3", "bounds = { w = [0, 1e4] }").message.contains("lower bound of the variance"));
+    assert!(changed("profile = 3", "bounds = { w = [0, 1e4] }").message.contains("the lower bound of w[level] is 0"));
     assert!(changed("profile = 3", "bounds = { w = [2000, 1e4] }").message.contains("its value is 1000"));
     assert!(changed("profile = 3", "bounds = { p0 = [1, 2] }").message.contains("not among the parameters"));
     assert!(changed("w = [1000]", "w = [0]").message.contains("no positive entry"));
@@ -512,6 +512,7 @@ fn a_stationary_filter_without_a_likelihood_names_the_kind_that_has_one() {
     assert!(angle.contains("a full turn is an error") && angle.contains("which wraps angles"), "{angle}");
     assert!(angle.contains("period = 1"), "{angle}");
     let correlated = refused("dt = 1", "s = [[0.1]]");
-    assert!(correlated.contains("correlated") && correlated.contains("without s"), "{correlated}");
+    assert!(correlated.contains("correlated") && correlated.contains("w, v and s as they are"), "{correlated}");
+    assert!(correlated.contains("period = 1"), "{correlated}");
     assert!(crate::studies::read(&study("dt = 1", "")).is_ok());
 }
