@@ -81,7 +81,8 @@ fn theory() -> Result<PathBuf, Failure> {
     let proofs = root().join("proofs");
     let read = |path: &Path| fs::read_to_string(path).map_err(|source| Failure::io(path, source));
     let project = read(&proofs.join("_CoqProject"))?;
-    let names: Vec<&str> = project.lines().filter(|line| line.ends_with(".v")).collect();
+    let names: Vec<&str> =
+        project.lines().filter(|line| Path::new(line).extension().is_some_and(|end| end == "v")).collect();
     let mut digest = Sha256::new();
     digest.update(program("coqc").arguments(&["--version"]).quiet_output("the version of Coq")?);
     let mut files = Vec::new();
@@ -98,7 +99,7 @@ fn theory() -> Result<PathBuf, Failure> {
             return Err(Failure::Kernel(format!("{} is not in proofs/_CoqProject", file.path().display())));
         }
     }
-    let digest: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let digest: String = format!("{:x}", digest.finalize()).chars().take(16).collect();
     let folder = root().join("target/kernel").join(format!("theory-{digest}"));
     let done = folder.join("compiled");
     if done.exists() {
@@ -243,7 +244,7 @@ fn false_certificate(source: &str, pointers: &[&str], number: &str) -> Result<St
     }
     // Without white space and with its members in order, a document of this crate is in the canonical form.
     let canonical = serde_json::to_string(&value).map_err(invalid)?;
-    let digest: String = Sha256::digest(canonical.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
+    let digest = format!("{:x}", Sha256::digest(canonical.as_bytes()));
     value["sha256"] = json!(digest);
     serde_json::to_string(&value).map_err(invalid)
 }
