@@ -99,6 +99,13 @@ fn a_false_certificate_has_its_refutation() {
     assert!(coq.text.contains("exists v : vector, 0 < square 1 v /\\ quadratic 1 P v <= 0"));
     let coq = theorems(&changed(&file, "[\"-0x1p0\"]", "[\"0x1.8p1\"]")).unwrap();
     assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12_is_false"]);
+    // F = 2 and P = -3: (12) holds with the margin 12, and what is claimed of it is not decided.
+    let mut claims = file.claims().to_vec();
+    claims[1].margin = "100".parse().unwrap();
+    let unstable = changed(&file.with_claims(&claims).unwrap(), "[\"-0x1p0\"]", "[\"0x1.8p1\"]");
+    let coq = theorems(&changed(&unstable, "\"P\": [\n      [\"0x1.8p1\"]", "\"P\": [\n      [\"-0x1.8p1\"]")).unwrap();
+    assert_eq!(coq.theorems, ["P_is_not_positive_definite", "inequality_12"]);
+    assert!((0.0..1e-12).contains(&(12.0 - defined(&coq, "margin_12"))));
 }
 
 /// What is rejected for its margin, its digest or its words is no theorem and no refutation.
