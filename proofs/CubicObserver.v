@@ -67,10 +67,12 @@ Section Error.
   Qed.
 
   (** [e'P N y = -y'S y] *)
-  Lemma cubic_term e : bilinear n n (real P) e (apply p N (apply n (real C) e)) = - form p (real S) (apply n (real C) e).
+  Lemma cubic_term e : bilinear n n (real P) e (apply p N (apply n (real C) e))
+    = - form p (real S) (apply n (real C) e).
   Proof.
     rewrite <- bilinear_product.
-    rewrite (bilinear_ext n p _ (scale (-1) (product p (transpose (real C)) (real S))) e (apply n (real C) e) e (apply n (real C) e) Structure)
+    rewrite (bilinear_ext n p _ (scale (-1) (product p (transpose (real C)) (real S))) e (apply n (real C) e)
+      e (apply n (real C) e) Structure)
       by reflexivity.
     rewrite bilinear_scale, bilinear_transpose_product. unfold form. ring.
   Qed.

@@ -46,7 +46,8 @@ Lemma right_continuous_sum n (f : R -> nat -> R) :
 Proof.
   induction n as [|n IH]; intros H.
   - exact (right_continuous_const 0).
-  - apply (right_continuous_plus (fun t => sum n (f t)) (fun t => f t n)); [apply IH; intros; apply H; lia|apply H; lia].
+  - apply (right_continuous_plus (fun t => sum n (f t)) (fun t => f t n)); [apply IH; intros; apply H; lia|apply H;
+    lia].
 Qed.
 
 Lemma right_continuous_derivable f d : derivable_pt_lim f 0 d -> right_continuous_at_0 f.
@@ -62,11 +63,13 @@ Qed.
 (** ** Derivatives *)
 
 Lemma derivative_sum n (f : R -> nat -> R) t (d : nat -> R) :
-  (forall i, (i < n)%nat -> derivable_pt_lim (fun s => f s i) t (d i)) -> derivable_pt_lim (fun s => sum n (f s)) t (sum n d).
+  (forall i, (i < n)%nat -> derivable_pt_lim (fun s => f s i) t (d i)) -> derivable_pt_lim (fun s => sum n (f s))
+    t (sum n d).
 Proof.
   induction n as [|n IH]; intros H.
   - exact (derivable_pt_lim_const 0 t).
-  - exact (derivable_pt_lim_plus (fun s => sum n (f s)) (fun s => f s n) t _ _ (IH (fun i L => H i ltac:(lia))) (H n ltac:(lia))).
+  - exact (derivable_pt_lim_plus (fun s => sum n (f s)) (fun s => f s n) t _ _ (IH (fun i L => H i ltac:(lia)))
+    (H n ltac:(lia))).
 Qed.
 
 Lemma derivative_form n P (x : R -> vector) t (d : vector) :
@@ -129,12 +132,14 @@ Proof.
   assert (K : exp (b * t) * V t <= exp (b * 0) * V 0).
   { apply (decreasing T (fun t => exp (b * t) * V t) (fun t => b * exp (b * t) * V t + exp (b * t) * d t)); try lra.
     - apply right_continuous_mult; [|exact C]. apply (right_continuous_derivable _ _ (derivative_exponential b 0)).
-    - intros r Hr. apply (derivable_pt_lim_mult (fun t => exp (b * t)) V); [apply derivative_exponential|apply D; exact Hr].
+    - intros r Hr. apply (derivable_pt_lim_mult (fun t => exp (b * t)) V); [apply derivative_exponential|apply D;
+      exact Hr].
     - intros r Hr. specialize (N r Hr). pose proof (exp_pos (b * r)).
       replace (b * exp (b * r) * V r + exp (b * r) * d r) with (exp (b * r) * (d r - - b * V r)) by ring.
       assert (d r - - b * V r <= 0) by lra. nra. }
   rewrite Rmult_0_r, exp_0, Rmult_1_l in K.
-  assert (E : exp (- b * t) * exp (b * t) = 1) by (rewrite <- exp_plus; replace (- b * t + b * t) with 0 by ring; apply exp_0).
+  assert (E : exp (- b * t) * exp (b * t) = 1) by (rewrite <- exp_plus; replace (- b * t + b * t) with 0 by ring;
+    apply exp_0).
   replace (V t) with (exp (- b * t) * (exp (b * t) * V t)) by (rewrite <- Rmult_assoc, E; ring).
   apply Rmult_le_compat_l; [apply Rlt_le, exp_pos|exact K].
 Qed.

@@ -72,13 +72,15 @@ Proof.
     eapply Rle_trans; [|exact H]. apply Req_le, sum_ext. intros j _. rewrite plus_IZR, !abs_IZR. reflexivity. }
   set (e := fun i j => IZR (get E i j)) in *.
   apply Rle_trans with
-    (sum n (fun i => sum n (fun j => 2 * (identity i j * (e i j * (v i * v j))) - Rabs (e i j) * (v i * v i + v j * v j) / 2))).
+    (sum n (fun i => sum n (fun j => 2 * (identity i j * (e i j * (v i * v j))) - Rabs (e i j)
+      * (v i * v i + v j * v j) / 2))).
   2: { unfold form, bilinear, apply, over_reals. apply sum_le. intros i I. rewrite <- sum_times. apply sum_le.
     intros j J. fold (e i j). unfold identity. destruct (Nat.eqb_spec i j) as [<-|N].
     - assert (0 <= e i i).
       { specialize (D i I). fold (e i i) in D.
         assert (0 <= sum n (fun k => Rabs (IZR (get E i k)) + Rabs (IZR (get E k i)))); [|lra].
-        apply sum_nonnegative. intros k _. pose proof (Rabs_pos (IZR (get E i k))). pose proof (Rabs_pos (IZR (get E k i))). lra. }
+        apply sum_nonnegative. intros k _. pose proof (Rabs_pos (IZR (get E i k))).
+          pose proof (Rabs_pos (IZR (get E k i))). lra. }
       rewrite Rabs_pos_eq by assumption. apply Req_le. field.
     - pose proof (below_product (e i j) (v i) (v j)). lra. }
   apply Rle_trans with
@@ -89,12 +91,14 @@ Proof.
     assert (0 <= v i * v i * (4 * e i i - sum n (fun j => Rabs (e i j) + Rabs (e j i)))) by (apply Rmult_le_pos; lra).
     lra. }
   apply Req_le.
-  transitivity (sum n (fun i => 2 * (e i i * (v i * v i))) - sum n (fun i => sum n (fun j => Rabs (e i j) * (v i * v i + v j * v j) / 2))).
+  transitivity (sum n (fun i => 2 * (e i i * (v i * v i))) - sum n (fun i => sum n (fun j => Rabs (e i j)
+    * (v i * v i + v j * v j) / 2))).
   2: { rewrite <- sum_minus. apply sum_ext. intros i L. rewrite sum_minus, sum_times. f_equal. f_equal.
     symmetry. apply (sum_delta n (fun j => e i j * (v i * v j))), L. }
   assert (X : sum n (fun i => sum n (fun j => Rabs (e i j) * (v i * v i + v j * v j) / 2))
             = sum n (fun i => v i * v i * sum n (fun j => Rabs (e i j) + Rabs (e j i)) / 2)).
-  { transitivity (sum n (fun i => sum n (fun j => Rabs (e i j) * (v i * v i) / 2)) + sum n (fun i => sum n (fun j => Rabs (e j i) * (v i * v i) / 2))).
+  { transitivity (sum n (fun i => sum n (fun j => Rabs (e i j) * (v i * v i) / 2))
+    + sum n (fun i => sum n (fun j => Rabs (e j i) * (v i * v i) / 2))).
     - rewrite (sum_exchange n n (fun i j => Rabs (e j i) * (v i * v i) / 2)), <- sum_plus. apply sum_ext. intros i _.
       rewrite <- sum_plus. apply sum_ext. intros j _. lra.
     - rewrite <- sum_plus. apply sum_ext. intros i _. rewrite <- sum_plus.
@@ -151,7 +155,8 @@ Definition by_factor (n : nat) (M : list (list Z)) : bool :=
     &&& dominant n (table n n (fun i j => get scaled i j - unit * dot (nth i G []) (nth j G []))%Z).
 
 Lemma gram_nonnegative n (G : nat -> nat -> R) v :
-  form n (fun i j => sum n (fun k => G i k * G j k)) v = sum n (fun k => sum n (fun i => v i * G i k) * sum n (fun i => v i * G i k)).
+  form n (fun i j => sum n (fun k => G i k * G j k)) v
+  = sum n (fun k => sum n (fun i => v i * G i k) * sum n (fun i => v i * G i k)).
 Proof.
   unfold form, bilinear, apply.
   transitivity (sum n (fun i => sum n (fun k => v i * G i k * sum n (fun j => v j * G j k)))).
@@ -182,7 +187,8 @@ Proof.
   { unfold form, bilinear, apply. apply sum_ext. intros i I. rewrite <- !sum_times. apply sum_ext. intros j J.
     destruct (K i I) as [Wi Li]. destruct (K j J) as [Wj _].
     unfold plus, scale, over_reals, E. rewrite get_table, minus_IZR, (mult_IZR unit) by assumption.
-    rewrite (dot_correct n _ _ Li). fold (g i). fold (gram i j). unfold scaled. rewrite get_table, !mult_IZR by assumption.
+    rewrite (dot_correct n _ _ Li). fold (g i). fold (gram i j). unfold scaled. rewrite get_table,
+      !mult_IZR by assumption.
     unfold u, gram, g. field. split; assumption. }
   rewrite S. unfold form. rewrite bilinear_plus, bilinear_scale. fold (form n (over_reals E) u) (form n gram u).
   unfold gram at 1. rewrite gram_nonnegative.
@@ -220,7 +226,8 @@ Proof.
              (fun i => v 0%nat * (M (S i) 0%nat * v (S i)) + v (S i) * sum n (fun j => M (S i) (S j) * v (S j)))).
   2: { intros i _. rewrite sum_shift. ring. }
   rewrite sum_plus, sum_times.
-  rewrite (sum_ext n (fun j => (M 0%nat (S j) + M (S j) 0%nat) * v (S j)) (fun j => M 0%nat (S j) * v (S j) + M (S j) 0%nat * v (S j))).
+  rewrite (sum_ext n (fun j => (M 0%nat (S j) + M (S j) 0%nat) * v (S j)) (fun j => M 0%nat (S j) * v (S j) + M (S j)
+    0%nat * v (S j))).
   2: { intros; ring. }
   rewrite sum_plus. ring.
 Qed.
@@ -257,7 +264,8 @@ Proof.
       apply (all_correct _ _ i) in Exact; [|exact I]. apply (all_correct _ _ j) in Exact; [|exact J].
       apply Z.eqb_eq in Exact. symmetry. exact Exact. }
     assert (Q : form n (over_reals rest) w
-              = IZR a * form n (fun i j => over_reals M (S i) (S j)) w - sum n (fun j => b j * w j) * sum n (fun j => b j * w j)).
+              = IZR a * form n (fun i j => over_reals M (S i) (S j)) w - sum n (fun j => b j * w j)
+                * sum n (fun j => b j * w j)).
     { transitivity (form n (minus (scale (IZR a) (fun i j => over_reals M (S i) (S j))) (fun i j => b i * b j)) w).
       - apply form_ext; [intros i j I J|reflexivity]. unfold over_reals, rest, minus, scale.
         rewrite get_table, minus_IZR, !mult_IZR by assumption. rewrite (Hs i I). reflexivity.
@@ -414,7 +422,8 @@ Lemma at_least_correct n X M q :
   equals n n X M -> at_least n X q = true -> forall v, Q2R q * square n v <= form n M v.
 Proof.
   intros E H v.
-  pose proof (semidefinite_correct n _ _ (subtracted_correct _ _ _ _ _ _ E (multiple_of_identity_correct n q)) H v) as K.
+  pose proof (semidefinite_correct n _ _ (subtracted_correct _ _ _ _ _ _ E (multiple_of_identity_correct n q)) H v)
+    as K.
   unfold form in K. rewrite bilinear_minus, bilinear_scale in K. fold (form n M v) (form n identity v) in K.
   rewrite form_identity in K. lra.
 Qed.

@@ -2,8 +2,8 @@
 
     For the plant [x(k+1) = A x(k) + B u(k)], [y = C x] and the observer
     [xhat(k+1) = A xhat(k) + B u(k) + L (y(k) - C xhat(k))] the error [e = x - xhat] obeys [e(k+1) = F e(k)],
-    [F = A - L C]. With [V = e'Pe], [lower I <= P <= upper I] and [F'P F <= factor^2 P], V falls at each step at least by
-    the factor [factor^2], and [|e(k)| <= overshoot factor^k |e(0)|] if [overshoot^2 lower >= upper]. *)
+    [F = A - L C]. With [V = e'Pe], [lower I <= P <= upper I] and [F'P F <= factor^2 P], V falls at each step at least
+    by the factor [factor^2], and [|e(k)| <= overshoot factor^k |e(0)|] if [overshoot^2 lower >= upper]. *)
 
 From Coq Require Import Reals QArith Qreals List Lra Lia.
 From Luenberger Require Import Vectors Definite Inequalities.
@@ -23,7 +23,8 @@ Section Error.
 
   Lemma parts : is_between n P lower upper overshoot = true /\ 0 <= Q2R factor /\ shrinks n p A C L P factor 0 = true.
   Proof.
-    pose proof (both _ _ Checked) as [H Shrinks]. pose proof (both _ _ H) as [Between Sign]. repeat split; try assumption.
+    pose proof (both _ _ Checked) as [H Shrinks]. pose proof (both _ _ H) as [Between Sign]. repeat split;
+      try assumption.
     apply Qle_bool_iff, Qle_Rle in Sign. rewrite Q2R_zero in Sign. exact Sign.
   Qed.
 
@@ -50,7 +51,8 @@ Section Error.
       intros i I. rewrite (E k i I). apply (error_apply n p); assumption. }
     assert (Steps : forall k, form n (real P) (e k) <= f ^ k * f ^ k * form n (real P) (e 0%nat)).
     { induction k as [|k IH]; [simpl; lra|]. apply Rle_trans with (1 := Step k). simpl pow.
-      replace (f * f ^ k * (f * f ^ k) * form n (real P) (e 0%nat)) with (f * f * (f ^ k * f ^ k * form n (real P) (e 0%nat))) by ring.
+      replace (f * f ^ k * (f * f ^ k) * form n (real P) (e 0%nat)) with (f * f * (f ^ k * f ^ k * form n (real P)
+        (e 0%nat))) by ring.
       apply Rmult_le_compat_l; [apply Rle_0_sqr|exact IH]. }
     split; [|split]; intros k.
     - rewrite !quadratic_form by exact HP. replace (f ^ 2) with (f * f) by ring. apply Step.

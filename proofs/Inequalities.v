@@ -64,7 +64,8 @@ Lemma lyapunov_form n F P a v :
   form n (lyapunov_matrix n F P a) v
   = bilinear n n P (apply n F v) v + bilinear n n P v (apply n F v) + 2 * a * form n P v.
 Proof.
-  unfold form, lyapunov_matrix. rewrite !bilinear_plus, bilinear_scale, bilinear_transpose_product, bilinear_product. reflexivity.
+  unfold form, lyapunov_matrix. rewrite !bilinear_plus, bilinear_scale, bilinear_transpose_product, bilinear_product.
+    reflexivity.
 Qed.
 
 (** [F v], with the matrices of the certificate. *)
@@ -126,7 +127,8 @@ Lemma falls_form n p A C L P rate q :
   falls n p A C L P rate q = true ->
   forall v, form n (lyapunov_matrix n (error_matrix p A C L) (real P) (Q2R rate)) v <= - Q2R q * square n v.
 Proof.
-  intros H v. apply both in H. destruct H as [Fit H]. destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & FP).
+  intros H v. apply both in H. destruct H as [Fit H]. destruct (linear_fits_parts _ _ _ _ _ _ Fit)
+    as (FA & FC & FL & FP).
   pose proof (at_least_correct _ _ _ _ (negative_correct _ _ _ _ (lyapunov_numbers_correct _ _ _ rate _ _
     (error_numbers_correct _ _ _ _ _ FA FC FL) (fits_equals _ _ _ FP))) H v) as K.
   unfold form in K at 1. rewrite bilinear_scale in K. unfold form. lra.
@@ -189,10 +191,12 @@ Lemma shrinks_form n p A C L P factor q :
   forall v, form n (real P) (apply n (error_matrix p A C L) v) - Q2R factor * Q2R factor * form n (real P) v
             <= - Q2R q * square n v.
 Proof.
-  intros H v. apply both in H. destruct H as [Fit H]. destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & FP).
+  intros H v. apply both in H. destruct H as [Fit H]. destruct (linear_fits_parts _ _ _ _ _ _ Fit)
+    as (FA & FC & FL & FP).
   pose proof (at_least_correct _ _ _ _ (negative_correct _ _ _ _ (stein_numbers_correct _ _ _ factor _ _
     (error_numbers_correct _ _ _ _ _ FA FC FL) (fits_equals _ _ _ FP))) H v) as K.
-  unfold form in K at 1. rewrite bilinear_scale in K. fold (form n (stein_matrix n (error_matrix p A C L) (real P) (Q2R factor)) v) in K.
+  unfold form in K at 1. rewrite bilinear_scale in K. fold (form n (stein_matrix n (error_matrix p A C L) (real P)
+    (Q2R factor)) v) in K.
   rewrite stein_form in K. lra.
 Qed.
 
@@ -228,7 +232,8 @@ Definition is_between (n : nat) (P : list (list Q)) (lower upper overshoot : Q) 
 Lemma Q2R_zero : Q2R 0 = 0.
 Proof. unfold Q2R. simpl. lra. Qed.
 
-Lemma is_between_shape n P lower upper overshoot : is_between n P lower upper overshoot = true -> has_shape n n P = true.
+Lemma is_between_shape n P lower upper overshoot : is_between n P lower upper overshoot = true ->
+  has_shape n n P = true.
 Proof.
   intros H. apply both in H. destruct H as [H _]. apply both in H. destruct H as [_ H]. apply both in H.
   apply fits_shape, H.
@@ -246,7 +251,8 @@ Section Between.
 
   Lemma between_upper v : form n (real P) v <= Q2R upper * square n v.
   Proof.
-    pose proof (both _ _ Checked) as [H Upper]. pose proof (both _ _ H) as [_ Lower]. pose proof (both _ _ Lower) as [Fit _].
+    pose proof (both _ _ Checked) as [H Upper]. pose proof (both _ _ H) as [_ Lower]. pose proof (both _ _ Lower)
+      as [Fit _].
     pose proof (at_least_correct _ _ _ _ (negative_correct _ _ _ _ (fits_equals _ _ _ Fit)) Upper v) as K.
     unfold form in K at 1. rewrite bilinear_scale, Q2R_opp in K. unfold form. lra.
   Qed.

@@ -33,7 +33,8 @@ Section Decay.
         + apply derivative_exponential.
         + apply derivative_form. intros i I. apply (E i I). exact Hr.
       - intros r Hr. specialize (Falls r Hr). pose proof (exp_pos (2 * a * r)). nra. }
-    assert (X : exp (- (2 * a) * (t - s)) = exp (- (2 * a) * t) * exp (2 * a * s)) by (rewrite <- exp_plus; f_equal; ring).
+    assert (X : exp (- (2 * a) * (t - s)) = exp (- (2 * a) * t) * exp (2 * a * s)) by (rewrite <- exp_plus; f_equal;
+      ring).
     assert (Y : exp (- (2 * a) * t) * exp (2 * a * t) = 1) by (rewrite <- exp_plus, <- exp_0; f_equal; ring).
     rewrite X, Rmult_assoc. replace (form n P (e t)) with (exp (- (2 * a) * t) * (exp (2 * a * t) * form n P (e t))).
     - apply Rmult_le_compat_l; [apply Rlt_le, exp_pos|exact K].
@@ -116,7 +117,8 @@ Section Error.
     /\ (forall t, 0 <= t -> t < T -> norm n (e t) <= Q2R overshoot * exp (- Q2R a * t) * norm n (e 0)).
   Proof.
     intros Plant Observer e. apply error_decays. destruct shapes as (HA & HC & HL & _).
-    apply (solution_ext T n e (fun t i => (A * x t + B * u t)%vector i - (A * xhat t + B * u t + L * (C * x t - C * xhat t))%vector i)).
+    apply (solution_ext T n e (fun t i => (A * x t + B * u t)%vector i -
+      (A * xhat t + B * u t + L * (C * x t - C * xhat t))%vector i)).
     - intros t i I. rewrite (difference_of_right_sides n p) by assumption. reflexivity.
     - apply solution_difference; assumption.
   Qed.

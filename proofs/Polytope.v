@@ -22,7 +22,8 @@ Definition hull_error (vertices : list vertex) (L : list (list Q)) (w : nat -> R
 (** Weights of a point of the hull. *)
 Definition convex (K : nat) (w : nat -> R) : Prop := (forall k, (k < K)%nat -> 0 <= w k) /\ sum K w = 1.
 
-Definition polytope_decays (n p : nat) (vertices : list vertex) (L P : list (list Q)) (a lower upper overshoot : Q) : bool :=
+Definition polytope_decays (n p : nat) (vertices : list vertex) (L P : list (list Q)) (a lower upper overshoot : Q)
+  : bool :=
   is_between n P lower upper overshoot &&& forallb (fun v => falls n p (fst v) (snd v) L P a 0) vertices.
 
 (** The inequality at each vertex, with its margin: facts of certificates. *)
@@ -64,7 +65,8 @@ Proof.
   assert (S : solution T n e f).
   { apply (solution_ext T n e (fun t => hull_error vertices L (w t) (e t))); [|exact E].
     intros t i I. apply sum_ext. intros k L'. f_equal. specialize (Vertex k L').
-    apply both in Vertex. destruct Vertex as [Fit _]. destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & _).
+    apply both in Vertex. destruct Vertex as [Fit _]. destruct (linear_fits_parts _ _ _ _ _ _ Fit)
+      as (FA & FC & FL & _).
     apply (error_apply n p); try assumption; eapply fits_shape; eassumption. }
   assert (D : forall t, 0 < t < T -> bilinear n n (real P) (f t) (e t) + bilinear n n (real P) (e t) (f t)
     + 2 * Q2R a * form n (real P) (e t) <= 0).
@@ -75,7 +77,8 @@ Proof.
     pose proof (falls_form _ _ _ _ _ _ _ _ (Vertex k L') (e t)) as N. rewrite lyapunov_form, Q2R_zero in N.
     specialize (Positive k L'). fold (F k) in N.
     assert (0 <= w t k * - (bilinear n n (real P) (apply n (F k) (e t)) (e t)
-      + bilinear n n (real P) (e t) (apply n (F k) (e t)) + 2 * Q2R a * form n (real P) (e t))) by (apply Rmult_le_pos; [exact Positive|lra]).
+      + bilinear n n (real P) (e t) (apply n (F k) (e t)) + 2 * Q2R a * form n (real P) (e t)))
+        by (apply Rmult_le_pos; [exact Positive|lra]).
     cbv beta. change (fun i => apply n (F k) (e t) i) with (apply n (F k) (e t)). lra. }
   assert (V : forall s t, 0 <= s -> s <= t -> t < T ->
     quadratic n P (e t) <= exp (- (2 * Q2R a) * (t - s)) * quadratic n P (e s)).

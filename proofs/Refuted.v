@@ -84,7 +84,8 @@ Proof. intros H. destruct (not_positive_semidefinite n S v H) as [w K]. exists w
 (** [F'P + PF + 2 rate P] is not negative definite. *)
 Theorem no_lyapunov_inequality n p A C L P rate v :
   linear_fits n p A C L P
-    &&& is_witness false n (negative n n (lyapunov_numbers n (error_numbers n p A C L) (numbers_of n n P) rate)) v = true ->
+    &&& is_witness false n (negative n n (lyapunov_numbers n (error_numbers n p A C L) (numbers_of n n P) rate))
+      v = true ->
   exists v : vector, 0 < square n v /\
     let w := (A * v - L * (C * v))%vector in
     0 <= inner n w (P * v)%vector + inner n v (P * w)%vector + 2 * Q2R rate * quadratic n P v.
@@ -99,7 +100,8 @@ Qed.
 (** [F'P F - factor^2 P] is not negative definite. *)
 Theorem no_stein_inequality n p A C L P factor v :
   linear_fits n p A C L P
-    &&& is_witness false n (negative n n (stein_numbers n (error_numbers n p A C L) (numbers_of n n P) factor)) v = true ->
+    &&& is_witness false n (negative n n (stein_numbers n (error_numbers n p A C L) (numbers_of n n P) factor))
+      v = true ->
   exists v : vector, 0 < square n v /\
     let w := (A * v - L * (C * v))%vector in 0 <= quadratic n P w - Q2R factor ^ 2 * quadratic n P v.
 Proof.

@@ -14,7 +14,8 @@ Fixpoint sum (n : nat) (f : nat -> R) : R :=
   match n with O => 0 | S k => sum k f + f k end.
 
 Lemma sum_ext n f g : (forall i, (i < n)%nat -> f i = g i) -> sum n f = sum n g.
-Proof. induction n as [|n IH]; intros H; simpl; [reflexivity|]. rewrite IH, H; [reflexivity|lia|intros; apply H; lia]. Qed.
+Proof. induction n as [|n IH]; intros H; simpl; [reflexivity|]. rewrite IH, H; [reflexivity|lia|intros; apply H; lia].
+  Qed.
 
 Lemma sum_plus n f g : sum n (fun i => f i + g i) = sum n f + sum n g.
 Proof. induction n as [|n IH]; simpl; [lra|]. rewrite IH; lra. Qed.
@@ -46,7 +47,8 @@ Lemma sum_nonnegative n f : (forall i, (i < n)%nat -> 0 <= f i) -> 0 <= sum n f.
 Proof. intros H. rewrite <- (sum_zero n). apply sum_le, H. Qed.
 
 Lemma sum_shift n f : sum (S n) f = f 0%nat + sum n (fun i => f (S i)).
-Proof. induction n as [|n IH]; [simpl; lra|]. change (sum (S (S n)) f) with (sum (S n) f + f (S n)). rewrite IH. simpl. lra. Qed.
+Proof. induction n as [|n IH]; [simpl; lra|]. change (sum (S (S n)) f) with (sum (S n) f + f (S n)). rewrite IH.
+  simpl. lra. Qed.
 
 (** Of a sum without negative terms each term is a part. *)
 Lemma term_le_sum n f i : (forall j, (j < n)%nat -> 0 <= f j) -> (i < n)%nat -> f i <= sum n f.
@@ -92,7 +94,8 @@ Lemma bilinear_ext n m A B x y v w :
   same n m A B -> (forall i, (i < n)%nat -> x i = v i) -> (forall j, (j < m)%nat -> y j = w j) ->
   bilinear n m A x y = bilinear n m B v w.
 Proof.
-  intros H K L. apply sum_ext. intros i I. rewrite K by exact I. f_equal. apply apply_ext; [intros j J; apply H|]; assumption.
+  intros H K L. apply sum_ext. intros i I. rewrite K by exact I. f_equal. apply apply_ext; [intros j J; apply H|];
+    assumption.
 Qed.
 
 Lemma form_ext n A B x y : same n n A B -> (forall i, (i < n)%nat -> x i = y i) -> form n A x = form n B y.

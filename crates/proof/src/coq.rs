@@ -29,7 +29,7 @@ pub struct CoqFile {
     pub text: String,
     /// The names of its theorems.
     pub theorems: Vec<String>,
-    /// Whether the certificate is false: the theorems say of which inequalities, and the others are left out.
+    /// Whether the certificate is false: its theorems then are the refutations, and the facts that hold.
     pub is_refuted: bool,
 }
 
@@ -112,7 +112,9 @@ pub fn theorems(file: &CertificateFile) -> Result<CoqFile, CoqError> {
     };
     let is_refuted = facts.iter().any(|fact| !fact.verdict.is_proved());
     let mut out = Out { numbers: String::new(), proved: String::new(), theorems: Vec::new() };
-    let claimed: Vec<Number> = file.claims().iter().map(|claim| claim.margin.clone()).collect();
+    // The claims of a certificate that is false have not been decided.
+    let claims = if is_refuted { &[] } else { file.claims() };
+    let claimed: Vec<Number> = claims.iter().map(|claim| claim.margin.clone()).collect();
     match theorem {
         Theorem::LinearConvergence(linear) => out.linear(linear, &facts, &claimed)?,
         Theorem::CubicConvergence(cubic) => out.cubic(cubic, &facts, &claimed)?,

@@ -3,6 +3,7 @@
 mod adversaries;
 mod certificate_files;
 mod cholesky;
+mod coq;
 mod definiteness;
 mod deployed;
 mod deployed_cubic;

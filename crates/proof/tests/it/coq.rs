@@ -1,0 +1,172 @@
+//! Files for Coq: their numbers, their theorems, and what has none. `cargo xtask kernel` compiles such files.
+
+use luenberger_proof::Matrix;
+use luenberger_proof::certificate::{
+    CertificateFile, CubicConvergence, DiscreteConvergence, HurwitzStability, LinearConvergence, PlantMatrices,
+    PlantWithin, Region, Rejection, digest,
+};
+use luenberger_proof::coq::{CoqError, CoqFile, theorems};
+use luenberger_proof::interval::Interval;
+
+/// `x' = -x + u`, `y = x` with the gain 1: `F = -2`, and `F'P + PF = -4 P`.
+fn plant() -> PlantMatrices {
+    let [a, b, c] = [-1.0, 1.0, 1.0].map(|entry| Matrix::from_rows([[entry]]));
+    PlantMatrices { a, b, c }
+}
+
+fn one(entry: f64) -> Matrix<f64> {
+    Matrix::from_rows([[entry]])
+}
+
+fn linear(rate: f64) -> LinearConvergence {
+    let PlantMatrices { a, b, c } = plant();
+    LinearConvergence { plant: PlantWithin::exactly(&a, &b, &c).unwrap(), l: one(1.0), p: one(3.0), rate }
+}
+
+/// The value of a definition of the file.
+fn defined(file: &CoqFile, name: &str) -> f64 {
+    let start = format!("Definition {name} : Q := ");
+    let line = file.text.lines().find_map(|line| line.strip_prefix(&start)).expect(name);
+    let number: luenberger_proof::certificate::Number = line.trim_end_matches('.').parse().unwrap();
+    number.to_f64().unwrap()
+}
+
+/// The same certificate with another text, and a digest that fits.
+fn changed(file: &CertificateFile, from: &str, to: &str) -> CertificateFile {
+    let text = file.to_json();
+    let other = text.replacen(from, to, 1);
+    assert_ne!(text, other);
+    let found = other.split("\"sha256\": \"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
+    let sealed = other.replace(found, &digest(other.as_bytes()).unwrap());
+    CertificateFile::read(sealed.as_bytes()).unwrap()
+}
+
+#[test]
+fn a_linear_observer_has_its_numbers_and_a_theorem_for_each_claim() {
+    let file = CertificateFile::prove("of \"one\" state (* and *) more", linear(0.0)).unwrap();
+    let coq = theorems(&file).unwrap();
+    assert!(!coq.is_refuted);
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12", "every_error", "observer"]);
+    for (name, entry) in [("A", "-0x1p0"), ("B", "0x1p0"), ("C", "0x1p0"), ("L", "0x1p0"), ("P", "0x1.8p1")] {
+        assert!(coq.text.contains(&format!("Definition {name} : list (list Q) := [\n  [{entry}]].\n")), "{name}");
+    }
+    for name in &coq.theorems {
+        assert!(coq.text.contains(&format!("\nTheorem {name} :\n")), "{name}");
+    }
+    // A title cannot end the comment, nor begin a string in it.
+    assert!(coq.text.starts_with("(** of 'one' state ( * and * ) more\n"));
+    // The margins are those that the file claims: 3 and 12, less their 2^-20 part.
+    for (name, margin) in [("margin_P", 3.0), ("margin_12", 12.0)] {
+        assert!((1.0 - defined(&coq, name) / margin - 0.5_f64.powi(20)).abs() < 1e-9, "{name}");
+    }
+    // V' = -4 V: the rate is 2, and P between 3 and 3.
+    assert!((0.0..1e-12).contains(&(2.0 - defined(&coq, "decay"))));
+    assert!((0.0..1e-12).contains(&(3.0 - defined(&coq, "lower"))));
+    assert!((0.0..1e-12).contains(&(defined(&coq, "upper") - 3.0)));
+    let overshoot = defined(&coq, "overshoot");
+    assert!(overshoot * overshoot * defined(&coq, "lower") >= defined(&coq, "upper"));
+}
+
+#[test]
+fn a_rate_of_the_certificate_is_that_of_the_theorem() {
+    let coq = theorems(&CertificateFile::prove("rate", linear(1.5)).unwrap()).unwrap();
+    assert_eq!((defined(&coq, "rate"), defined(&coq, "decay")), (1.5, 1.5));
+}
+
+/// `x+ = x / 2 + u` with the gain 1/4: `F = 1/4`, and `F'PF - P = -15/16 P`.
+#[test]
+fn without_a_factor_one_follows_from_the_margin() {
+    let mut theorem = DiscreteConvergence {
+        plant: PlantMatrices { a: one(0.5), ..plant() },
+        l: one(0.25),
+        p: one(2.0),
+        factor: None,
+    };
+    let coq = theorems(&CertificateFile::prove("discrete", theorem.clone()).unwrap()).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "stein_inequality", "every_error", "observer"]);
+    assert!((0.0..1e-12).contains(&(defined(&coq, "contraction") - 0.25)));
+    theorem.factor = Some(0.75);
+    let coq = theorems(&CertificateFile::prove("discrete", theorem).unwrap()).unwrap();
+    assert_eq!((defined(&coq, "factor"), defined(&coq, "contraction")), (0.75, 0.75));
+}
+
+#[test]
+fn a_false_certificate_has_its_refutation() {
+    let file = CertificateFile::prove("false", linear(0.0)).unwrap();
+    let coq = theorems(&changed(&file, "[\"0x1.8p1\"]", "[\"-0x1.8p1\"]")).unwrap();
+    assert!(coq.is_refuted);
+    assert_eq!(coq.theorems, ["P_is_not_positive_definite", "inequality_12_is_false"]);
+    assert!(coq.text.contains("exists v : vector, 0 < square 1 v /\\ quadratic 1 P v <= 0"));
+    let coq = theorems(&changed(&file, "[\"-0x1p0\"]", "[\"0x1.8p1\"]")).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12_is_false"]);
+    // F = 2 and P = -3: (12) holds with the margin 12, and what is claimed of it is not decided.
+    let mut claims = file.claims().to_vec();
+    claims[1].margin = "100".parse().unwrap();
+    let unstable = changed(&file.with_claims(&claims).unwrap(), "[\"-0x1p0\"]", "[\"0x1.8p1\"]");
+    let coq = theorems(&changed(&unstable, "\"P\": [\n      [\"0x1.8p1\"]", "\"P\": [\n      [\"-0x1.8p1\"]")).unwrap();
+    assert_eq!(coq.theorems, ["P_is_not_positive_definite", "inequality_12"]);
+    assert!((0.0..1e-12).contains(&(12.0 - defined(&coq, "margin_12"))));
+}
+
+/// What is rejected for its margin, its digest or its words is no theorem and no refutation.
+#[test]
+fn a_rejected_certificate_has_no_file() {
+    let file = CertificateFile::prove("claims", linear(0.0)).unwrap();
+    let mut claims = file.claims().to_vec();
+    claims[0].margin = "4".parse().unwrap();
+    let larger = file.with_claims(&claims).unwrap();
+    assert!(matches!(theorems(&larger), Err(CoqError::Rejected(Rejection::Margin { .. }))));
+    let text = file.to_json().replace("\"title\": \"claims\"", "\"title\": \"other\"");
+    let unsealed = CertificateFile::read(text.as_bytes()).unwrap();
+    assert!(matches!(theorems(&unsealed), Err(CoqError::Rejected(Rejection::Digest { .. }))));
+}
+
+/// A margin that is claimed to be 0 says no more than `>=`: the theorem has the one that is proved.
+#[test]
+fn a_claim_of_0_is_replaced() {
+    let file = CertificateFile::prove("claims", linear(0.0)).unwrap();
+    let mut claims = file.claims().to_vec();
+    claims[0].margin = "0".parse().unwrap();
+    let coq = theorems(&file.with_claims(&claims).unwrap()).unwrap();
+    assert!((0.0..1e-12).contains(&(3.0 - defined(&coq, "margin_P"))));
+}
+
+#[test]
+fn what_is_not_proved_in_coq_is_named() {
+    let hurwitz = HurwitzStability::new(&one(-1.0), &one(1.0)).unwrap();
+    let error = theorems(&CertificateFile::prove("hurwitz", hurwitz).unwrap()).unwrap_err();
+    assert!(error.to_string().starts_with("the theorem \"hurwitz\" has no proof in Coq: of \"linear-observer\""));
+    let mut within = linear(0.0);
+    let a = Matrix::from_rows([[Interval::new(-1.5, -1.0).unwrap()]]);
+    let [b, c] = [1.0, 1.0].map(|x| Matrix::from_rows([[Interval::new(x, x).unwrap()]]));
+    within.plant = PlantWithin::within(&a, &b, &c).unwrap();
+    let error = theorems(&CertificateFile::prove("within", within).unwrap()).unwrap_err();
+    assert_eq!(error, CoqError::Bounds { matrix: "A" });
+}
+
+/// N = -1/3 rounded, P = 3, S = 1: `P N + C'S` is not 0, and another P has the structure exactly.
+#[test]
+fn a_stored_cubic_gain_has_a_lyapunov_matrix_of_its_own() {
+    let n = one(-1.0 / 3.0);
+    let cubic = |n: Matrix<f64>, region| CubicConvergence {
+        plant: plant(),
+        l: one(1.0),
+        n,
+        theta: one(1.0),
+        p: one(3.0),
+        s: one(1.0),
+        rate: 0.0,
+        region,
+    };
+    let coq = theorems(&CertificateFile::prove("cubic", cubic(n.clone(), Region::Everywhere)).unwrap()).unwrap();
+    assert_eq!(coq.theorems.last().map(String::as_str), Some("stored_gain_observer"));
+    assert!(!coq.text.contains("Definition P_stored : list (list Q) := [\n  [0x1.8p1]]."));
+    // V' = -4 V for this V, too.
+    assert!((0.0..1e-6).contains(&(2.0 - defined(&coq, "decay_stored"))));
+    // N = -1/4 with P = 4 and S = 1: P itself.
+    let exact = CubicConvergence { p: one(4.0), ..cubic(one(-0.25), Region::Everywhere) };
+    let coq = theorems(&CertificateFile::prove("cubic", exact).unwrap()).unwrap();
+    assert!(coq.text.contains("Definition P_stored : list (list Q) := [\n  [0x1p2]]."));
+    let within = CertificateFile::prove("cubic", cubic(n, Region::Within(1.0))).unwrap();
+    assert_eq!(theorems(&within).unwrap_err(), CoqError::Region);
+}
