@@ -110,7 +110,7 @@ impl NoisesAlong<f64> for NoisesOfStudy {
             v[j * outputs + j] = row.evaluate(t, xhat, u);
         }
         let mut has_row = false;
-        for rows in self.rows.iter() {
+        if let Some(rows) = &self.rows {
             let delay = |j: usize| self.delays.get(j).copied().unwrap_or(0.0);
             for (j, variance) in (0..outputs).filter_map(|j| Some((j, rows.at(t + delay(j), j)?))) {
                 has_row = true;

@@ -163,6 +163,11 @@ impl OnTime {
     pub(super) fn held_out(&self) -> Vec<usize> {
         (0..self.replayed.t.len()).filter(|k| self.replayed.row[*k].is_some_and(|row| row >= self.first)).collect()
     }
+
+    /// Their log-likelihood.
+    pub(super) fn log_likelihood_held_out(&self) -> Result<f64, String> {
+        sum(self, self.first)
+    }
 }
 
 /// Mean squares of errors: how many, their rms, and what they are relative to.
@@ -385,11 +390,6 @@ impl<'a> Criterion<'a> {
             }
         };
         if total.is_finite() { Ok(total) } else { Err(format!("the log-likelihood is {total}")) }
-    }
-
-    /// That of a filter over the rows that are held out, of a replay of all rows.
-    pub(super) fn held_out(&self, replayed: &[OnTime]) -> Result<f64, String> {
-        replayed.iter().map(|of| sum(of, of.first)).sum()
     }
 
     /// The states whose errors are fitted.
