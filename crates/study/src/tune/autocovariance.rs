@@ -1,7 +1,8 @@
-//! Autocovariance least squares: W and V of a linear time-invariant plant from the autocovariances of the innovations of
-//! a stationary filter, beside the likelihood and independent of it.
+//! Autocovariance least squares: W and V of a linear time-invariant plant from the autocovariances of the innovations
+//! of a stationary filter, beside the likelihood and independent of it.
 //!
-//! With the stable gain L and F = A - L C the innovations of `xhat+ = A xhat + B u + L nu` have, with the noises w and v,
+//! With the stable gain L and F = A - L C the innovations of `xhat+ = A xhat + B u + L nu` have, with the noises w and
+//! v,
 //!
 //! ```text
 //! P = F P F' + W + L V L',    E nu_k nu_k' = C P C' + V,    E nu_(k+j) nu_k' = C F^j P C' - C F^(j-1) L V
@@ -79,8 +80,8 @@ fn noises(of: &ObserverSpec, step: Option<(&DMatrix<f64>, f64)>) -> Option<Noise
 }
 
 /// The variances among the parameters, of the plant and the sensors with these values and the gain of the filter; none
-/// where the method does not apply: it needs a linear plant without delays and angles, constant noises whose correlations
-/// are 0, and logs in which every output is measured in equally spaced rows.
+/// where the method does not apply: it needs a linear plant without delays and angles, constant noises whose
+/// correlations are 0, and logs in which every output is measured in equally spaced rows.
 pub(super) fn variances(criterion: &Criterion<'_>, values: &[f64]) -> Option<Vec<Variance>> {
     let spec = criterion.spec;
     let at = |values: &[f64]| criterion.editable.study(&criterion.edits(values, false).ok()?, false).ok();

@@ -290,7 +290,8 @@ impl<'a> Criterion<'a> {
         [bias, delays]
     }
 
-    /// The filter with these values on the logs with their measurements at their times, on what is fitted or on all rows.
+    /// The filter with these values on the logs with their measurements at their times, on what is fitted or on all
+    /// rows.
     pub(super) fn replayed(&self, values: &[f64], is_whole: bool) -> Result<Vec<OnTime>, String> {
         let study = self.editable.study(&self.edits(values, false)?, true)?;
         let requested = study.observer(&self.spec.observer).ok_or("the study has lost its observer")?;
@@ -308,8 +309,8 @@ impl<'a> Criterion<'a> {
         self.data.iter().map(of).collect()
     }
 
-    /// What the observer with these values predicts on the logs as they became known: of the rows that are fitted, or of
-    /// those that are held out, which it runs through the others into.
+    /// What the observer with these values predicts on the logs as they became known: of the rows that are fitted, or
+    /// of those that are held out, which it runs through the others into.
     pub(super) fn predictions(&self, values: &[f64], is_held_out: bool) -> Result<Vec<Predictions>, String> {
         let mut study = self.editable.study(&self.edits(values, false)?, false)?;
         study.simulation.clone_from(&self.study.simulation);
@@ -356,8 +357,8 @@ impl<'a> Criterion<'a> {
         all.into_iter().filter(|one| one.count > 0).collect()
     }
 
-    /// The rms of errors relative to the deviations: the geometric mean over the measurements of innovations, the root of
-    /// the mean over the states of their squares.
+    /// The rms of errors relative to the deviations: the geometric mean over the measurements of innovations, the root
+    /// of the mean over the states of their squares.
     pub(super) fn relative(&self, errors: &[Errors]) -> f64 {
         if self.spec.criterion == TuneCriterion::Errors {
             let squares = errors.iter().map(|one| (one.rms / one.deviation).powi(2));
