@@ -88,13 +88,13 @@ pub(crate) enum Command {
     /// recommended observers. The exit code is 1 if no observer is ranked.
     #[command(after_help = examples::ADVISE)]
     Advise(AdviseInput),
-    /// Fit what a filter assumes to its log: noise covariances, parameters of the plant, biases and delays of sensors; or
-    /// the gains of an observer
+    /// Fit to a log what a filter assumes (noise covariances, parameters, biases, delays), or the gains of an observer
     ///
-    /// The likelihood of the innovations is the largest for the fitted values, or the errors of predictions or estimates
-    /// are the least. The table [tune] of the study names the observer and what is fitted. Each value comes with its
-    /// standard error and 95 % interval; what the log does not determine is said. The observer is judged on the last part of the log, which is not fitted. The tuned study is
-    /// written beside the study, as tuned.toml. With -o: a page with the profile likelihoods.
+    /// The likelihood of the innovations is the largest for the fitted values, or the errors of predictions or
+    /// estimates are the least. The table [tune] of the study names the observer and what is fitted. Each value comes
+    /// with its standard error and 95 % interval; what the log does not determine is said. The observer is judged on
+    /// the last part of the log, which is not fitted. The tuned study is written beside the study, as tuned.toml. With
+    /// -o: a page with the profile likelihoods.
     #[command(after_help = examples::TUNE)]
     Tune(TuneInput),
     /// Parameter sweep over gamma, poles, noise or initial errors, with ensembles, in parallel

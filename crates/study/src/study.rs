@@ -475,10 +475,10 @@ pub enum Tunable {
 
 /// Which number of a key it is.
 ///
-/// Poles are fitted by numbers that are positive for stable ones, and for no others: two of them by the natural frequency
-/// and the damping ratio of `s^2 + 2 damping frequency s + frequency^2`, so that a pair of conjugates may become two real
-/// poles and back, a single one by its rate `-s`. In discrete time s is `2/dt (z - 1)/(z + 1)`, which has the left half
-/// plane for the unit disc.
+/// Poles are fitted by numbers that are positive for stable ones, and for no others: two of them by the natural
+/// frequency and the damping ratio of `s^2 + 2 damping frequency s + frequency^2`, so that a pair of conjugates may
+/// become two real poles and back, a single one by its rate `-s`. In discrete time s is `2/dt (z - 1)/(z + 1)`, which
+/// has the left half plane for the unit disc.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// The number.

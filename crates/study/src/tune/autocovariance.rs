@@ -1,7 +1,8 @@
-//! Autocovariance least squares: W and V of a linear time-invariant plant from the autocovariances of the innovations of
-//! a stationary filter, beside the likelihood and independent of it.
+//! Autocovariance least squares: W and V of a linear time-invariant plant from the autocovariances of the innovations
+//! of a stationary filter, beside the likelihood and independent of it.
 //!
-//! With the stable gain L and F = A - L C the innovations of `xhat+ = A xhat + B u + L nu` have, with the noises w and v,
+//! With the stable gain L and F = A - L C the innovations of `xhat+ = A xhat + B u + L nu` have, with the noises w and
+//! v,
 //!
 //! ```text
 //! P = F P F' + W + L V L',    E nu_k nu_k' = C P C' + V,    E nu_(k+j) nu_k' = C F^j P C' - C F^(j-1) L V
@@ -26,6 +27,9 @@ use crate::study::{GainSpec, ObserverSpec, Tunable};
 
 /// Lags of the autocovariances, beside lag 0.
 const LAGS: usize = 15;
+
+/// The lag beyond which autocovariances count as 0 in Bartlett's formula.
+const FAR: i32 = 60;
 
 /// What is left of the first error when the innovations count as stationary.
 const SETTLED: f64 = 1e-3;
@@ -76,8 +80,8 @@ fn noises(of: &ObserverSpec, step: Option<(&DMatrix<f64>, f64)>) -> Option<Noise
 }
 
 /// The variances among the parameters, of the plant and the sensors with these values and the gain of the filter; none
-/// where the method does not apply: it needs a linear plant without delays and angles, constant noises whose correlations
-/// are 0, and logs in which every output is measured in equally spaced rows.
+/// where the method does not apply: it needs a linear plant without delays and angles, constant noises whose
+/// correlations are 0, and logs in which every output is measured in equally spaced rows.
 pub(super) fn variances(criterion: &Criterion<'_>, values: &[f64]) -> Option<Vec<Variance>> {
     let spec = criterion.spec;
     let at = |values: &[f64]| criterion.editable.study(&criterion.edits(values, false).ok()?, false).ok();
@@ -100,7 +104,9 @@ pub(super) fn variances(criterion: &Criterion<'_>, values: &[f64]) -> Option<Vec
         (0..values.len()).filter(|k| matches!(spec.parameters[*k].what, Tunable::W(_) | Tunable::V(_))).collect();
     let twice = |which: &[usize]| {
         let mut other = values.to_vec();
-        which.iter().for_each(|k| other[*k] *= 2.0);
+        for k in which {
+            other[*k] *= 2.0;
+        }
         with(&other)
     };
     let part = |k: &usize| {
@@ -200,18 +206,17 @@ fn fitted(
     let positive: Vec<usize> = (0..found.len()).filter(|k| found[*k] > 0.0).collect();
     let noises = parts.iter().zip(found.iter()).fold(known.clone(), |sum, (part, x)| sum.plus(part, *x));
 
-    // Bartlett's formula, with the autocovariances of what was found; beyond its last lag they are small.
-    let far = 4 * LAGS;
-    let true_ones = model.autocovariances(&mut equation, &noises, far)?;
-    let at = |lag: i64, i: usize, j: usize| {
-        let of = usize::try_from(lag.abs()).ok().and_then(|lag| true_ones.get(lag));
+    // Bartlett's formula, with the autocovariances of what was found.
+    let true_ones = model.autocovariances(&mut equation, &noises, FAR as usize)?;
+    let at = |lag: i32, i: usize, j: usize| {
+        let of = true_ones.get(lag.unsigned_abs() as usize);
         of.map_or(0.0, |of| if lag < 0 { of[(j, i)] } else { of[(i, j)] })
     };
     let covariance = DMatrix::from_fn(entries.len(), entries.len(), |row, other| {
         let ((i, a, b), (j, c, d)) = (entries[row], entries[other]);
-        let (lag, other_lag) = (i as i64, j as i64);
-        let term = |m: i64| at(m + lag - other_lag, a, c) * at(m, b, d) + at(m + lag, a, d) * at(m - other_lag, b, c);
-        let sum: f64 = (-(far as i64)..=far as i64).map(term).sum();
+        let [lag, other_lag] = [i, j].map(|lag| i32::try_from(lag).unwrap_or(FAR));
+        let term = |m: i32| at(m + lag - other_lag, a, c) * at(m, b, d) + at(m + lag, a, d) * at(m - other_lag, b, c);
+        let sum: f64 = (-FAR..=FAR).map(term).sum();
         sum / (count(i.min(j)) * unit[a] * unit[b] * unit[c] * unit[d])
     });
     let inverse = columns.select_columns(&positive).pseudo_inverse(SINGULAR).ok()?;

@@ -163,6 +163,11 @@ impl OnTime {
     pub(super) fn held_out(&self) -> Vec<usize> {
         (0..self.replayed.t.len()).filter(|k| self.replayed.row[*k].is_some_and(|row| row >= self.first)).collect()
     }
+
+    /// Their log-likelihood.
+    pub(super) fn log_likelihood_held_out(&self) -> Result<f64, String> {
+        sum(self, self.first)
+    }
 }
 
 /// Mean squares of errors: how many, their rms, and what they are relative to.
@@ -285,7 +290,8 @@ impl<'a> Criterion<'a> {
         [bias, delays]
     }
 
-    /// The filter with these values on the logs with their measurements at their times, on what is fitted or on all rows.
+    /// The filter with these values on the logs with their measurements at their times, on what is fitted or on all
+    /// rows.
     pub(super) fn replayed(&self, values: &[f64], is_whole: bool) -> Result<Vec<OnTime>, String> {
         let study = self.editable.study(&self.edits(values, false)?, true)?;
         let requested = study.observer(&self.spec.observer).ok_or("the study has lost its observer")?;
@@ -303,8 +309,8 @@ impl<'a> Criterion<'a> {
         self.data.iter().map(of).collect()
     }
 
-    /// What the observer with these values predicts on the logs as they became known: of the rows that are fitted, or of
-    /// those that are held out, which it runs through the others into.
+    /// What the observer with these values predicts on the logs as they became known: of the rows that are fitted, or
+    /// of those that are held out, which it runs through the others into.
     pub(super) fn predictions(&self, values: &[f64], is_held_out: bool) -> Result<Vec<Predictions>, String> {
         let mut study = self.editable.study(&self.edits(values, false)?, false)?;
         study.simulation.clone_from(&self.study.simulation);
@@ -351,8 +357,8 @@ impl<'a> Criterion<'a> {
         all.into_iter().filter(|one| one.count > 0).collect()
     }
 
-    /// The rms of errors relative to the deviations: the geometric mean over the measurements of innovations, the root of
-    /// the mean over the states of their squares.
+    /// The rms of errors relative to the deviations: the geometric mean over the measurements of innovations, the root
+    /// of the mean over the states of their squares.
     pub(super) fn relative(&self, errors: &[Errors]) -> f64 {
         if self.spec.criterion == TuneCriterion::Errors {
             let squares = errors.iter().map(|one| (one.rms / one.deviation).powi(2));
@@ -385,11 +391,6 @@ impl<'a> Criterion<'a> {
             }
         };
         if total.is_finite() { Ok(total) } else { Err(format!("the log-likelihood is {total}")) }
-    }
-
-    /// That of a filter over the rows that are held out, of a replay of all rows.
-    pub(super) fn held_out(&self, replayed: &[OnTime]) -> Result<f64, String> {
-        replayed.iter().map(|of| sum(of, of.first)).sum()
     }
 
     /// The states whose errors are fitted.

@@ -50,15 +50,12 @@ impl TuneReport {
             )
         });
         let gain = self.log_likelihood - self.log_likelihood_before;
-        let best = match self.relative {
-            Some([before, after]) => {
-                let [before, after] = [before, after].map(|x| significant(x, 4));
-                (self.relative_name().to_owned(), format!("{after}, before {before}"))
-            }
-            None => {
-                let [before, after] = [self.log_likelihood_before, self.log_likelihood].map(|x| significant(x, 8));
-                ("log-likelihood".to_owned(), format!("{after}, before {before} (gain {})", significant(gain, 4)))
-            }
+        let best = if let Some(relative) = self.relative {
+            let [before, after] = relative.map(|x| significant(x, 4));
+            (self.relative_name().to_owned(), format!("{after}, before {before}"))
+        } else {
+            let [before, after] = [self.log_likelihood_before, self.log_likelihood].map(|x| significant(x, 8));
+            ("log-likelihood".to_owned(), format!("{after}, before {before} (gain {})", significant(gain, 4)))
         };
         let found = format!(
             "{} of {}, in {}{}",

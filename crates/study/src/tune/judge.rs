@@ -48,7 +48,12 @@ fn of_filter(criterion: &Criterion<'_>, values: &[f64]) -> Option<Judged> {
         errors.map_or_else(Vec::new, |errors| held[log].iter().filter_map(|k| errors[(*k, i)]).collect())
     };
     Some(Judged {
-        log_likelihood: criterion.held_out(&on_time).ok().filter(|sum| sum.is_finite()),
+        log_likelihood: on_time
+            .iter()
+            .map(OnTime::log_likelihood_held_out)
+            .sum::<Result<f64, String>>()
+            .ok()
+            .filter(|sum| sum.is_finite()),
         nis: Consistency::of(squares).map(ConsistencyReport::from),
         relative: None,
         innovations: outputs(criterion, innovations),

@@ -1,6 +1,7 @@
-//! What does a filter assume? Its W, V, P(0), parameters of its plant, biases and delays of its sensors, fitted to logs by
-//! the maximum likelihood of its innovations (prediction errors; Åström 1980, Ljung 1999 section 7.4). The gains of an
-//! observer without a covariance are fitted by its prediction errors, or by its errors where the logs have true states.
+//! What does a filter assume? Its W, V, P(0), parameters of its plant, biases and delays of its sensors, fitted to logs
+//! by the maximum likelihood of its innovations (prediction errors; Åström 1980, Ljung 1999 section 7.4). The gains of
+//! an observer without a covariance are fitted by its prediction errors, or by its errors where the logs have true
+//! states.
 //!
 //! | file | subject |
 //! |---|---|

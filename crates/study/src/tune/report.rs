@@ -27,13 +27,13 @@ pub struct TuneReport {
     pub logs: Vec<TunedLog>,
     /// Measurements that the gate of the filter rejects with the values of the study, left out for all values.
     pub rejected: usize,
-    /// The log-likelihood of what is fitted, with the values of the study; of prediction errors, and errors of states in
-    /// units of their deviations, that of a normal distribution with the variances that they have.
+    /// The log-likelihood of what is fitted, with the values of the study; of prediction errors, and errors of states
+    /// in units of their deviations, that of a normal distribution with the variances that they have.
     pub log_likelihood_before: f64,
     /// The same, with the fitted values.
     pub log_likelihood: f64,
-    /// The rms of the errors that are fitted relative to the deviations of the outputs or states, before and after; none
-    /// for the likelihood of a filter.
+    /// The rms of the errors that are fitted relative to the deviations of the outputs or states, before and after;
+    /// none for the likelihood of a filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<[f64; 2]>,
     /// Searches, and how many of them ended within 0.01 of the largest log-likelihood.
@@ -44,8 +44,8 @@ pub struct TuneReport {
     pub evaluations: usize,
     /// The parameters, as the study names them.
     pub parameters: Vec<TunedParameter>,
-    /// The same variances by autocovariance least squares, with the plant and the gain of the fit; empty where the method
-    /// does not apply.
+    /// The same variances by autocovariance least squares, with the plant and the gain of the fit; empty where the
+    /// method does not apply.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub autocovariances: Vec<ByAutocovariances>,
     /// What the data do not determine, and what else is to be known of the fit, in words.

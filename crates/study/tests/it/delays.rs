@@ -38,8 +38,8 @@ fn last(folder: &Path, text: &str) -> Vec<(String, Vec<f64>, Vec<f64>)> {
     results.runs.iter().map(|run| (run.observer.clone(), row(&run.estimate), row(&run.deviation))).collect()
 }
 
-/// t, torque, the fix with its variance, and the rate.
-type Taken = (f64, f64, Option<(f64, f64)>, Option<f64>);
+/// Time, torque, fix with its variance, and gyro.
+type Row = (f64, f64, Option<(f64, f64)>, Option<f64>);
 
 /// The estimate at any row is that of the log in which the late column stands at its times and which ends there.
 #[test]
@@ -48,7 +48,7 @@ fn a_late_column_is_the_column_at_its_times() {
         let folder = scratch("delays/log");
         let (mut random, mut late) = (Random(6), "t,torque,fix,gyro,sure\n".to_owned());
         // In order of times; the torque holds from row to row.
-        let mut in_order: Vec<Taken> = Vec::new();
+        let mut in_order: Vec<Row> = Vec::new();
         for k in 0..rows {
             let (t, torque) = (0.1 * f64::from(k), (0.1 * f64::from(k)).cos());
             let [a, b] = random.normal_pair();

@@ -62,7 +62,7 @@ fn the_least_squares_are_those_of_numpy() {
     };
     std::fs::write(folder.join("log.csv"), log(1200, || std::array::from_fn(|_| uniform()))).unwrap();
     let report = tuned(&folder, STUDY);
-    assert!((report.log_likelihood + 3696.829_384_8).abs() < 1e-5, "{}", report.log_likelihood);
+    assert!((report.log_likelihood + 3_696.829_384_8).abs() < 1e-5, "{}", report.log_likelihood);
     let expected = [
         ("w[x1]", 0.513_846, 0.526_798_62, 0.041_888_43),
         ("w[x2]", 0.177_577, 0.175_402_56, 0.037_874_94),
@@ -83,7 +83,7 @@ fn the_least_squares_are_those_of_numpy() {
     let far = STUDY.replace("w = [0.5, 0.2]", "w = [5, 0.02]").replace("v = [1, 0.3]", "v = [0.1, 3]");
     let report = tuned(&folder, &far.replace("starts = 1", "starts = 2"));
     assert_eq!((report.starts, report.agreeing), (2, 2));
-    assert!((report.log_likelihood + 3696.829_384_8).abs() < 1e-3, "{}", report.log_likelihood);
+    assert!((report.log_likelihood + 3_696.829_384_8).abs() < 1e-3, "{}", report.log_likelihood);
 }
 
 /// Over simulated logs the errors are as large as the standard errors say: the sum of the squares of 4 x 16 errors in

@@ -61,8 +61,8 @@ fn of_two_states(log: &str, observer: &str, tune: &str) -> String {
     )
 }
 
-/// The stationary gain of the predicting filter, A P C'/(C P C' + V), by scipy 1.x `solve_discrete_are(A', C', W, V)`, and
-/// the eigenvalues 0.838020 +- 0.131657i of A - L C.
+/// The stationary gain of the predicting filter, A P C'/(C P C' + V), by scipy 1.x `solve_discrete_are(A', C', W, V)`,
+/// and the eigenvalues 0.838020 +- 0.131657i of A - L C.
 const KALMAN: [f64; 2] = [0.273_960_505_231_157_9, 0.298_731_412_028_518_44];
 
 /// Squares of the innovations of a Luenberger observer with this gain, by hand.
@@ -173,7 +173,8 @@ fn prediction_errors_determine_noises_but_for_a_factor() {
     }
 }
 
-/// By the errors of the second state alone, the only one that the log knows: the minimum is that of a recursion by hand.
+/// By the errors of the second state alone, the only one that the log knows: the minimum is that of a recursion by
+/// hand.
 #[test]
 fn the_least_errors_are_those_of_a_recursion_by_hand() {
     let folder = scratch("tune-errors");
