@@ -263,7 +263,7 @@ fn compare<T: Bits>(compiler: &str) {
     std::fs::write(folder.join("math.c"), driver::<T>()).unwrap();
     let mut builds: Vec<Vec<&str>> = vec![vec!["-O2"]];
     if is_complete() {
-        builds.push(vec!["-O0"]);
+        builds.extend([vec!["-O0"], vec!["-O3"]]);
     }
     if has_haswell() {
         builds.push(vec!["-O2", "-march=haswell"]);

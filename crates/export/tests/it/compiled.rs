@@ -432,8 +432,8 @@ fn the_block_is_that_of_the_observers() {
 }
 
 /// NaN in an output reaches the estimate and stays there, as the header says, in Rust and so in C.
-/// With the functions of the C library of this machine the golden test agrees to half of the digits, and notices another
-/// function; the observer has none of its own, and its header says what is lost.
+/// With the functions of the C library of this machine the golden test agrees to half of the digits, and notices
+/// another function; the observer has none of its own, and its header says what is lost.
 #[test]
 fn the_functions_of_the_target_are_called() {
     let compilers = compilers();
