@@ -118,4 +118,5 @@ macro_rules! update_and_finish {
     };
 }
 
+#[cfg(feature = "alloc")]
 pub(crate) use update_and_finish;

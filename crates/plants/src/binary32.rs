@@ -1,9 +1,9 @@
 //! Elementary functions of binary32 numbers in binary32 arithmetic alone.
 //!
-//! The `sinf`, `cosf`, `tanf` and `asinf` of libm compute in binary64, which costs a hundred calls of software on a
-//! processor whose floating-point unit has single precision (Cortex-M4F). These four take their place wherever an
-//! expression is evaluated in binary32: in simulations, and in exported C and Rust, whose operations are the same in
-//! the same order. The other functions of libm for binary32 have no operation of binary64.
+//! The `sinf`, `cosf`, `tanf` and `asinf` of libm compute in binary64, in software on a processor whose floating-point
+//! unit has single precision (Cortex-M4F). These four take their place wherever an expression is evaluated in binary32:
+//! in simulations, and in exported C and Rust, whose operations are the same in the same order. The other functions of
+//! libm for binary32 that expressions call have no operation of binary64.
 //!
 //! | function | largest error seen on one number in 29 of all | tests refuse |
 //! |---|---:|---:|
@@ -12,7 +12,7 @@
 //! | [`tan`] | 1.70 | 2 |
 //! | [`asin`] | 0.95 | 1 |
 //!
-//! Range reduction is exact to about 2^-25 of the result for every finite argument: below 402 by three parts of pi/2
+//! The argument is reduced to two numbers, for every finite argument: below 402 by three parts of pi/2
 //! (W. J. Cody, W. Waite, Software Manual for the Elementary Functions, 1980), above by a product of integers with the
 //! bits of 2/pi (M. H. Payne, R. N. Hanek, Radian reduction for trigonometric functions, SIGNUM Newsletter 18, 1983).
 //! The polynomials are minimax in the relative error on [-pi/4, pi/4], their coefficients rounded one after the other,
