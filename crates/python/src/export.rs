@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use luenberger_export::fmu::Version;
-use luenberger_study::deployment::{Difference, ExportOptions, ExportRefusal, ExportedObserver, Precision};
+use luenberger_study::deployment::{Difference, ExportOptions, ExportRefusal, ExportedObserver, Libm, Precision};
 use luenberger_study::results::Cause;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
@@ -22,6 +22,8 @@ pub(crate) struct Request {
     fmi: Option<u8>,
     #[pyo3(default)]
     layout: Option<String>,
+    #[pyo3(default)]
+    libm: Option<String>,
     #[pyo3(default)]
     feedback: bool,
     format: String,
@@ -54,6 +56,11 @@ impl Request {
             to: self.to.parse().map_err(|why: String| invalid("to", &self.to, &why))?,
             fmi,
             layout: self.layout.as_ref().map(layout).transpose()?,
+            libm: match self.libm.as_deref() {
+                None | Some("own") => Libm::Own,
+                Some("target") => Libm::Target,
+                Some(other) => return Err(invalid("libm", &other, "own or target is expected")),
+            },
             feedback: self.feedback,
             format: format(&self.format)?,
             gains: self.gains.as_ref().map(gains).transpose()?,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use luenberger_export::{ExportableObserver, golden};
+use luenberger_plants::Plant;
 use luenberger_study::deployment::{ExportOptions, ExportRefusal, export, program};
 use luenberger_study::design::{Designed, design_until};
 use luenberger_study::kinds::SampledCubic;

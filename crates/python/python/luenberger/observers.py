@@ -692,6 +692,7 @@ class Observer:
         gains: str | None = None,
         fmi: int | None = None,
         layout: str | None = None,
+        libm: str = "own",
         feedback: npt.ArrayLike | None = None,
         substeps: int | None = None,
         test_steps: int = 64,
@@ -718,6 +719,9 @@ class Observer:
             Version of the standard of an FMU (default 2).
         layout : {'arduino', 'zephyr', 'esp-idf', 'ros2'}, optional
             The build system that the files in C are for, with a program to be filled in (default CMake).
+        libm : {'own', 'target'}, optional
+            Whose elementary functions the code in C calls: those of the design, written out, or those of the target's
+            C library, whose bits may differ.
         feedback : array_like, (m, n), optional
             The gain K of `u = r - K xhat`: the step takes r and y, and returns u as well. The input of `run` is then r.
         substeps : int, optional
@@ -767,6 +771,7 @@ class Observer:
                 "to": to,
                 "fmi": fmi,
                 "layout": layout,
+                "libm": libm,
                 "feedback": feedback is not None,
                 "format": format,
                 "gains": gains,
