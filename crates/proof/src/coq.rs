@@ -202,19 +202,19 @@ fn exactly_structured(
     c: &Matrix<f64>,
     n: &Matrix<f64>,
     s: &Matrix<f64>,
-) -> Result<Option<(Matrix<Exact>, Matrix<Exact>)>, CoqError> {
+) -> Result<(Matrix<Exact>, Matrix<Exact>), CoqError> {
     let embed = |m: &Matrix<f64>| Matrix::<Exact>::embed(m, "a matrix");
     let (p_exact, c_exact, n_exact, s_exact) = (embed(p)?, embed(c)?, embed(n)?, embed(s)?);
     let output = c_exact.transpose();
     let residual = p_exact.product(&n_exact)?.sum(&output.product(&s_exact)?)?;
     if residual.as_slice().iter().all(Exact::is_zero) {
-        return Ok(Some((p_exact, s_exact)));
+        return Ok((p_exact, s_exact));
     }
-    let Some(x) = output_metric(p, c).filter(|_| n.cols() <= MOST_OUTPUTS) else { return Ok(None) };
+    let Some(x) = output_metric(p, c).filter(|_| n.cols() <= MOST_OUTPUTS) else { return Err(CoqError::StoredGain) };
     let x = embed(&x)?;
     let gram = n_exact.transpose().product(&n_exact)?;
     let d = determinant(&gram);
-    let Some(size) = d.magnitude_exponent() else { return Ok(None) };
+    let Some(size) = d.magnitude_exponent() else { return Err(CoqError::StoredGain) };
     let outputs = n.cols();
     let adjugate = Matrix::from_fn(outputs, outputs, |i, j| {
         let minor = determinant(&without(&gram, j, i));
@@ -229,7 +229,7 @@ fn exactly_structured(
     let scaled = |m: Matrix<Exact>| m.map(|entry| entry.shifted(-2 * size));
     let structured = metric.scaled(&square).sum(&moved)?;
     let accretive = x.product(&c_exact)?.product(&n_exact)?.scaled(&square.neg());
-    Ok(Some((scaled(structured), scaled(accretive))))
+    Ok((scaled(structured), scaled(accretive)))
 }
 
 /// Determinant by expansion along the first row.
@@ -611,7 +611,7 @@ impl Out {
     /// A Lyapunov matrix for which the stored N has the structure exactly, with its numbers.
     fn stored(&mut self, theorem: &CubicConvergence) -> Result<(), CoqError> {
         let CubicConvergence { plant, l, n, p, s, .. } = theorem;
-        let (exact_p, exact_s) = exactly_structured(p, &plant.c, n, s)?.ok_or(CoqError::StoredGain)?;
+        let (exact_p, exact_s) = exactly_structured(p, &plant.c, n, s)?;
         let nearest = exact_p.map(|entry| f64::midpoint(entry.round_down(), entry.round_up()));
         // The margins of the rounded matrix are reduced by more than what its rounding can change.
         let (order, upper) = (p.rows(), largest_eigenvalue_bound(&nearest) * (1.0 + 1e-9));
