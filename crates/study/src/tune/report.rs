@@ -168,11 +168,11 @@ impl NoInterval {
         }
     }
 
-    /// What the likelihood does there, of a parameter at an end.
-    pub(super) fn likelihood(self) -> Option<&'static str> {
+    /// What the criterion does there, of a parameter at an end; `beyond` is what it does beyond a bound.
+    pub(super) fn at_end_does(self, beyond: &str) -> Option<String> {
         match self {
-            Self::AtLowerBound | Self::AtUpperBound => Some("grows beyond it"),
-            Self::Smallest | Self::Largest => Some("is flat there"),
+            Self::AtLowerBound | Self::AtUpperBound => Some(format!("{beyond} beyond it")),
+            Self::Smallest | Self::Largest => Some("is flat there".to_owned()),
             Self::Undetermined => None,
         }
     }

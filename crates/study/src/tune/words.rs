@@ -6,7 +6,7 @@ use super::coordinate::Coordinate;
 use super::criterion::Criterion;
 use super::information::Information;
 use super::report::TunedParameter;
-use crate::study::{Study, Tunable};
+use crate::study::{Study, Tunable, TuneCriterion};
 
 /// The unit of a parameter of the plant, of a bias or of what a coloured noise has, if the study gives it.
 pub(super) fn unit(study: &Study, what: &Tunable) -> Option<String> {
@@ -31,6 +31,37 @@ pub(super) fn constant_inputs(criterion: &Criterion<'_>) -> String {
     if found.is_empty() { String::new() } else { format!(" (inputs that are constant: {})", found.join(", ")) }
 }
 
+/// What a fit makes as large or as small as it can be, in words.
+struct Sought {
+    name: &'static str,
+    best: &'static str,
+    point: &'static str,
+    others: &'static str,
+    /// What it does beyond a bound that a value is at.
+    beyond: &'static str,
+}
+
+impl Sought {
+    fn of(criterion: TuneCriterion) -> Self {
+        match criterion {
+            TuneCriterion::Errors => Self {
+                name: "sum of squares",
+                best: "least",
+                point: "minimum",
+                others: "higher, in other minima",
+                beyond: "falls",
+            },
+            TuneCriterion::Likelihood | TuneCriterion::Innovations => Self {
+                name: "likelihood",
+                best: "largest",
+                point: "maximum",
+                others: "lower, in other maxima",
+                beyond: "grows",
+            },
+        }
+    }
+}
+
 /// What else is to be known of a fit.
 pub(super) fn remarks(
     criterion: &Criterion<'_>,
@@ -38,18 +69,19 @@ pub(super) fn remarks(
     (free, coordinates): (&[usize], &[Coordinate]),
     (information, starts, agreeing): (&Information, usize, usize),
 ) -> Vec<String> {
+    let sought = Sought::of(criterion.spec.criterion);
     let names: Vec<&str> = free.iter().map(|i| parameters[*i].name.as_str()).collect();
     let mut words: Vec<String> =
-        information.flat.iter().map(|direction| undetermined(direction, &names, coordinates)).collect();
+        information.flat.iter().map(|direction| undetermined(direction, &names, coordinates, sought.name)).collect();
     if words.is_empty() {
-        words.push("At this maximum the log determines every parameter that is not at a bound.".to_owned());
+        words.push(format!("At this {} the log determines every parameter that is not at a bound.", sought.point));
     }
     for one in parameters {
-        if let Some((why, likelihood)) = one.without.and_then(|why| Some((why, why.likelihood()?))) {
-            words.push(format!("{} = {} is {why}: the likelihood {likelihood}.", one.name, significant(one.after, 4)));
+        if let Some((why, does)) = one.without.and_then(|why| Some((why, why.at_end_does(sought.beyond)?))) {
+            words.push(format!("{} = {} is {why}: the {} {does}.", one.name, significant(one.after, 4), sought.name));
         }
     }
-    if information.discrepancy > 0.1 {
+    if information.discrepancy > 0.1 && criterion.spec.criterion != TuneCriterion::Errors {
         words.push(format!(
             "The log-likelihood is no parabola within a fraction of a standard error (second derivatives by two steps differ by {} %): the intervals of the profiles are better than those of the standard errors.",
             significant(100.0 * information.discrepancy, 2)
@@ -57,8 +89,11 @@ pub(super) fn remarks(
     }
     if starts > 1 && agreeing < starts {
         words.push(format!(
-            "Searches from {agreeing} of {} found the largest likelihood; the others ended lower, in other maxima or too early.",
-            counted(starts, "start")
+            "Searches from {agreeing} of {} found the {} {}; the others ended {} or too early.",
+            counted(starts, "start"),
+            sought.best,
+            sought.name,
+            sought.others
         ));
     }
     if criterion.rejected > 0 {
@@ -74,13 +109,13 @@ pub(super) fn remarks(
 /// An entry of a direction that is named.
 const NAMED: f64 = 0.1;
 
-/// A direction along which the likelihood hardly changes.
-fn undetermined(direction: &[f64], names: &[&str], coordinates: &[Coordinate]) -> String {
+/// A direction along which what is sought hardly changes.
+fn undetermined(direction: &[f64], names: &[&str], coordinates: &[Coordinate], sought: &str) -> String {
     let mut entries: Vec<usize> = (0..direction.len()).filter(|&i| direction[i].abs() >= NAMED).collect();
     entries.sort_by(|a, b| direction[*b].abs().total_cmp(&direction[*a].abs()));
     match entries[..] {
         [] => String::new(),
-        [one] => format!("The log does not determine {}: {}.", names[one], flat(coordinates[one].is_log())),
+        [one] => format!("The log does not determine {}: {}.", names[one], flat(coordinates[one].is_log(), sought)),
         [a, b] if coordinates[a].is_log() && coordinates[b].is_log() => {
             // Along the direction ln a = s, ln b = r s: what is left is ln b - r ln a.
             let r = direction[b] / direction[a];
@@ -99,17 +134,14 @@ fn undetermined(direction: &[f64], names: &[&str], coordinates: &[Coordinate]) -
             let what =
                 if all_logs { "multiplied at once" } else { "moved at once, positive ones in their logarithms," };
             format!(
-                "The log does not determine one combination: the likelihood hardly changes where they are {what}, {}.",
+                "The log does not determine one combination: the {sought} hardly changes where they are {what}, {}.",
                 terms.join(", ")
             )
         }
     }
 }
 
-fn flat(is_log: bool) -> &'static str {
-    if is_log {
-        "the likelihood hardly changes over a factor of 10"
-    } else {
-        "the likelihood hardly changes over a quarter of its bounds"
-    }
+fn flat(is_log: bool, sought: &str) -> String {
+    let range = if is_log { "a factor of 10" } else { "a quarter of its bounds" };
+    format!("the {sought} hardly changes over {range}")
 }

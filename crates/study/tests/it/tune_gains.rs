@@ -210,6 +210,7 @@ fn the_least_errors_are_those_of_a_recursion_by_hand() {
     assert!(report.parameters.iter().all(|one| one.interval.is_none()) && report.profiles.is_empty());
     let text = report.text();
     assert!(text.contains("by the least errors of x2") && text.contains("relative error"), "{text}");
+    assert!(text.contains("At this minimum the log determines") && !text.contains("likelihood"), "{text}");
     assert!(report.study.contains("by the least errors of x2 on the first 1050 rows of 1500"), "{}", report.study);
     let held = report.held_out.unwrap();
     assert!(held.after.relative.unwrap() < held.before.relative.unwrap(), "{held:?}");

@@ -1,8 +1,8 @@
 //! What is asked of an export: the options of `luenberger export`, under the same names.
 
-use luenberger_export::{FixedPointFormat, Layout};
 use luenberger_export::fmu::Version;
 use luenberger_export::golden;
+use luenberger_export::{FixedPointFormat, Layout};
 use luenberger_wording::setters;
 
 use super::ExportRefusal;
