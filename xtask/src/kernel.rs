@@ -341,8 +341,8 @@ fn one(job: &Job, theory: &Path) -> Result<(), Failure> {
     }
 }
 
-/// The names in the answers to `Print Assumptions`: each at the beginning of a line, its type behind a colon there or on
-/// the next line.
+/// The names in the answers to `Print Assumptions`: each at the beginning of a line, its type behind a colon there or
+/// on the next line.
 fn assumptions(printed: &str) -> Vec<String> {
     let lines = printed.lines().filter(|line| !line.starts_with([' ', '\t']) && !line.is_empty() && *line != "Axioms:");
     lines.filter_map(|line| line.split([' ', ':']).next()).map(ToOwned::to_owned).collect()

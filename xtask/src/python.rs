@@ -74,8 +74,8 @@ pub(crate) fn run() -> Result<(), Failure> {
 
 /// Builds the wheels that are given away, optimised, and the source distribution.
 ///
-/// On Linux with zig's linker, for manylinux2014, also for the targets of other processors; elsewhere with the linker of
-/// the system. The wheel of this machine is installed beside numpy alone, and tried.
+/// On Linux with zig's linker, for manylinux2014, also for the targets of other processors; elsewhere with the linker
+/// of the system. The wheel of this machine is installed beside numpy alone, and tried.
 pub(crate) fn wheel(targets: &[String]) -> Result<(), Failure> {
     let is_linux = cfg!(target_os = "linux");
     let tools = if is_linux { &["maturin>=1.16,<2", "ziglang"][..] } else { &["maturin>=1.16,<2"] };

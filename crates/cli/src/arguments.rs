@@ -253,8 +253,8 @@ pub(crate) enum Command {
     /// "title", "statement", "facts"}, ..]}. The exit code is 0 if every file is verified, 1 if one is rejected, 2 if
     /// one is not a certificate.
     ///
-    /// With --coq the certificate is written as a file that the proof assistant Coq checks with the theory in proofs/ of
-    /// the repository: a theorem for each claim, up to the decay of the error along all trajectories. Of a
+    /// With --coq the certificate is written as a file that the proof assistant Coq checks with the theory in proofs/
+    /// of the repository: a theorem for each claim, up to the decay of the error along all trajectories. Of a
     /// certificate that is false, the theorems say so. Output {"file", "outcome", "coq", "theorems"}.
     #[command(after_help = examples::VERIFY)]
     Verify(VerifyInput),

@@ -476,8 +476,8 @@ impl Export {
         c::files(self)
     }
 
-    /// The files of [`c`](Self::c) in the folders that the build system of boards or robots expects, with a program to be
-    /// filled in that takes the step.
+    /// The files of [`c`](Self::c) in the folders that the build system of boards or robots expects, with a program to
+    /// be filled in that takes the step.
     ///
     /// # Errors
     /// As [`c`](Self::c), and [`ExportError::TimeUnit`] and [`ExportError::Period`] for a period that is not one of a

@@ -249,8 +249,8 @@ where
     /// Where points around `x` lead, of a distribution with the covariance `p` about it, and the covariance of the
     /// noise on the way of `x`; none as of [`over`](Self::over). `point` is the motion for the next state alone.
     ///
-    /// A linear plant has one transition. Where the way of `x` is stiff the points take its kind of steps, because steps
-    /// of two kinds would add their errors to the differences of the points.
+    /// A linear plant has one transition. Where the way of `x` is stiff the points take its kind of steps, because
+    /// steps of two kinds would add their errors to the differences of the points.
     #[cfg(feature = "alloc")]
     #[allow(clippy::type_complexity, reason = "the map of a point, a covariance")]
     pub(crate) fn around<'m, G>(

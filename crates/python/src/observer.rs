@@ -318,7 +318,7 @@ impl Stepper {
         Err(error::plain(py, "InvalidArgument", "the state is that of another observer"))
     }
 
-    /// Innovation, its covariance, square and log-determinant, and the outputs used, at the last measurement of a filter.
+    /// Of a filter, at the last measurement: innovation, its covariance, square and log-determinant, the outputs used.
     fn innovation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some((innovation, used)) = self.inner().innovation() else { return Ok(None) };
         let (value, covariance) = (list(py, innovation.value.as_slice()), array(py, &innovation.covariance));

@@ -14,7 +14,8 @@ use crate::error::ExportError;
 use crate::fixed_point::{FixedPointExport, name};
 
 impl FixedPointExport<'_> {
-    /// The files of [`c`](Self::c) in the folders that a build system expects, as [`Export::c_in`](crate::Export::c_in).
+    /// The files of [`c`](Self::c) in the folders that a build system expects, as
+    /// [`Export::c_in`](crate::Export::c_in).
     ///
     /// # Errors
     /// [`ExportError::TimeUnit`] and [`ExportError::Period`].
