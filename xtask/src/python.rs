@@ -90,8 +90,13 @@ pub(crate) fn wheel(targets: &[String]) -> Result<(), Failure> {
     if wheels.exists() {
         fs::remove_dir_all(&wheels).map_err(|source| Failure::io(&wheels, source))?;
     }
+    // zig is found by way of the Python of the environment.
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let beside = python.parent().into_iter().map(Path::to_path_buf).chain(std::env::split_paths(&path));
+    let path = std::env::join_paths(beside).unwrap_or(path);
     let maturin = |arguments: &[&str]| {
-        at(&python, &folder).arguments(&["-m", "maturin"]).arguments(arguments).argument("--out").argument(&wheels)
+        let step = at(&python, &folder).variable("PATH", &path.to_string_lossy());
+        step.arguments(&["-m", "maturin"]).arguments(arguments).argument("--out").argument(&wheels)
     };
     let build = |more: &[&str]| {
         let linux: &[&str] = if is_linux { &["--zig", "--compatibility", "manylinux2014"] } else { &[] };

@@ -174,6 +174,16 @@ impl Stepper {
     }
 }
 
+/// What an update of a filter was made of.
+#[derive(Debug, Clone)]
+struct Measured<T> {
+    sample: usize,
+    /// The state before it.
+    state: DVector<T>,
+    u: DVector<T>,
+    y: DVector<T>,
+}
+
 /// An observer on its way.
 #[derive(Debug, Clone)]
 struct Run<T: RealField + Copy> {
@@ -183,8 +193,8 @@ struct Run<T: RealField + Copy> {
     filter: Option<StationaryKalmanFilter<T, Dyn, Dyn, Dyn>>,
     state: DVector<T>,
     sample: usize,
-    /// Of a filter, the sample and the state before the last update, with its u and y.
-    last: Option<(usize, DVector<T>, DVector<T>, DVector<T>)>,
+    /// The last update of a filter.
+    last: Option<Measured<T>>,
 }
 
 fn convert<T: RealField + Copy>(values: &[f64]) -> DVector<T> {
@@ -241,7 +251,12 @@ impl<T: RealField + Copy> Run<T> {
 
     /// Keeps what an update of a filter is made of.
     fn remember(&mut self, u: &DVector<T>, y: &DVector<T>) {
-        self.last = self.observer.halves().map(|_| (self.sample, self.state.clone(), u.clone(), y.clone()));
+        self.last = self.observer.halves().map(|_| Measured {
+            sample: self.sample,
+            state: self.state.clone(),
+            u: u.clone(),
+            y: y.clone(),
+        });
     }
 
     fn update(&mut self, u: &[f64], y: &[f64]) -> bool {
@@ -260,7 +275,7 @@ impl<T: RealField + Copy> Run<T> {
     }
 
     fn innovation(&self) -> Option<(Innovation<T, Dyn>, usize)> {
-        let (sample, state, u, y) = self.last.as_ref()?;
+        let Measured { sample, state, u, y } = self.last.as_ref()?;
         let (halves, t) = (self.observer.halves()?, self.observer.time(*sample));
         let innovation = halves.update(t, &mut state.clone(), u, y)?;
         Some((innovation, halves.used(t, state, u, y)))

@@ -92,6 +92,7 @@ pub(crate) fn predict_columns<T: RealField + Copy, F: CovarianceFilter<T>>(
 
 /// The step of a [`SampledObserver`] over `$t` that is a [`CovarianceFilter`] with a function `finish`, the prediction
 /// of a step: update and prediction, on columns and on slices. Columns of other lengths change nothing.
+#[cfg(feature = "alloc")]
 macro_rules! update_and_finish {
     ($t:ty) => {
         fn step(&self, t: $t, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {

@@ -48,6 +48,8 @@ fn is_there(program: &str) -> bool {
 
 const STRICT: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"];
 
+const SKETCH: &str = "examples/plant/plant.ino";
+
 /// The exports whose steps have different arguments.
 fn all_calls() -> Vec<(&'static str, Export)> {
     vec![
@@ -104,7 +106,7 @@ fn a_sketch_takes_a_step_each_period() {
             "#include \"Arduino.h\"\n#include \"examples/plant/plant.ino\"\nint main() { setup(); for (int k = 0; k < 3; ++k) { loop(); loop(); now += PERIOD; } }\n",
         )
         .unwrap();
-        let sketch = &files.iter().find(|file| file.name.ends_with(".ino")).unwrap().text;
+        let sketch = &files.iter().find(|file| file.name == SKETCH).unwrap().text;
         let period = sketch.split("due += ").nth(1).unwrap().split("UL").next().unwrap();
         run(Command::new(compiler).current_dir(&folder).args(["-std=gnu11", "-O2", "-c", "src/plant.c"]));
         run(Command::new("g++")
@@ -242,7 +244,7 @@ fn a_sketch_in_fixed_point() {
     let files = export.fixed_point(formats).unwrap().c_in(Layout::Arduino).unwrap();
     let folder = folder("arduino-fixed");
     write(&files, &folder);
-    let sketch = &files.iter().find(|file| file.name.ends_with(".ino")).unwrap().text;
+    let sketch = &files.iter().find(|file| file.name == SKETCH).unwrap().text;
     assert!(sketch.contains("The outputs, measured now, times 2^PLANT_FRACTION_BITS: fill in."), "{sketch}");
     let main = "#include \"Arduino.h\"\n#include \"examples/plant/plant.ino\"\nint main() { setup(); loop(); }\n";
     std::fs::write(folder.join("main.cpp"), main).unwrap();

@@ -529,9 +529,9 @@ class Observer:
         stepper = self._started(dt)
         if not stepper.is_filter:
             raise NotApplicable(
-                f"update and predict are of filters with a covariance, and {self.name} is an observer of the kind "
-                f"{self.kind}",
-                hint="step, or the kinds extended-kalman and ukf",
+                f"update and predict are of filters with a covariance, as extended-kalman and ukf are, and {self.name} is "
+                f"an observer of the kind {self.kind}",
+                hint="step",
             )
         return stepper
 

@@ -12,9 +12,8 @@ use crate::study::{Study, Tunable, TuneCriterion};
 pub(super) fn unit(study: &Study, what: &Tunable) -> Option<String> {
     let name = match what {
         Tunable::Parameter(name) | Tunable::Deviation(name) => name,
-        Tunable::CorrelationTime(_) => return study.plant.time_unit.clone(),
         Tunable::Bias(j) => &study.plant.outputs[*j],
-        Tunable::Delay(_) => return study.plant.time_unit.clone(),
+        Tunable::CorrelationTime(_) | Tunable::Delay(_) => return study.plant.time_unit.clone(),
         _ => return None,
     };
     study.plant.unit(name).cloned()
