@@ -141,7 +141,7 @@ enum Command {
     ///
     /// Says so and does nothing without python3 or the network.
     Python,
-    /// Build what is given away of the Python package, into target/wheels: a wheel for every Linux with glibc 2.17 or
+    /// Build what is given away of the Python package, into target/dist: a wheel for every Linux with glibc 2.17 or
     /// newer, and the sources
     ///
     /// The wheel of this machine is installed beside numpy alone and tried. Says so and does nothing without python3 or

@@ -86,7 +86,7 @@ pub(crate) fn wheel(targets: &[String]) -> Result<(), Failure> {
         return Ok(());
     };
     let folder = root().join("crates/python");
-    let wheels = root().join("target/wheels");
+    let wheels = root().join("target/dist");
     if wheels.exists() {
         fs::remove_dir_all(&wheels).map_err(|source| Failure::io(&wheels, source))?;
     }
@@ -111,7 +111,7 @@ pub(crate) fn wheel(targets: &[String]) -> Result<(), Failure> {
     for target in targets {
         build(&["--target", target]).step(target)?;
     }
-    maturin(&["sdist", "--quiet"]).step("sources")?;
+    maturin(&["sdist"]).step("sources")?;
     for entry in fs::read_dir(&wheels).map_err(|source| Failure::io(&wheels, source))?.flatten() {
         let size = entry.metadata().map_or(0, |file| file.len());
         println!("{}: {:.1} MB", entry.path().display(), size as f64 / 1e6);
