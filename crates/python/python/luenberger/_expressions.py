@@ -204,49 +204,9 @@ def _expression(what: str, value: Any) -> str:
     if isinstance(value, str):
         return value
     if hasattr(value, "free_symbols"):
-        return _sympy(value)
+        from . import _sympy
+
+        return _sympy.text(value)
     if isinstance(value, (int, float, np.integer, np.floating)):
         return _text(value)
     raise InvalidArgument(f"{what} is a list of strings", hint=f'{what}=["x2", "-x1"]')
-
-
-def _sympy(expression: Any) -> str:
-    """An expression of sympy, in the language of plants."""
-    from sympy.printing.str import StrPrinter
-
-    names = {"log": "ln", "Abs": "abs", "Max": "max", "Min": "min", "Mod": "mod", "Heaviside": "step"}
-
-    class Printer(StrPrinter):  # type: ignore[misc]
-        def _print_Function(self, part: Any) -> str:
-            name = part.func.__name__
-            # The second argument of a step is its value at 0.
-            arguments = part.args[:1] if name == "Heaviside" else part.args
-            return f"{names.get(name, name)}({', '.join(map(self._print, arguments))})"
-
-        _print_Max = _print_Min = _print_Abs = _print_Mod = _print_Heaviside = _print_Function
-
-        def _print_Float(self, part: Any) -> str:
-            return repr(float(part))
-
-        def _print_Exp1(self, part: Any) -> str:
-            return "e"
-
-        def _print_Piecewise(self, part: Any) -> str:
-            *conditional, (value, condition) = part.args
-            if condition != True:  # noqa: E712, a boolean of sympy
-                raise InvalidArgument(f"{part} has no value where none of its conditions holds")
-            text = self._print(value)
-            for value, condition in reversed(conditional):
-                text = f"if({self._print(condition)}, {self._print(value)}, {text})"
-            return text
-
-        def _print_And(self, part: Any) -> str:
-            return " && ".join(f"({self._print(argument)})" for argument in part.args)
-
-        def _print_Or(self, part: Any) -> str:
-            return " || ".join(f"({self._print(argument)})" for argument in part.args)
-
-        def _print_Not(self, part: Any) -> str:
-            return f"!({self._print(part.args[0])})"
-
-    return str(Printer().doprint(expression))
