@@ -104,7 +104,7 @@ pub enum ExportError {
         unit: String,
     },
     /// A period that a timer of a board does not have.
-    #[error("a period of {seconds} s is not one of the timers of boards; 1e-6 to 4000 s are")]
+    #[error("a period of {seconds} s is not one of the timers of boards; 1e-6 to 2000 s are")]
     Period {
         /// The period.
         seconds: f64,

@@ -35,6 +35,10 @@ impl std::str::FromStr for Layout {
     }
 }
 
+/// The longest period in microseconds: a time that is further ahead than half the range of a counter of 32 bits, 2^31,
+/// would count as past.
+const LONGEST: f64 = 2e9;
+
 /// What the files say of an export.
 struct About<'a> {
     name: &'a str,
@@ -46,7 +50,7 @@ struct About<'a> {
     /// The period in microseconds.
     microseconds: u64,
     call: Call,
-    /// Names with their units.
+    /// Names of states, inputs and outputs.
     columns: [Vec<String>; 3],
 }
 
@@ -55,11 +59,11 @@ impl Layout {
     ///
     /// # Errors
     /// [`ExportError::TimeUnit`] if the unit of time is not known; [`ExportError::Period`] for a period of less than a
-    /// microsecond.
+    /// microsecond or more than [`LONGEST`].
     pub(crate) fn place(self, export: &Export, files: Vec<File>, number: &str) -> Result<Vec<File>, ExportError> {
         let seconds = export.period_in_seconds()?;
         let microseconds = (1e6 * seconds).round();
-        if !(1.0..=4e9).contains(&microseconds) {
+        if !(1.0..=LONGEST).contains(&microseconds) {
             return Err(ExportError::Period { seconds });
         }
         let name = export.identifier.as_str();
