@@ -11,7 +11,7 @@ use luenberger_observers::{
 use luenberger_sim::{Replay, Samples};
 use nalgebra::{DMatrix, DVector};
 
-use super::{NonlinearStep, Runnable, Running, StepOf};
+use super::{NonlinearStep, Runnable, Running, StepOf, runs_as_filter};
 use crate::designed;
 use crate::model::Model;
 use crate::results::NoObserver;
@@ -300,21 +300,7 @@ impl<F: OfStudy> Running for AdaptedFilter<F, f64, NoisesOfStudy>
 where
     F::State: Clone,
 {
-    fn any(&self) -> Arc<dyn luenberger_sim::AnyObserver + '_> {
-        designed::sampled(self)
-    }
-
-    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        replay.filter(name, self.clone(), initial)
-    }
-
-    fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        replay.smoothed_filter(name, self.clone(), initial)
-    }
-
-    fn filter(&self) -> Option<&dyn designed::Filter> {
-        Some(self)
-    }
+    runs_as_filter!();
 
     fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
         let noises = NoisesOfStudy { rows: Some(Arc::clone(rows)), ..self.along().clone() };
@@ -334,21 +320,7 @@ where
 }
 
 impl<F: Correlatable> Running for CorrelatedFilter<F, f64, NoisesOfStudy> {
-    fn any(&self) -> Arc<dyn luenberger_sim::AnyObserver + '_> {
-        designed::sampled(self)
-    }
-
-    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        replay.filter(name, self.clone(), initial)
-    }
-
-    fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        replay.smoothed_filter(name, self.clone(), initial)
-    }
-
-    fn filter(&self) -> Option<&dyn designed::Filter> {
-        Some(self)
-    }
+    runs_as_filter!();
 
     fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
         let noises = NoisesOfStudy { rows: Some(Arc::clone(rows)), ..self.inner().along().clone() };

@@ -14,7 +14,7 @@ pub use adapted::{Along, RowVariances};
 pub(crate) use adapted::{Intensity, ProcessNoise, adapted, correlated, decorrelated, with_variances};
 pub(crate) use filter::Filter;
 pub use running::{At, Runnable, Running, StepOf};
-pub(crate) use running::{continuous, rows, sampled};
+pub(crate) use running::{continuous, rows, runs_as_filter, sampled};
 
 use luenberger_design::{
     Certificate, CubicDesign, DiscreteDesign, LinearDesign, SampledCubicDesign, SampledIntervalDesign,

@@ -20,6 +20,38 @@ use crate::study::{ObserverSpec, SamplingSpec, Study};
 /// An observer of the deviations from an operating point.
 pub type At<O> = DeviationObserver<O, f64, Dyn, Dyn, Dyn>;
 
+/// A filter with a smoother as a [`Running`]: simulated in samples, and replayed with its covariance.
+macro_rules! runs_as_filter {
+    () => {
+        fn any(&self) -> std::sync::Arc<dyn luenberger_sim::AnyObserver + '_> {
+            crate::designed::sampled(self)
+        }
+
+        fn replay<'a>(
+            &'a self,
+            replay: luenberger_sim::Replay<'a>,
+            name: &str,
+            initial: &[f64],
+        ) -> luenberger_sim::Replay<'a> {
+            replay.filter(name, self.clone(), initial)
+        }
+
+        fn replay_smoothed<'a>(
+            &'a self,
+            replay: luenberger_sim::Replay<'a>,
+            name: &str,
+            initial: &[f64],
+        ) -> luenberger_sim::Replay<'a> {
+            replay.smoothed_filter(name, self.clone(), initial)
+        }
+
+        fn filter(&self) -> Option<&dyn crate::designed::Filter> {
+            Some(self)
+        }
+    };
+}
+pub(crate) use runs_as_filter;
+
 /// An observer that runs: in simulations, on logs, in the page of a report, and on a target.
 pub trait Running: Any + fmt::Debug + Send + Sync {
     /// As one that is simulated.

@@ -9,7 +9,6 @@ use luenberger_live as live;
 use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, ObserverError, Prediction, SampledObserver};
 use luenberger_plants::Differentiable;
 use luenberger_proof::wording::counted;
-use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
@@ -20,7 +19,7 @@ use super::filter::{
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind, iterated_extended_kalman};
 use crate::designed::{
-    self, NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, correlated, decorrelated, rows,
+    NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, correlated, decorrelated, rows, runs_as_filter,
     with_variances,
 };
 use crate::model::{Model, PlantModel};
@@ -187,20 +186,7 @@ impl ExtendedKalman {
 }
 
 impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
-    runs!(sampled);
-
-    // As a filter it also records its covariance.
-    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        replay.filter(name, self.clone(), initial)
-    }
-
-    fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        replay.smoothed_filter(name, self.clone(), initial)
-    }
-
-    fn filter(&self) -> Option<&dyn designed::Filter> {
-        Some(self)
-    }
+    runs_as_filter!();
 
     fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
         Some(with_variances(self, rows))

@@ -7,6 +7,7 @@ use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, Prediction, Station
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
+use super::filter::cross_with;
 use super::keys::{CROSS_INTENSITY, NOISE_ENTERING, Q, RHO, V, W};
 use super::{Kind, as_kind};
 use crate::designed::Running;
@@ -95,7 +96,7 @@ impl Specification for Kalman {
             w: behind(w, &|one| one.w),
             v: v.clone(),
             g: g.as_ref().map(|g| behind(g, &|_| 1.0)),
-            s: s.as_ref().map(|s| s.clone().resize_vertically(s.nrows() + count, 0.0)),
+            s: cross_with(s.as_ref(), parameters),
         };
         let weight = match &self.0.weight {
             Some(LyapunovWeight::Matrix(q)) => Some(LyapunovWeight::Matrix(behind(q, &|_| 1.0))),

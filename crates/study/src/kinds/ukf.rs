@@ -9,7 +9,6 @@ use luenberger_observers::{
 };
 use luenberger_plants::Differentiable;
 use luenberger_proof::wording::counted;
-use luenberger_sim::Replay;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
@@ -20,7 +19,8 @@ use super::filter::{
 use super::keys::{GATE, SMOOTH};
 use super::{Kind, as_kind};
 use crate::designed::{
-    self, NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, correlated, decorrelated, with_variances,
+    NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, correlated, decorrelated, runs_as_filter,
+    with_variances,
 };
 use crate::model::{Model, PlantModel};
 use crate::reader::{Given, Reader};
@@ -213,23 +213,10 @@ impl UnscentedSpec {
 }
 
 impl Running for UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
-    runs!(sampled);
-
-    // As a filter it also records its covariance.
-    fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        replay.filter(name, self.clone(), initial)
-    }
-
-    fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        replay.smoothed_filter(name, self.clone(), initial)
-    }
+    runs_as_filter!();
 
     fn with_variances(&self, rows: &Arc<RowVariances>) -> Option<Runnable> {
         Some(with_variances(self, rows))
-    }
-
-    fn filter(&self) -> Option<&dyn designed::Filter> {
-        Some(self)
     }
 
     fn step(&self, of: &StepOf<'_>) -> Result<Option<NonlinearStep>, NoObserver> {

@@ -117,6 +117,7 @@ fn stationary_variances_solve_the_riccati_equation() {
         }
         let kalman = results.observers.iter().find(|one| one.name == "kalman").unwrap();
         let design = kalman.design.as_ref().unwrap_or_else(|| panic!("{kalman:?}"));
+        assert!(design.verdict.is_proved(), "{design:?}");
         let l = &design.matrices.iter().find(|matrix| matrix.name == "L").unwrap().rows;
         for (row, expected) in l.iter().zip(gain) {
             assert!((row[0] / expected - 1.0).abs() < 1e-9, "{l:?}");
