@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Parser;
 
@@ -55,6 +56,9 @@ struct Arguments {
     /// How many tests run at once
     #[arg(long)]
     jobs: Option<usize>,
+    /// Seconds of tests after which a mutant counts as one that survives; all tests that reach it by default
+    #[arg(long)]
+    seconds: Option<u64>,
 }
 
 /// What went wrong, in words.
@@ -132,7 +136,9 @@ fn run(arguments: &Arguments) -> Result<usize, Failure> {
         let tried: Vec<_> = chosen.iter().copied().filter(|id| built.group.contains_key(id)).collect();
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let name = |id: u32| mutants[id as usize - 1].name.as_str();
-        let outcomes = trial::run(&built, &tried, &name, arguments.jobs.unwrap_or(cores), &arguments.out)?;
+        let most = arguments.seconds.map_or(Duration::MAX, Duration::from_secs);
+        let limits = (arguments.jobs.unwrap_or(cores), most);
+        let outcomes = trial::run(&built, &tried, &name, limits, &arguments.out)?;
         let without = chosen.iter().filter_map(|id| Some((*id, built.without.get(id)?.as_str()))).collect();
         let (text, names) = report(package, &name, &without, &outcomes);
         print!("{text}");
@@ -169,20 +175,27 @@ fn report<'a>(
     }
     let mut names = Vec::new();
     for (id, outcome) in outcomes {
-        if let Outcome::Survived(tests) = outcome {
-            let _ = writeln!(text, "SURVIVED {} ({tests} tests reach it)", name(*id));
-            names.push(name(*id));
+        match outcome {
+            Outcome::Survived(tests) => {
+                let _ = writeln!(text, "SURVIVED {} ({tests} tests reach it)", name(*id));
+            }
+            Outcome::Unnoticed(run, tests) => {
+                let _ = writeln!(text, "SURVIVED {} ({run} of {tests} tests that reach it)", name(*id));
+            }
+            Outcome::Failed(_) | Outcome::TimedOut(_) => continue,
         }
+        names.push(name(*id));
     }
     let count = |which: fn(&Outcome) -> bool| outcomes.values().filter(|outcome| which(outcome)).count();
     let (all, survived) = (outcomes.len(), names.len());
     let unreached = count(|outcome| *outcome == Outcome::Survived(0));
     let failed = count(|outcome| matches!(outcome, Outcome::Failed(_)));
+    let in_part = count(|outcome| matches!(outcome, Outcome::Unnoticed(..)));
     let late = count(|outcome| matches!(outcome, Outcome::TimedOut(_)));
     let (low, high) = interval(survived, all);
     let _ = writeln!(
         text,
-        "{package}: {all} tried, {failed} noticed, {late} by time, {survived} survived ({unreached} not reached): {:.1} % \
+        "{package}: {all} tried, {failed} noticed, {late} by time, {survived} survived ({unreached} not reached, {in_part} some tests only): {:.1} % \
          (95 %: {:.1} to {:.1} %)",
         100.0 * survived as f64 / all.max(1) as f64,
         100.0 * low,

@@ -17,6 +17,9 @@ const TIMES_LONGER: u32 = 5;
 /// What a test may take without a mutant.
 const UNCHANGED: Duration = Duration::new(1800, 0);
 
+/// How many of the dearest tests are named.
+const DEAREST: usize = 25;
+
 /// What the tests say of a mutant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
@@ -24,8 +27,9 @@ pub(crate) enum Outcome {
     Failed(String),
     /// This test took too long.
     TimedOut(String),
-    /// All tests that reach it passed; their number.
+    /// All tests that reach it passed; their number. Or those for which there was time, of so many.
     Survived(usize),
+    Unnoticed(usize, usize),
 }
 
 struct Test<'a> {
@@ -52,7 +56,7 @@ pub(crate) fn run<'n>(
     build: &Build,
     chosen: &[u32],
     name: &(dyn Fn(u32) -> &'n str + Sync),
-    jobs: usize,
+    (jobs, most): (usize, Duration),
     scratch: &Path,
 ) -> Result<BTreeMap<u32, Outcome>, Failure> {
     let mut names = Vec::new();
@@ -75,6 +79,11 @@ pub(crate) fn run<'n>(
     });
     let tests = tests.into_inner().unwrap_or_default();
     let seconds = tests.iter().map(|test| test.time.as_secs_f64()).sum::<f64>();
+    let mut dearest: Vec<_> = tests.iter().collect();
+    dearest.sort_by_key(|test| std::cmp::Reverse(test.time));
+    for test in dearest.iter().take(DEAREST) {
+        eprintln!("── {:>6.1} s  {}", test.time.as_secs_f64(), test.name);
+    }
     eprintln!(
         "── {} tests unchanged, {seconds:.0} s one by one, in {:.0} s",
         tests.len(),
@@ -86,15 +95,15 @@ pub(crate) fn run<'n>(
             scope.spawn(|| {
                 while let Some(&id) = chosen.get(next.fetch_add(1, Relaxed)) {
                     let group = build.group[&id];
-                    let outcome = tried(id, tests.iter().filter(|test| test.reaches.contains(&group)).collect());
+                    let outcome = tried(id, tests.iter().filter(|test| test.reaches.contains(&group)).collect(), most);
                     // For who does not wait for the end.
-                    if matches!(outcome, Outcome::Survived(_)) {
+                    if outcome.is_survived() {
                         eprintln!("── survived: {}", name(id));
                     }
                     let mut outcomes = outcomes.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                     outcomes.insert(id, outcome);
                     if outcomes.len() % 50 == 0 {
-                        let survived = outcomes.values().filter(|done| matches!(done, Outcome::Survived(_))).count();
+                        let survived = outcomes.values().filter(|done| done.is_survived()).count();
                         let (done, all) = (outcomes.len(), chosen.len());
                         eprintln!("── {done} of {all}, {survived} survive, {:.0} s", began.elapsed().as_secs_f64());
                     }
@@ -105,18 +114,30 @@ pub(crate) fn run<'n>(
     outcomes.into_inner().map_err(|_| Failure("a thread failed".to_owned()))
 }
 
-/// The tests that notice most in their time come first.
-fn tried(id: u32, mut left: Vec<&Test>) -> Outcome {
-    let count = left.len();
+impl Outcome {
+    /// Whether no test has noticed it.
+    pub(crate) fn is_survived(&self) -> bool {
+        matches!(self, Self::Survived(_) | Self::Unnoticed(..))
+    }
+}
+
+/// The tests that notice most in their time come first, and none begins when those before took `most`.
+fn tried(id: u32, mut left: Vec<&Test>, most: Duration) -> Outcome {
+    let (count, mut taken) = (left.len(), Duration::ZERO);
     let switch = ("LUENBERGER_MUTANT", id.to_string());
     while !left.is_empty() {
+        if taken >= most {
+            return Outcome::Unnoticed(count - left.len(), count);
+        }
         let worth = |test: &Test| (test.noticed.load(Relaxed) as f64 + 0.1) / (test.time.as_secs_f64() + 0.01);
         left.sort_by(|a, b| worth(a).total_cmp(&worth(b)));
         let free = left.iter().rposition(|test| test.running.try_lock().is_ok()).unwrap_or(left.len() - 1);
         let test = left.remove(free);
         let Ok(running) = test.running.lock() else { continue };
+        let began = Instant::now();
         let ended = ended(test.program, &test.name, (switch.0, &switch.1), LEAST_TIME + test.time * TIMES_LONGER);
         drop(running);
+        taken += began.elapsed();
         let name = test.name.clone();
         match ended {
             Ended::Passed => continue,

@@ -67,7 +67,7 @@ fn every_mutant_of_the_toy_comes_out_as_it_must() {
     assert_eq!(others_found, others);
     assert_eq!(found.len(), 47);
     // Wilson's interval of 6 of 37: 7.7 to 31.1 %.
-    let line = "toy: 37 tried, 30 noticed, 1 by time, 6 survived (4 not reached): 16.2 % (95 %: 7.7 to 31.1 %)";
+    let line = "toy: 37 tried, 30 noticed, 1 by time, 6 survived (4 not reached, 0 some tests only): 16.2 % (95 %: 7.7 to 31.1 %)";
     assert!(printed.contains(line), "{printed}");
 }
 
@@ -87,4 +87,13 @@ fn a_shard_has_every_nth_mutant() {
         assert!(names.contains(&name), "{name}: {names:?}");
     }
     assert_eq!(names.len(), 5);
+}
+
+/// Without time for a test every mutant counts as one that survives: 37 have a switch, and a test reaches all but 4.
+#[test]
+fn a_mutant_whose_time_is_over_counts_as_a_survivor() {
+    let (found, printed) = outcomes("seconds", &["--seconds", "0"], 1);
+    assert!(found.contains(&("replace > with >= in larger".to_owned(), "Unnoticed(0, 1)".to_owned())), "{found:?}");
+    assert!(printed.contains("0 noticed, 0 by time, 37 survived (4 not reached, 33 some tests only)"), "{printed}");
+    assert!(printed.contains("(0 of 1 tests that reach it)"), "{printed}");
 }

@@ -25,6 +25,9 @@ pub(crate) struct Chosen {
     /// How many tests run at once; all cores by default
     #[arg(long, requires = "all")]
     jobs: Option<usize>,
+    /// Seconds of tests after which a mutant counts as one that survives; all tests that reach it by default
+    #[arg(long, requires = "all")]
+    seconds: Option<u64>,
 }
 
 /// Runs them. What each did is in `target/mutate/results`.
@@ -55,7 +58,8 @@ pub(crate) fn run(chosen: &Chosen, only: &[String], list: bool) -> Result<(), Fa
         step = values.iter().fold(step, |step, value| step.argument(name).argument(value));
     }
     let jobs = chosen.jobs.map(|jobs| jobs.to_string());
-    for (name, value) in [("--shard", &chosen.shard), ("--jobs", &jobs)] {
+    let seconds = chosen.seconds.map(|seconds| seconds.to_string());
+    for (name, value) in [("--shard", &chosen.shard), ("--jobs", &jobs), ("--seconds", &seconds)] {
         step = value.iter().fold(step, |step, value| step.argument(name).argument(value));
     }
     for (name, is_set) in [("--again", chosen.again), ("--list", list)] {
