@@ -202,6 +202,12 @@ pub enum ExpressionErrorKind {
         /// The number, as it is written.
         part: String,
     },
+    /// Something else where one inequality is needed.
+    #[error("`{part}` is no inequality between two numbers, such as `x1^2 + x2^2 <= 4`")]
+    NotAnInequality {
+        /// As it is written.
+        part: String,
+    },
     /// A text longer than the limit.
     #[error("the expression has {length} bytes; at most {longest} are read")]
     TooLong {

@@ -35,7 +35,26 @@ impl Expression {
     /// # Errors
     /// [`ExpressionError`] with the place in the text.
     pub fn parse(text: &str, scope: &Scope) -> Result<Self, ExpressionError> {
-        let tree = parse::parse(text, scope)?;
+        Self::of(text, parse::parse(text, scope)?)
+    }
+
+    /// The difference that is not positive where an inequality holds: of `a <= b` and `a < b` it is `a - b`, of `a >= b`
+    /// and `a > b` it is `-(a - b)`. The limits are those of [`parse`](Self::parse).
+    ///
+    /// ```
+    /// use luenberger_expression::{Expression, Scope};
+    /// let disk = Expression::parse_inequality("x1^2 + x2^2 <= 4", &Scope::plant(2, 0))?;
+    /// assert_eq!(disk.evaluate(0.0, &[1.0, 1.0], &[]), -2.0);
+    /// assert!(Expression::parse_inequality("x1^2 + x2^2", &Scope::plant(2, 0)).is_err());
+    /// # Ok::<(), luenberger_expression::ExpressionError>(())
+    /// ```
+    /// # Errors
+    /// [`ExpressionError`] with the place in the text; of a text without a comparison, or with more than one.
+    pub fn parse_inequality(text: &str, scope: &Scope) -> Result<Self, ExpressionError> {
+        Self::of(text, parse::parse_inequality(text, scope)?)
+    }
+
+    fn of(text: &str, tree: Tree) -> Result<Self, ExpressionError> {
         let tape = Tape::compile(&tree)
             .map_err(|node| ExpressionError::new(text, tree.span(node), ExpressionErrorKind::TooDeep))?;
         Ok(Self { text: text.to_owned(), tree, tape })

@@ -57,8 +57,37 @@ fn wrong<O>(span: Range<usize>, kind: ExpressionErrorKind) -> Parsed<O> {
     Err(ErrMode::Cut(Failure(Some((span, kind)))))
 }
 
-/// The tree of a text.
+/// The tree of a number.
 pub(crate) fn parse(text: &str, scope: &Scope) -> Result<Tree, ExpressionError> {
+    parse_root(text, scope, |input, root| number_at(input, root).map(drop))
+}
+
+/// The tree of the difference that is not positive where an inequality holds: of `a <= b` that of `a - b`.
+pub(crate) fn parse_inequality(text: &str, scope: &Scope) -> Result<Tree, ExpressionError> {
+    parse_root(text, scope, |input, root| {
+        let tree = &mut input.state.tree;
+        let span = tree.span(root);
+        if let Some((comparison, x, y)) = tree.unmake_comparison() {
+            let difference = tree.push(Node::Binary(Binary::Subtract, x, y), span.clone());
+            match comparison {
+                Comparison::Less | Comparison::LessOrEqual => return Ok(()),
+                Comparison::Greater | Comparison::GreaterOrEqual => {
+                    tree.push(Node::Unary(Unary::Negate, difference), span);
+                    return Ok(());
+                }
+                Comparison::Equal | Comparison::NotEqual => {}
+            }
+        }
+        let part = text.get(span.clone()).unwrap_or("").to_owned();
+        wrong(span, ExpressionErrorKind::NotAnInequality { part })
+    })
+}
+
+fn parse_root(
+    text: &str,
+    scope: &Scope,
+    complete: impl Fn(&mut Input<'_>, usize) -> Parsed<()>,
+) -> Result<Tree, ExpressionError> {
     let error = |span, kind| Err(ExpressionError::new(text, span, kind));
     if text.len() > LIMITS.length {
         return error(0..0, ExpressionErrorKind::TooLong { length: text.len(), longest: LIMITS.length });
@@ -71,10 +100,10 @@ pub(crate) fn parse(text: &str, scope: &Scope) -> Result<Tree, ExpressionError> 
     let whole = |input: &mut Input<'_>| {
         let root = sum(input)?;
         end(input, "an operator or the end of the expression")?;
-        number_at(input, root)
+        complete(input, root)
     };
     match whole(&mut input) {
-        Ok(_) => Ok(input.state.tree),
+        Ok(()) => Ok(input.state.tree),
         Err(ErrMode::Cut(Failure(Some((span, kind)))) | ErrMode::Backtrack(Failure(Some((span, kind))))) => {
             error(span, kind)
         }

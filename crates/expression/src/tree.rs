@@ -69,6 +69,14 @@ impl Tree {
         self.nodes.get(node).is_some_and(|(node, _)| conditional(node))
     }
 
+    /// Takes the root away if it compares two numbers.
+    pub(crate) fn unmake_comparison(&mut self) -> Option<(Comparison, usize, usize)> {
+        let Some((Node::Compare(comparison, x, y), _)) = self.nodes.last() else { return None };
+        let compared = (*comparison, *x, *y);
+        self.nodes.pop();
+        Some(compared)
+    }
+
     /// The bytes that a node reaches over.
     pub(crate) fn span(&self, node: usize) -> Range<usize> {
         self.nodes.get(node).map_or(0..0, |(_, span)| span.clone())

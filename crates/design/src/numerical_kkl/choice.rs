@@ -100,16 +100,18 @@ pub fn searched_tables(cutoff: Option<f64>, points: Option<usize>, states: usize
     stages.into_iter().zip(KEPT).flat_map(|(points, kept)| core::iter::repeat_n(points, count(kept))).collect()
 }
 
-/// Searches for the parameters that are not given, for a plant with one output and a Bessel filter of order Z.
+/// Searches for the parameters that are not given, for a plant with one output and a Bessel filter of order Z. The
+/// escape is that of the options, not that of `domain`.
 ///
 /// ```
-/// use luenberger_design::numerical_kkl::{Settings, ChoiceOptions, choose};
+/// use luenberger_design::numerical_kkl::{ChoiceOptions, Domain, Escape, Settings, choose};
 /// use luenberger_plants::VanDerPol;
 /// use nalgebra::SVector;
 /// use std::ops::ControlFlow::Continue;
 /// let settings = Settings { samples: 300, leaves: 1, injectivity_points: 5, held_out: 40, ..Settings::default() };
-/// let (box_, wanted) = (([-2.3, -3.0], [2.3, 3.0]), ChoiceOptions { points: Some(17), ..ChoiceOptions::default() });
-/// let choice = choose::<_, 2, 0, 3>(&VanDerPol::default(), box_, SVector::zeros(), &wanted, &settings, &mut |_| Continue(()))?;
+/// let domain = Domain::new([-2.3, -3.0], [2.3, 3.0], Escape::Free)?;
+/// let wanted = ChoiceOptions { points: Some(17), ..ChoiceOptions::default() };
+/// let choice = choose::<_, 2, 0, 3>(&VanDerPol::default(), &domain, SVector::zeros(), &wanted, &settings, &mut |_| Continue(()))?;
 /// // Its past is unbounded, and its cycle contracts at the rate 1.06: slow filters are refused.
 /// assert!(choice.cutoff > 4.0 && choice.candidates[0].outcome.is_err());
 /// # Ok::<(), luenberger_design::numerical_kkl::NumericalKklError>(())
@@ -119,7 +121,7 @@ pub fn searched_tables(cutoff: Option<f64>, points: Option<usize>, states: usize
 /// candidate has a design.
 pub fn choose<S, const N: usize, const M: usize, const Z: usize>(
     plant: &S,
-    (lower, upper): ([f64; N], [f64; N]),
+    domain: &Domain<N>,
     input: SVector<f64, M>,
     wanted: &ChoiceOptions,
     settings: &Settings<N>,
@@ -128,7 +130,7 @@ pub fn choose<S, const N: usize, const M: usize, const Z: usize>(
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<1>>,
 {
-    choose_with_table::<S, Spline<N, Z>, N, M, Z>(plant, (lower, upper), input, wanted, settings, progress)
+    choose_with_table::<S, Spline<N, Z>, N, M, Z>(plant, domain, input, wanted, settings, progress)
 }
 
 /// As [`choose`], for designs with the table `W`.
@@ -137,7 +139,7 @@ where
 /// As [`choose`].
 pub fn choose_with_table<S, W, const N: usize, const M: usize, const Z: usize>(
     plant: &S,
-    (lower, upper): ([f64; N], [f64; N]),
+    domain: &Domain<N>,
     input: SVector<f64, M>,
     wanted: &ChoiceOptions,
     settings: &Settings<N>,
@@ -147,7 +149,7 @@ where
     S: Differentiable<f64, Const<N>, Const<M>, Const<1>>,
     W: Table<N, Z>,
 {
-    let domain = Domain::new(lower, upper, wanted.escape.unwrap_or(Escape::Free))?;
+    let domain = domain.escaping(wanted.escape.unwrap_or(Escape::Free))?;
     let rate = if wanted.cutoff.is_none() { Some(rate(plant, &domain, &input)?) } else { None };
     let mut cutoffs: Vec<f64> = match (wanted.cutoff, rate) {
         (Some(cutoff), _) => vec![cutoff],
@@ -177,7 +179,7 @@ where
         let mut reached: Option<f64> = None;
         for &cutoff in &cutoffs {
             let mut attempt = |escape| {
-                let domain = Domain::new(lower, upper, escape)?;
+                let domain = domain.escaping(escape)?;
                 error_of::<S, W, N, M, Z>(plant, &domain, (cutoff, points), input, settings, progress)
             };
             let mut outcome = attempt(escape);
@@ -237,10 +239,7 @@ where
 
 /// Five points per axis, three for more than four states.
 fn grid<const N: usize>(domain: &Domain<N>) -> Vec<SVector<f64, N>> {
-    let per_axis: usize = if N > 4 { 3 } else { 5 };
-    let share =
-        |index: usize, axis: usize| (index / per_axis.pow(axis as u32) % per_axis) as f64 / (per_axis - 1) as f64;
-    (0..per_axis.pow(N as u32)).map(|index| domain.point(|axis| share(index, axis))).collect()
+    domain.grid(if N > 4 { 3 } else { 5 })
 }
 
 /// The error of the candidate that came furthest: the last one.

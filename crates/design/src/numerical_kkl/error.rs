@@ -63,6 +63,24 @@ pub enum NumericalKklError {
         /// Where it ends.
         upper: f64,
     },
+    /// A function of the domain's inequalities that is NaN or infinite in the box.
+    #[error("inequality {} of the domain has no finite value at {at:?}", index + 1)]
+    Inequality {
+        /// Which of them, from 0.
+        index: usize,
+        /// A state of the box.
+        at: Vec<f64>,
+    },
+    /// Inequalities that hold nowhere in the box, or nearly.
+    #[error(
+        "the inequalities of the domain hold at {inside} of {tried} points of the box: a box closer to the domain is needed"
+    )]
+    SmallDomain {
+        /// Points at which they hold.
+        inside: usize,
+        /// Points that were tried.
+        tried: usize,
+    },
     /// Tables larger than are computed.
     #[error(
         "the table of T would have {} coefficients, {} MB (limit {} coefficients, which is {per_axis} points per axis)",

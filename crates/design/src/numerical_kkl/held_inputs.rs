@@ -116,8 +116,9 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize, const ZM: u
 
         let held_out = settings.stream(Purpose::HeldOutStates);
         let probes: Vec<(SVector<f64, N>, SVector<f64, M>)> = GoldenSequence::new(N + M, held_out)
-            .take(settings.held_out)
             .map(|share| (domain.point(|i| share[i]), of_family(family, &share[N..])))
+            .filter(|(x, _)| domain.satisfies(x))
+            .take(settings.held_out)
             .collect();
         let mut judged = Judged::default();
         let (mut images, mut horizon) = (Vec::with_capacity(probes.len()), 0.0);
@@ -262,7 +263,7 @@ where
         let table = on_grid(&transform, settings.points, (k, inputs.len()), progress);
         values.extend(table.map_err(|error| at_input(input, error))?);
         scale = scale.max(transform.output_scale());
-        domain = Some(*transform.domain());
+        domain = Some(transform.domain().clone());
     }
     let coordinates = white_coordinates(&values, scale)?;
     let points: usize = settings.points.iter().product();
@@ -301,9 +302,9 @@ fn with_tree<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     progress: &mut Listener<'_>,
 ) -> Result<Inverse<N, M, Z, ZM>, NumericalKklError> {
     let (mut states, mut arguments) = (Vec::new(), Vec::new());
-    for share in GoldenSequence::new(N + M, settings.stream(Purpose::InverseSamples)).take(settings.samples) {
-        let x = domain.point(|i| share[i]);
-        let u = of_family(family, &share[N..]);
+    let samples = GoldenSequence::new(N + M, settings.stream(Purpose::InverseSamples))
+        .map(|share| (domain.point(|i| share[i]), of_family(family, &share[N..])));
+    for (x, u) in samples.filter(|(x, _)| domain.satisfies(x)).take(settings.samples) {
         let w = tables.at(&u).with_gradient(&x).0;
         states.push(<[f64; N]>::from(x));
         arguments.push(std::array::from_fn::<f64, ZM, _>(|i| if i < Z { w[i] } else { u[i - Z] }));

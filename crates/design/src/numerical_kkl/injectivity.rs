@@ -1,4 +1,4 @@
-//! Quantitative injectivity of T on the box: whether y distinguishes the states.
+//! Quantitative injectivity of T on the domain: whether y distinguishes the states.
 //!
 //! `|T(x) - T(x')| / |x - x'|` over all pairs of a grid, and the smallest singular value of DT on it: noise in z is
 //! amplified in x by at most the reciprocal of the former, and locally of the latter. A singular value of zero does not
@@ -18,7 +18,7 @@ use crate::numerical_kkl::transform::Transform;
 use crate::separation::{DISTANT, Ratios, ratios, second_preimage};
 use luenberger_observers::numerical_kkl::Coordinates;
 
-/// How well T separates the states of the box.
+/// How well T separates the states of the domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Injectivity<const N: usize> {
     /// The smallest `|T(x) - T(x')| / |x - x'|` over the pairs of the grid.
@@ -46,11 +46,11 @@ where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
 {
     let domain = transform.domain();
-    let count = per_axis.pow(N as u32);
+    let points = domain.grid(per_axis);
+    let count = points.len();
     let mut grid = Vec::with_capacity(count);
     let (mut smallest_singular_value, mut flattest) = (f64::INFINITY, domain.centre());
-    for index in 0..count {
-        let x = domain.point(|i| (index / per_axis.pow(i as u32) % per_axis) as f64 / (per_axis - 1) as f64);
+    for (index, x) in points.into_iter().enumerate() {
         let (z, jacobian) = transform.with_jacobian(&x)?;
         let dynamic = DMatrix::from_column_slice(Z, N, jacobian.as_slice());
         // Fewer target states than states: some direction is lost everywhere.
@@ -77,7 +77,8 @@ where
         };
         let (second, gap) = second_preimage(map, &z, near, (domain.lower(), domain.upper()))?;
         let apart = second - x;
-        if gap <= accuracy && apart.component_div(&half).norm() >= 0.5 * DISTANT {
+        // A state outside of the domain's inequalities is none that has to be told apart.
+        if gap <= accuracy && apart.component_div(&half).norm() >= 0.5 * DISTANT && domain.satisfies(&second) {
             return Err(NumericalKklError::NotInjective {
                 first: x.iter().copied().collect(),
                 second: second.iter().copied().collect(),

@@ -1,7 +1,7 @@
 //! The numerical Kazantzis-Kravaris-Luenberger observer: for a plant `x' = f(x)`, `y = h(x)` whose T has no closed
 //! form.
 //!
-//! `z' = D z + B y` ([`TargetSystem`]); T by simulation backward in time ([`Transform`]) over a box ([`Domain`]); T^-L
+//! `z' = D z + B y` ([`TargetSystem`]); T by simulation backward in time ([`Transform`]) over a box or a part of it ([`Domain`]); T^-L
 //! in two forms, both of `luenberger-observers`:
 //!
 //! - *embedded*: xhat straight from z by a tree of small polynomials, for a microcontroller;
@@ -11,7 +11,7 @@
 //! |---|---|
 //! | `choice` | cut-off, grid and escape that are not given |
 //! | `target` | D and B from poles or a Bessel prototype |
-//! | `domain` | the box, and the plant slowed outside |
+//! | `domain` | the box, inequalities in it, and the plant slowed outside |
 //! | `extrapolation` | the integrator of the many short trajectories |
 //! | `transform` | T and DT by simulation |
 //! | `interpolation`, `regression` | splines through a grid; polynomials on a tree |
@@ -58,7 +58,7 @@ use progress::Listener;
 use regression::{Budget, Samples};
 
 pub use choice::{Candidate, Choice, ChoiceOptions, choose, choose_with_table, searched_tables};
-pub use domain::{Domain, Escape};
+pub use domain::{Domain, Escape, Inequality};
 pub use error::NumericalKklError;
 pub use held_inputs::{HeldInputDesign, HeldInputReport, HeldInputs, MOST_NODES, without_tables};
 pub use injectivity::Injectivity;
@@ -270,8 +270,9 @@ where
         let transform = Transform::new(plant, target, domain, input, settings.tolerance)?;
         let Tabulated { coordinates, table: spline, trajectories } = W::compute(&transform, settings, progress)?;
         let probes: Vec<SVector<f64, N>> = GoldenSequence::new(N, settings.stream(Purpose::HeldOutStates))
-            .take(settings.held_out)
             .map(|share| domain.point(|i| share[i]))
+            .filter(|x| domain.satisfies(x))
+            .take(settings.held_out)
             .collect();
         let mut judged = Judged::default();
         let mut images = Vec::with_capacity(probes.len());
@@ -523,8 +524,9 @@ fn embed<const N: usize, const Z: usize>(
     progress: &mut Listener<'_>,
 ) -> Result<Embedded<N, Z>, NumericalKklError> {
     let (mut states, mut images) = (Vec::new(), Vec::new());
-    for share in GoldenSequence::new(N, settings.stream(Purpose::InverseSamples)).take(settings.samples) {
-        let x = domain.point(|i| share[i]);
+    let samples =
+        GoldenSequence::new(N, settings.stream(Purpose::InverseSamples)).map(|share| domain.point(|i| share[i]));
+    for x in samples.filter(|x| domain.satisfies(x)).take(settings.samples) {
         states.push(<[f64; N]>::from(x));
         images.push(<[f64; Z]>::from(spline.with_gradient(&x).0));
     }

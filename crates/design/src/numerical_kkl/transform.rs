@@ -76,7 +76,7 @@ where
         }
         let output_scale = if output_scale > 0.0 { output_scale } else { 1.0 };
         let horizon = horizon(target, tolerance)?;
-        Ok(Self { plant, target: target.clone(), domain: *domain, input, tolerance, horizon, output_scale })
+        Ok(Self { plant, target: target.clone(), domain: domain.clone(), input, tolerance, horizon, output_scale })
     }
 
     /// How far back the integral goes.

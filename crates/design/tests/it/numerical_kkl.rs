@@ -2,10 +2,12 @@
 
 use approx::assert_abs_diff_eq;
 use std::ops::ControlFlow::{Break, Continue};
+use std::sync::Arc;
 
 use luenberger_design::DesignError;
 use luenberger_design::numerical_kkl::{
-    Domain, Escape, NumericalKklDesign, NumericalKklError, Progress, Settings, TargetSystem, Transform, Trial, held_out,
+    Domain, Escape, Inequality, NumericalKklDesign, NumericalKklError, Progress, Settings, TargetSystem, Transform,
+    Trial, held_out,
 };
 use luenberger_linalg::{LinalgError, eigenvalues, sylvester};
 use luenberger_observers::Observer;
@@ -415,4 +417,69 @@ fn the_slowed_field_is_the_plants_in_the_box_and_its_gradient_is_right() {
         // Central differences: h^2/6 times a third derivative below 1e3, and rounding EPSILON / h.
         assert!((difference - gradient[axis]).abs() < 1e-9, "{difference} {gradient}");
     }
+}
+
+/// x1^2 + x2^2 - 1 and x2 - x1, in the box [-2, 2]^2, times a factor.
+fn half_disk(factor: f64, escape: Escape) -> Domain<2> {
+    let disk: Inequality<2> = Arc::new(move |x| (factor * (x.norm_squared() - 1.0), x * (2.0 * factor)));
+    let half: Inequality<2> = Arc::new(move |x| (factor * (x[1] - x[0]), SVector::from([-factor, factor])));
+    Domain::new([-2.0; 2], [2.0; 2], escape).unwrap().inside([disk, half]).unwrap()
+}
+
+/// The plant is slowed beyond an inequality as beyond a side of the box, and what g is multiplied with is irrelevant.
+#[test]
+fn the_plant_is_slowed_outside_of_the_inequalities_and_the_gradient_is_right() {
+    let slowed = Escape::Slowed { margin: 0.5 };
+    let (domain, scaled) = (half_disk(1.0, slowed), half_disk(1024.0, slowed));
+    assert_eq!(domain.speed(&[0.6, -0.6].into()), (1.0, SVector::zeros()));
+    assert!(domain.contains(&[0.6, -0.6].into()) && !domain.contains(&[-0.6, 0.6].into()));
+    // g = 0.5 is reached at |x|^2 = 1.5, where the largest -g is 1, up to the points at which it was sought.
+    assert_eq!(domain.speed(&[1.0, -0.75].into()).0, 0.0);
+    let between = domain.speed(&[0.9, -0.6].into()).0;
+    assert!(between > 0.0 && between < 1.0, "{between}");
+    for x in [[0.9, -0.6], [0.3, 0.5], [0.85, 0.9]].map(SVector::from) {
+        let (value, gradient) = domain.speed(&x);
+        assert_eq!((value, gradient), scaled.speed(&x));
+        for axis in 0..2 {
+            let step = SVector::from_fn(|i, _| if i == axis { 1e-6 } else { 0.0 });
+            let difference = (domain.speed(&(x + step)).0 - domain.speed(&(x - step)).0) / 2e-6;
+            // As above, with steeper slopes.
+            assert!((difference - gradient[axis]).abs() < 1e-8, "{difference} {gradient}");
+        }
+    }
+    assert_eq!(half_disk(1.0, Escape::Free).speed(&[-1.9, 1.9].into()), (1.0, SVector::zeros()));
+    assert_eq!(domain.escaping(Escape::Free).unwrap().speed(&[-1.9, 1.9].into()), (1.0, SVector::zeros()));
+}
+
+#[test]
+fn inequalities_that_hold_nowhere_or_have_no_value_are_refused() {
+    let square = Domain::new([-1.0; 2], [1.0; 2], Escape::Free).unwrap();
+    let inside = |g: fn(&SVector<f64, 2>) -> f64| {
+        square.clone().inside([Arc::new(move |x: &SVector<f64, 2>| (g(x), SVector::zeros())) as Inequality<2>])
+    };
+    // A disk of a hundredth of the half-width: 3 of 40000 of the box.
+    for g in [(|_| 1.0) as fn(&SVector<f64, 2>) -> f64, |_| 0.0, |x| x.norm() - 0.01] {
+        let refused = inside(g).unwrap_err();
+        assert!(matches!(refused, NumericalKklError::SmallDomain { tried: 4096, .. }), "{refused}");
+    }
+    let refused = inside(|x| x[0].sqrt()).unwrap_err();
+    assert!(matches!(&refused, NumericalKklError::Inequality { index: 0, at } if at[0] < 0.0), "{refused}");
+    assert!(square.clone().inside([]).unwrap().contains(&[0.9, 0.9].into()));
+}
+
+/// y = x^2 on the box [-1, 1], of which an inequality leaves [0.2, 1]: as the box [0.2, 1] itself.
+#[test]
+fn an_inequality_leaves_out_the_states_that_the_output_does_not_tell_apart() {
+    let plant = Power { power: 1, even: true };
+    let target = TargetSystem::<1, 3>::poles(&[-4.0, -5.0, -6.0]).unwrap();
+    let positive: Inequality<1> = Arc::new(|x| (0.2 - x[0], Vector1::new(-1.0)));
+    let part = line(Escape::Free).inside([positive]).unwrap();
+    let design =
+        NumericalKklDesign::new(&plant, &target, &part, SVector::zeros(), &small(), &mut |_| Continue(())).unwrap();
+    assert!(design.report.interpolated.max[0] < 1e-4, "{}", design.report);
+    assert!(design.report.injectivity.pair.0[0] >= 0.2 && design.report.injectivity.flattest[0] >= 0.2);
+    let image = |x: f64| design.interpolated.initial(0.0, &Vector1::new(x), &SVector::zeros(), &Vector1::new(0.0));
+    let back = |x: f64| design.interpolated.estimate(0.0, &image(x), &SVector::zeros(), &Vector1::new(0.0))[0];
+    // T is the same at -x, of which the left inverse knows nothing.
+    assert!((back(0.7) - 0.7).abs() < 1e-4 && (back(-0.7) - 0.7).abs() < 1e-4, "{} {}", back(0.7), back(-0.7));
 }

@@ -26,7 +26,8 @@ where
     S: Differentiable<f64, Const<2>, Const<0>, Const<1>>,
 {
     let settings = Settings { leaves: 32, samples: 8000, ..Settings::default() };
-    choose::<_, 2, 0, 3>(plant, (lower, upper), SVector::zeros(), wanted, &settings, &mut |_| Continue(()))
+    let domain = Domain::new(lower, upper, Escape::Free)?;
+    choose::<_, 2, 0, 3>(plant, &domain, SVector::zeros(), wanted, &settings, &mut |_| Continue(()))
 }
 
 /// The largest root mean square error along trajectories from these states, in half-widths, with the choice.
@@ -105,9 +106,10 @@ fn what_is_given_is_not_searched() {
 fn the_search_can_be_stopped() {
     let mut calls = 0;
     let settings = Settings::default();
+    let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free).unwrap();
     let stopped = choose::<_, 2, 0, 3>(
         &ReverseDuffing,
-        ([-1.0; 2], [1.0; 2]),
+        &domain,
         SVector::zeros(),
         &ChoiceOptions::default(),
         &settings,

@@ -33,10 +33,17 @@ pub(super) struct Excursion {
     extent: Extent,
     /// The first time outside.
     t: f64,
-    /// What left the region then, with its value and the bounds.
-    name: String,
-    value: f64,
-    bounds: (f64, f64),
+    /// What left the region then.
+    exit: Exit,
+}
+
+/// What is outside.
+#[derive(Debug, Clone, PartialEq)]
+enum Exit {
+    /// What has this name is, with its value and the bounds.
+    Bounds(String, f64, (f64, f64)),
+    /// This inequality does not hold; of the estimate, or of the state.
+    Inequality { text: String, of_estimate: bool },
 }
 
 impl Excursion {
@@ -56,8 +63,17 @@ impl Excursion {
     }
 
     fn first(&self) -> String {
-        let [t, value, low, high] = [self.t, self.value, self.bounds.0, self.bounds.1].map(|x| significant(x, 5));
-        format!("at t = {t}, where {} = {value} is not in [{low}, {high}]", self.name)
+        let t = significant(self.t, 5);
+        match &self.exit {
+            Exit::Bounds(name, value, (low, high)) => {
+                let [value, low, high] = [value, low, high].map(|x| significant(*x, 5));
+                format!("at t = {t}, where {name} = {value} is not in [{low}, {high}]")
+            }
+            Exit::Inequality { text, of_estimate: true } => {
+                format!("at t = {t}, where the estimate does not satisfy {text}")
+            }
+            Exit::Inequality { text, of_estimate: false } => format!("at t = {t}, where {text} does not hold"),
+        }
     }
 }
 
@@ -107,12 +123,22 @@ impl<'a> Watch<'a> {
             Some((format!("{prefix}{}", names[i]), values[i], bounds[i]))
         });
         let time = self.region.time_bounds();
-        let Some((name, value, bounds)) = found.or_else(|| beyond(t, time).then(|| ("t".to_owned(), t, time))) else {
+        let found = found.or_else(|| beyond(t, time).then(|| ("t".to_owned(), t, time)));
+        let of_bounds = found.map(|(name, value, bounds)| Exit::Bounds(name, value, bounds));
+        let Some(exit) = of_bounds.or_else(|| self.broken(x, false)).or_else(|| self.broken(estimate, true)) else {
             return false;
         };
         let what = self.requested.kind.outside_region();
-        self.first.get_or_insert(Excursion { what, extent: Extent::Rows(0, 0), t, name, value, bounds });
+        self.first.get_or_insert(Excursion { what, extent: Extent::Rows(0, 0), t, exit });
         true
+    }
+
+    /// The first inequality of the region that these states break.
+    fn broken(&self, x: &[f64], of_estimate: bool) -> Option<Exit> {
+        let inequalities = self.requested.kind.inequalities();
+        // States that are not known, as of a log, are missing; NaN is not greater than 0.
+        let broken = inequalities.iter().find(|g| g.evaluate(0.0, x, &[]) > 0.0)?;
+        Some(Exit::Inequality { text: broken.text().to_owned(), of_estimate })
     }
 
     fn finish(self, extent: Extent) -> Option<Excursion> {
@@ -134,9 +160,7 @@ pub(super) fn of_simulation(
             what: "Guarantee not valid outside the periods of the design",
             extent: Extent::Samples(outside.len(), samples.len()),
             t: first.t,
-            name: first.name.to_owned(),
-            value: first.value,
-            bounds: first.bounds,
+            exit: Exit::Bounds(first.name.to_owned(), first.value, first.bounds),
         }));
     }
     let Some(mut watch) = Watch::of(study, requested) else { return Ok(None) };

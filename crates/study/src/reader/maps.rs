@@ -5,9 +5,9 @@ use luenberger_expression::{Expression, ParameterError, Scope};
 use luenberger_observers::FilterMemory;
 use luenberger_proof::wording::counted;
 
-use super::expression;
 use super::tree::Node;
 use super::{Reader, check, region};
+use super::{expression, inequality};
 use crate::maps::{Estimator, KklMaps, MapNames, PebSpec, RegressionMaps, ResetSpec};
 use crate::model::PlantModel;
 
@@ -78,6 +78,10 @@ pub(crate) fn list_without_time(
     reader: &mut Reader,
 ) -> Option<Vec<Expression>> {
     let rows = list(node, key, length, scope, reader)?;
+    without_time(node, key, rows, reader)
+}
+
+fn without_time(node: &Node, key: &str, rows: Vec<Expression>, reader: &mut Reader) -> Option<Vec<Expression>> {
     let entries = node.get(key)?.list()?;
     match entries.iter().zip(&rows).find(|(_, row)| row.uses_time()) {
         Some((entry, _)) => {
@@ -86,6 +90,19 @@ pub(crate) fn list_without_time(
         }
         None => Some(rows),
     }
+}
+
+/// The inequalities of a list, each as the difference that is not positive where it holds; none without the key.
+pub(crate) fn inequalities(
+    node: &Node,
+    key: &str,
+    scope: Result<Scope, ParameterError>,
+    reader: &mut Reader,
+) -> Option<Vec<Expression>> {
+    let Some(list) = node.get(key) else { return Some(Vec::new()) };
+    let scope = usable(list, scope, reader)?;
+    let parsed: Vec<_> = list.list()?.iter().map(|entry| inequality(entry, &scope, reader)).collect();
+    without_time(node, key, parsed.into_iter().collect::<Option<_>>()?, reader)
 }
 
 /// The expressions of a matrix, row by row; of a square one also from the list of its diagonal.

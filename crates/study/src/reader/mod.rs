@@ -180,14 +180,18 @@ pub(crate) fn expression(node: &Node, scope: &Scope, reader: &mut Reader) -> Opt
         Some(text) => text.to_owned(),
         None => format!("{:?}", node.number()?),
     };
-    match Expression::parse(&text, scope) {
-        Ok(expression) => Some(expression),
-        Err(error) => {
-            let span = within(node, &error);
-            reader.mistakes.push(Diagnostic::new(span, error.kind().to_string(), "this expression cannot be read"));
-            None
-        }
-    }
+    let parsed = Expression::parse(&text, scope);
+    parsed.map_err(|error| unreadable(node, &error, "this expression cannot be read", reader)).ok()
+}
+
+/// The difference that is not positive where the inequality of a text holds.
+pub(crate) fn inequality(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Expression> {
+    let parsed = Expression::parse_inequality(node.text()?, scope);
+    parsed.map_err(|error| unreadable(node, &error, "this inequality cannot be read", reader)).ok()
+}
+
+fn unreadable(node: &Node, error: &ExpressionError, what: &str, reader: &mut Reader) {
+    reader.mistakes.push(Diagnostic::new(within(node, error), error.kind().to_string(), what));
 }
 
 /// The span in the file of an error within a string; the whole string if escapes or line breaks make the position

@@ -7,6 +7,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use luenberger_design::{Periods, Region};
+use luenberger_expression::Expression;
 use nalgebra::{Complex, DMatrix};
 
 use super::{Estimated, GainSpec, LinearSpec, Study};
@@ -174,6 +175,11 @@ pub trait Specification: Setting {
     /// The region of the design; with no finite bound it is that of all states.
     fn region_of_design(&self) -> Option<Region> {
         None
+    }
+
+    /// Inequalities that hold in the region of the design, each as a function of the states that is not positive there.
+    fn inequalities(&self) -> &[Expression] {
+        &[]
     }
 
     /// Whether the user bounds the states for it, in the key `region`.

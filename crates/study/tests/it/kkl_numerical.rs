@@ -55,7 +55,7 @@ fn simulated(text: &str) -> (Results, f64) {
 
 /// The largest measured error of the left inverse, over the states.
 fn largest_error(report: &DesignReport) -> f64 {
-    let errors = report.numbers.iter().filter(|number| number.name.starts_with("largest error of the left inverse, x"));
+    let errors = report.numbers.iter().filter(|number| number.name.starts_with("largest error of the left inverse, "));
     errors.filter_map(|number| number.value).fold(0.0, f64::max)
 }
 
@@ -212,6 +212,55 @@ samples = 300
     assert!(error < bound && bound < 0.02, "{error:e} {bound:e}");
 }
 
+/// Position x and velocity v in a double well, x'' = x - x^3, in the coordinates a = (x + v)/2 and b = (x - v)/2. The
+/// square of the position is measured, which is the same in both wells. `inside` is a part of the right one, bounded by
+/// an orbit: v^2/2 - x^2/2 + x^4/4 <= -0.05.
+const WELL: &str = r#"
+[plant]
+states = ["a", "b"]
+f = ["a - (a + b)^3/2", "(a + b)^3/2 - b"]
+h = ["(a + b)^2"]
+[simulation]
+x0 = [0.6, 0.6]
+duration = 20
+samples = 201
+[[observer]]
+kind = "kkl-numerical"
+initial = [0.4, 0.5]
+domain = [[-0.3, 1.1], [-0.3, 1.1]]
+inside = ["(a + b)^4/4 - 2*a*b <= -0.05", "a + b >= 0"]
+cutoff = 4
+points = 33
+leaves = 16
+samples = 2000
+"#;
+
+/// The box has states of both wells, which y does not tell apart; the part of it that the inequalities leave has not.
+#[test]
+fn a_region_that_is_no_box_is_given_by_inequalities() {
+    let (results, bound) = simulated(WELL);
+    let error = error_of_run(&results, (10.0, 20.0));
+    assert!(error < bound && bound < 0.01, "{error:e} {bound:e}");
+    assert_eq!(results.warnings, Vec::<String>::new());
+
+    let whole = study(&WELL.replace("inside = [\"(a + b)^4/4 - 2*a*b <= -0.05\", \"a + b >= 0\"]\n", ""));
+    let refused = design(&whole, &whole.observers[0], &AtomicBool::new(false)).unwrap_err();
+    assert!(refused.hypothesis.contains("T is not injective"), "{}", refused.hypothesis);
+    assert!(refused.advice().join("; ").contains("a part of it by `inside`"), "{:?}", refused.advice());
+
+    // An orbit around the region, 1.4 times as far from the top of the hill as it: energy -0.0196.
+    let (results, _) = simulated(&WELL.replace("x0 = [0.6, 0.6]", "x0 = [0.7, 0.7]"));
+    let warning = "first at t = 0, where (a + b)^4/4 - 2*a*b <= -0.05 does not hold";
+    assert!(results.warnings.iter().any(|said| said.contains(warning)), "{:?}", results.warnings);
+}
+
+/// The steps of a target follow the observer of a region that is no box.
+#[test]
+fn a_region_that_is_no_box_is_exported() {
+    let (first, own) = exported(WELL, Scalar::Binary64, (0.5, 1.0));
+    assert!(first < 0.3 * own.max(1e-3), "{first:e} {own:e}");
+}
+
 #[test]
 fn what_has_no_table_is_refused_with_its_memory() {
     let refused = |text: &str| {
@@ -268,6 +317,11 @@ pub(crate) fn bad_settings_are_reported_at_their_place() {
         (FORCED, ranges, "inputs = [[-1, 1]]\nnodes = 1", "`nodes` is 1", "at least 2"),
         (FORCED, ranges, "inputs = [[-1, 1]]\nnodes = 100", "`nodes` is 100", "at most 33"),
         (FORCED, ranges, "nodes = 5", "`nodes` without `inputs`", "the range of each input"),
+        (WELL, "a + b >= 0", "a + b", "`a + b` is no inequality between two numbers", "cannot be read"),
+        (WELL, "a + b >= 0", "a + b == 0", "`a + b == 0` is no inequality", "cannot be read"),
+        (WELL, "a + b >= 0", "a >= 0 && b >= 0", "`a >= 0 && b >= 0` is no inequality", "cannot be read"),
+        (WELL, "a + b >= 0", "a + c >= 0", "there is no `c`", "cannot be read"),
+        (WELL, "a + b >= 0", "a + b >= t", "`inside` depends on the time t", "without t"),
     ] {
         let text = text.replace(from, to);
         let found = mistakes(&text);

@@ -9,9 +9,10 @@ use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf, continuous};
 use crate::keys::{Key, Type, optional};
+use crate::maps::MapNames;
 use crate::model::Model;
 use crate::reader::region::finite_bounds;
-use crate::reader::{Given, Reader};
+use crate::reader::{Given, Reader, maps};
 use crate::results::{Advice, Cause, DesignReport, DesignVerdict, NamedNumber, NoObserver, Statement};
 use crate::steps::steps_for;
 use crate::study::{NUMBER, ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
@@ -20,12 +21,12 @@ use crate::synthesis::{Designed, Plan, number, other_kinds};
 use crate::tuning::Value;
 use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{
-    Choice, ChoiceOptions, Domain, Errors, Escape, HeldInputDesign, HeldInputs, NumericalKklDesign, NumericalKklError,
-    Progress, Settings, Spline, Table, TargetSystem, Train, choose_with_table,
+    Choice, ChoiceOptions, Domain, Errors, Escape, HeldInputDesign, HeldInputs, Inequality, NumericalKklDesign,
+    NumericalKklError, Progress, Settings, Spline, Table, TargetSystem, Train, choose_with_table,
 };
 use luenberger_design::numerical_kkl::{Embedded, Interpolated, MOST_NODES, low_rank_trajectories, searched_tables};
 use luenberger_export::ExportableObserver;
-use luenberger_expression::Fixed;
+use luenberger_expression::{Expression, Fixed};
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
 use luenberger_observers::numerical_kkl::tensor_train::MOST_RANK;
 use luenberger_proof::wording::counted;
@@ -64,6 +65,11 @@ crate::keys! { |size|
         domain: Vec<(f64, f64)> as Bounds => |key, given, reader| {
             finite_bounds(given.node.get(key.name)?, key.name, (given.size().states, "state"), reader)
         },
+        /// Inequalities of the states that hold in the part of `domain` that is the region, each as the difference that is
+        /// not positive there.
+        inside: Vec<Expression> as &INSIDE => |key, given, reader| {
+            maps::inequalities(given.node, key.name, MapNames::new(given.plant, 0).states(), reader)
+        },
         /// Range of each input, m finite pairs; empty for a plant without inputs.
         inputs: Vec<(f64, f64)> as &INPUTS => |key, given, reader| match given.node.get(key.name) {
             Some(inputs) => finite_bounds(inputs, key.name, (given.size().inputs, "input"), reader),
@@ -91,6 +97,12 @@ crate::keys! { |size|
         form: Form as Choice = Form::Interpolated,
     }
 }
+
+const INSIDE: Key = optional(
+    "inside",
+    Type::Texts,
+    "Inequalities of the states, as in [\"x1^2 + x2^2 <= 4\"], that all hold in the part of `domain` for which the observer is made (default: all of it).",
+);
 
 const INPUTS: Key = optional(
     "inputs",
@@ -189,6 +201,10 @@ impl Specification for KklSpec {
         Some(luenberger_design::Region::new(&self.domain).inputs(&self.inputs))
     }
 
+    fn inequalities(&self) -> &[Expression] {
+        &self.inside
+    }
+
     fn outside_region(&self) -> &'static str {
         "Fit not valid outside the design region"
     }
@@ -236,15 +252,16 @@ impl Kind for KklSpec {
                 Some("increase `points`, `rank` or `cutoff`, or choose a smaller `domain`")
             }
             NumericalKklError::Unresolved { .. } => Some("increase `points` or `cutoff`, or choose a smaller `domain`"),
+            NumericalKklError::SmallDomain { .. } => Some("a `domain` closer around the states of `inside`"),
             NumericalKklError::NoneFits { .. } => Some("a smaller `domain`, or `cutoff` and `points` of your choice"),
             NumericalKklError::GridTooLarge { .. } if is_held => Some("fewer `points` or `nodes`"),
             NumericalKklError::GridTooLarge { .. } => Some("fewer `points`"),
             NumericalKklError::Escapes { .. } => {
                 Some("give `escape`, the margin around `domain` outside of which the plant is slowed down")
             }
-            NumericalKklError::NotInjective { .. } => {
-                Some("increase `cutoff`, or choose a `domain` on which the output distinguishes all states")
-            }
+            NumericalKklError::NotInjective { .. } => Some(
+                "increase `cutoff`, or choose a `domain`, or a part of it by `inside`, on which the output distinguishes all states",
+            ),
             _ => None,
         };
         let remedy = remedy.map_or_else(Advice::default, Advice::hint);
@@ -421,7 +438,8 @@ fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Chosen<N, Z>, NumericalKklError> {
     let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| requested.domain.get(i).map_or(f64::NAN, f));
-    let (lower, upper) = (ends(|end| end.0), ends(|end| end.1));
+    let whole = Domain::new(ends(|end| end.0), ends(|end| end.1), Escape::Free)?;
+    let domain = whole.inside(requested.inside.iter().cloned().map(function))?;
     let mut settings = Settings {
         leaves: requested.leaves,
         degree: requested.degree,
@@ -439,11 +457,20 @@ fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
         escape: requested.escape.map(|margin| Escape::Slowed { margin }),
         ..ChoiceOptions::default()
     };
-    let choice = choose_with_table::<_, W, N, M, Z>(plant, (lower, upper), input, &wanted, &settings, progress)?;
+    let choice = choose_with_table::<_, W, N, M, Z>(plant, &domain, input, &wanted, &settings, progress)?;
     settings.points = [choice.points; N];
-    let domain = Domain::new(lower, upper, choice.escape)?;
+    let domain = domain.escaping(choice.escape)?;
     let target = TargetSystem::<1, Z>::bessel(choice.cutoff)?;
     Ok(Chosen { settings, wanted, choice, domain, target })
+}
+
+/// A function of the states with its gradient, NaN where it has none.
+fn function<const N: usize>(g: Expression) -> Inequality<N> {
+    Arc::new(move |x: &SVector<f64, N>| {
+        let gradient = g.gradient(0.0, x.as_slice(), &[]);
+        let entry = |i: usize| gradient.as_ref().ok().and_then(|entries| entries.get(i)).copied().unwrap_or(f64::NAN);
+        (g.evaluate(0.0, x.as_slice(), &[]), SVector::from_fn(|i, _| entry(i)))
+    })
 }
 
 type Design<W, const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z, W>;
@@ -506,7 +533,7 @@ fn held_inputs<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
         && made.choice.escape == Escape::Free
     {
         let escape = Escape::Slowed { margin: 1.0 };
-        made.domain = Domain::new((*made.domain.lower()).into(), (*made.domain.upper()).into(), escape)?;
+        made.domain = made.domain.escaping(escape)?;
         made.choice.escape = escape;
         design = attempt(&made);
     }
