@@ -154,6 +154,10 @@ pub(crate) const EIG: &str = r#"Example:
     -1 + 2i
     -1 - 2i"#;
 
+pub(crate) const BODE: &str = r#"Example:
+  $ luenberger bode "0 1; 0 0" --b "0; 1" --c "1 0" --l "7; 10" --k "1 2" --points 3
+  [..]"#;
+
 pub(crate) const C2D: &str = r#"Example:
   $ echo '{"a": [[0, 1], [-2, -3]], "b": [[0], [1]], "c": [[1, 0]]}' | luenberger c2d - --period 0.1
   x+ = A x + B u, y = C x + D u, period 0.1

@@ -68,7 +68,8 @@ impl KalmanNoise {
         self
     }
 
-    /// The noise of the states themselves: `G W G' + q^2 B B'`, `V` and `G S`, checked but for what the equation checks.
+    /// The noise of the states themselves: `G W G' + q^2 B B'`, `V` and `G S`, checked but for what the equation
+    /// checks.
     pub(crate) fn of_states(&self, plant: &StateSpace) -> Result<Self, DesignError> {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let q = self.g.as_ref().map_or(n, DMatrix::ncols);

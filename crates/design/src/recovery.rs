@@ -116,7 +116,8 @@ pub struct Recovery {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 /// # Errors
-/// Those of [`LinearDesign::kalman_of`], [`LoopTransfer::new`] and [`LoopMargins::continuous`]; [`DesignError::Negative`] for q;
+/// Those of [`LinearDesign::kalman_of`], [`LoopTransfer::new`] and [`LoopMargins::continuous`];
+/// [`DesignError::Negative`] for q;
 /// [`DesignError::NotHurwitz`] where `A - B K` is not.
 pub fn loop_transfer_recovery<'a>(
     plant: &StateSpace,

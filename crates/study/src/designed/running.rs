@@ -9,6 +9,7 @@ use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{ExpressionPlant, Recording};
 use luenberger_live as live;
 use luenberger_observers::{DeviationObserver, Observer, ObserverDimensions, SampledObserver};
+use luenberger_plants::StateSpace;
 pub(crate) use luenberger_plants::serialization::rows;
 use luenberger_sim::{AnyObserver, Continuous, Replay, Sampled, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -165,6 +166,17 @@ pub struct StepOf<'a> {
     pub designed: &'a Designed,
     /// The plant.
     pub plant: &'a ExpressionPlant,
+/// The matrices of a linear observer `xhat' = A xhat + B u + L (y - C xhat - D u)`, in discrete time `xhat+`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearForm {
+    /// A, B, C and D.
+    pub plant: StateSpace,
+    /// L, n x p.
+    pub l: DMatrix<f64>,
+    /// The gain of the measurement update, n x p, of the filter form: the estimate is `xhat + K (y - C xhat - D u)`.
+    pub update: Option<DMatrix<f64>>,
+}
+
     /// The sampling period.
     pub period: f64,
     /// Runge-Kutta steps per period, if they are given.

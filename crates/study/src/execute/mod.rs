@@ -4,6 +4,7 @@ pub(crate) mod estimate;
 mod excursion;
 pub(crate) mod filter;
 mod folder;
+mod frequency;
 pub(crate) mod live;
 mod log;
 mod observe;
@@ -97,6 +98,7 @@ pub fn execute_in_part(
         operating_point: study.operating_point.as_ref().map(observe::operating_point).transpose()?,
         observability: None,
         observers: Vec::new(),
+        frequency: None,
         simulation: None,
         filters: Vec::new(),
         coverage: Vec::new(),
@@ -255,8 +257,18 @@ fn stages(
     results.warnings.extend(warn::of_designs(study, results));
     results.warnings.extend(designs.iter().flatten().filter_map(|outcome| outcome.open.clone()));
     save(folder, results)?;
-
     let mut figures: Vec<(String, Figure)> = Vec::new();
+    if let (Some(spec), true) = (&study.frequency, all || step == Step::Design) {
+        options.check()?;
+        let found = frequency::responses(study, spec, &members);
+        for (name, table) in &found.tables {
+            folder.table(name, table)?;
+        }
+        results.warnings.extend(found.warnings);
+        results.frequency = Some(found.report);
+        figures.extend(found.figures);
+    }
+
     if let (Some(simulation), true) = (&study.simulation, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
         let failed = std::sync::Mutex::new(None);

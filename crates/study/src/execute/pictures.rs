@@ -105,7 +105,7 @@ pub fn drawn(stretch: &[usize], count: usize, y: impl Fn(usize) -> f64) -> Vec<u
 }
 
 /// The place of an observer in the study: its colour and dash in all figures.
-fn place(study: &Study, name: &str) -> usize {
+pub(super) fn place(study: &Study, name: &str) -> usize {
     study.observers.iter().position(|observer| observer.name == name).unwrap_or_default()
 }
 

@@ -99,7 +99,7 @@ use crate::steps;
 use crate::study::{ObserverKind, Specification};
 use crate::synthesis::explain;
 
-pub use crate::designed::{Along, At, RowVariances, Runnable, Running, StepOf};
+pub use crate::designed::{Along, At, LinearForm, RowVariances, Runnable, Running, StepOf};
 #[doc(hidden)]
 pub use crate::keys::{Key, Range, Type};
 pub use crate::reader::{Given, Reader};

@@ -9,6 +9,7 @@ mod angles;
 mod csv;
 mod delays;
 mod estimate;
+mod frequency;
 mod json;
 mod observer;
 mod operating_point;
@@ -34,8 +35,9 @@ use luenberger_lmi::Solver;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::error::StudyError;
+use crate::model::PlantModel;
 use crate::schema::STUDY;
-use crate::study::Study;
+use crate::study::{OtherPlant, Study};
 
 use crate::reader::tree::{Node, Value};
 use crate::reader::{Reader, check};
@@ -186,6 +188,9 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         .get("tune")
         .and_then(|node| tune::tune((root, node), (&base, &estimated, observers.as_deref(), log.as_ref()), reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
+    let frequency = root
+        .get("frequency")
+        .and_then(|node| frequency::frequency(node, &plant, (observers.as_deref(), input.as_ref()), reader));
     let sweep = root
         .get("sweep")
         .and_then(|node| sweep::sweep((root, node), observers.as_deref(), simulation.as_ref(), source, reader));
@@ -210,6 +215,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         advise: sound(root, "advise", advise).ok()?,
         tune: sound(root, "tune", tune).ok()?,
         plot: plot?,
+        frequency: sound(root, "frequency", frequency).ok()?,
         sweep: sound(root, "sweep", sweep).ok()?,
         folder: reader.folder.clone(),
         files: reader.files.clone(),

@@ -8,6 +8,7 @@ mod about_zero;
 mod alternative;
 mod coverage;
 mod document;
+mod frequency;
 mod log;
 mod no_observer;
 mod prediction;
@@ -23,6 +24,9 @@ pub use alternative::{Advice, Alternative};
 pub use coverage::{CoverageReport, StateCoverage};
 pub(crate) use document::{Columns, eigenvalue, with_unit};
 pub use document::{leading, log_data};
+pub use frequency::{
+    ChannelMargins, Crossing, FrequencyReport, LoopReport, ObserverFrequencies, OpenedLoop, Peak, RecoveryReport,
+};
 pub(crate) use log::whiteness;
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,
@@ -62,6 +66,9 @@ pub struct Results {
     /// The observers, as designed; one for each of the study, in its order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub observers: Vec<ObserverReport>,
+    /// Frequency responses of the observers and of the loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency: Option<FrequencyReport>,
     /// The runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulation: Option<SimulationReport>,

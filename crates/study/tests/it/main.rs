@@ -18,6 +18,7 @@ mod estimates;
 mod feedthrough;
 mod filters;
 mod folder;
+mod frequency;
 mod functional;
 mod gain_limits;
 mod held_out;
