@@ -43,6 +43,7 @@ use crate::reader::tree::{Node, Value};
 use crate::reader::{Reader, check};
 pub use crate::study::Format;
 pub(crate) use observer::file_name;
+use other_plant::Whose;
 pub(crate) use tuned::{Edit, Editable};
 pub(crate) use varied::varied;
 
@@ -187,10 +188,10 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     let tune = root
         .get("tune")
         .and_then(|node| tune::tune((root, node), (&base, &estimated, observers.as_deref(), log.as_ref()), reader));
-    let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let frequency = root
         .get("frequency")
         .and_then(|node| frequency::frequency(node, &plant, (observers.as_deref(), input.as_ref()), reader));
+    let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root
         .get("sweep")
         .and_then(|node| sweep::sweep((root, node), observers.as_deref(), simulation.as_ref(), source, reader));
@@ -214,8 +215,8 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         },
         advise: sound(root, "advise", advise).ok()?,
         tune: sound(root, "tune", tune).ok()?,
-        plot: plot?,
         frequency: sound(root, "frequency", frequency).ok()?,
+        plot: plot?,
         sweep: sound(root, "sweep", sweep).ok()?,
         folder: reader.folder.clone(),
         files: reader.files.clone(),
@@ -224,6 +225,19 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         plant,
         estimated,
     })
+}
+
+/// A model of the plant of a study, with what a table says of it; none within if it says nothing, and none after a
+/// mistake, which the reader has.
+#[expect(clippy::option_option, reason = "wrong, the plant of the study, or another one")]
+pub(crate) fn model_of(
+    root: &Node,
+    change: &Node,
+    known: &PlantModel,
+    reader: &mut Reader,
+) -> Option<Option<OtherPlant>> {
+    let mut tree = root.get("plant")?.clone();
+    other_plant::changed(&mut tree, change, (known, &[]), Whose::Model, reader).ok()
 }
 
 /// An absent table is allowed; a present one with mistakes is not.

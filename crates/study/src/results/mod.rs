@@ -30,7 +30,7 @@ pub use frequency::{
 pub(crate) use log::whiteness;
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,
-    SmoothedDeviation, SmoothedReport, StateScore,
+    ModelReport, SmoothedDeviation, SmoothedReport, StateScore,
 };
 pub use no_observer::{Cause, NoObserver};
 pub use prediction::{ErrorOf, LogSweepReport, LogSweepRow, PredictionOf, PredictionReport};
@@ -78,6 +78,9 @@ pub struct Results {
     /// The filters of the simulation: whether their covariances agree with their errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filters: Vec<FilterReport>,
+    /// The filters of the simulation that decide between models: how probable these were.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub models: Vec<ModelReport>,
     /// The filters of the simulation and of the log: how often their errors were within two standard deviations.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub coverage: Vec<CoverageReport>,

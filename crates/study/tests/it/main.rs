@@ -23,6 +23,7 @@ mod functional;
 mod gain_limits;
 mod held_out;
 mod high_gain;
+mod imm;
 mod import;
 mod in_other_units;
 mod interval;

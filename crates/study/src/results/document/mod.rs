@@ -253,6 +253,9 @@ pub(crate) fn comparison(results: &Results, norm: bool) -> Section {
     if !results.filters.is_empty() {
         section = log::filters(section, &results.filters);
     }
+    if !results.models.is_empty() {
+        section = log::models(section, &results.models);
+    }
     if let Some(log) = &results.log {
         section = log::log(section, log, &results.plant);
     }
