@@ -30,6 +30,8 @@ const POLE: f64 = 1e6;
 const REAL: f64 = 1e-6;
 /// A value of the order of one has no sign below this.
 const ROUNDING: f64 = 1e-13;
+/// At an end of the axis a loop that is larger has a pole there, but for rounding.
+const LARGEST: f64 = 1e12;
 
 /// A frequency at which L is real and negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -210,7 +212,7 @@ impl Axis {
         let end = if self.response.is_discrete() { PI } else { f64::INFINITY };
         for frequency in inner.into_iter().chain([0.0, end]) {
             let at = self.at(frequency);
-            if at.re < 0.0 && at.re.is_finite() && at.im.abs() <= REAL * at.re.abs() {
+            if at.re < 0.0 && at.re > -LARGEST && at.im.abs() <= REAL * at.re.abs() {
                 gain.push(GainMargin { frequency, factor: at.norm().recip() });
             }
         }

@@ -292,8 +292,8 @@ fn around(features: &[Complex<f64>]) -> Option<(f64, f64)> {
 
 fn spaced(from: f64, to: f64, points: usize, features: &[Complex<f64>]) -> Vec<f64> {
     let steps = points.max(2) - 1;
-    let step = (to / from).ln() / steps as f64;
-    let mut all: Vec<f64> = (0..steps).map(|k| from * (step * k as f64).exp()).collect();
+    let ratio = to / from;
+    let mut all: Vec<f64> = (0..steps).map(|k| from * ratio.powf(k as f64 / steps as f64)).collect();
     all.push(to);
     let peaks = features.iter().filter(|s| s.re.abs() < 0.5 * s.im.abs()).map(|s| s.im.abs());
     all.extend(peaks.filter(|w| *w > from && *w < to));

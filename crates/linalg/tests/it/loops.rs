@@ -194,3 +194,19 @@ fn a_filter_in_discrete_time() {
         assert!((at(&transfer.noise_to_error, w, true)[(0, 0)] + z / (z * 2.0 - 1.0)).norm() < 1e-15);
     }
 }
+
+/// The double integrator with the observer and the regulator of poles -2, -5 and -1, -1, by hand: the loop is
+/// `(27 s + 10)/(s^2 (s^2 + 9 s + 25))`, -9/65 where `w^2 = 65/3`. The poles at 0, which rounding moves, are no margin.
+#[test]
+fn poles_at_the_origin_are_no_margin() {
+    let a = dmatrix![0.0, 1.0; 0.0, 0.0];
+    let plant = Realization::new(&a, &dmatrix![0.0; 1.0], &dmatrix![1.0, 0.0], &dmatrix![0.0]).unwrap();
+    let transfer = LoopTransfer::new(&plant, &dmatrix![7.0; 10.0], &dmatrix![1.0, 2.0]).unwrap();
+    for open in [&transfer.at_inputs, &transfer.at_outputs] {
+        let margins = LoopMargins::continuous(open).unwrap();
+        assert!(margins.sensitivity.is_some());
+        let [margin] = margins.channels[0].gain[..] else { panic!("{margins:?}") };
+        assert!(near(margin.factor, 65.0 / 9.0, 1e-9), "{margin:?}");
+        assert!(near(margin.frequency, (65f64 / 3.0).sqrt(), 1e-9), "{margin:?}");
+    }
+}

@@ -353,7 +353,11 @@ impl Curves {
         let at: Vec<DMatrix<Complex<f64>>> = grid.iter().map(|w| response.at(clock.inner(*w))).collect();
         let count = open.b.ncols();
         let identity = DMatrix::<Complex<f64>>::identity(count, count);
-        let phase = (count == 1).then(|| Bode::of(at.iter().map(|m| m[(0, 0)])).phase);
+        let mut phase = (count == 1).then(|| Bode::of(at.iter().map(|m| m[(0, 0)])).phase);
+        // The branch on which -180 degrees is the critical angle of a loop that lags.
+        if let Some(phase) = phase.as_mut().filter(|phase| phase.first().is_some_and(|first| *first > 0.0)) {
+            phase.iter_mut().for_each(|angle| *angle -= 360.0);
+        }
         let (mut l, mut s, mut t) = (Sigma::default(), Sigma::default(), Sigma::default());
         let none = || DMatrix::from_element(count, count, Complex::from(f64::NAN));
         for m in at {

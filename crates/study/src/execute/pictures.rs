@@ -545,8 +545,8 @@ pub(super) fn samples_table(run: &Run) -> Option<Table> {
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,
 /// of a filter two standard deviations `NAME_2sigma`, smoothed estimates `NAME_smoothed` with `NAME_smoothed_2sigma`,
 /// of an interval observer the bounds `NAME_lower` and `NAME_upper`, functions of the state `z1` with `z1_hat`, and
-/// estimates of disturbances `d1_hat`, probabilities of models `NAME_probability`. A value that is not known is an empty
-/// cell.
+/// estimates of disturbances `d1_hat`, probabilities of models `NAME_probability`. A value that is not known is an
+/// empty cell.
 pub(super) fn table(study: &Study, run: &Run) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {

@@ -16,7 +16,6 @@ use super::{Kind, as_kind};
 use crate::designed::{self, Running, StepOf};
 use crate::keys::{Key, Table, Type, optional, required};
 use crate::model::{Model, PlantModel};
-use crate::read::model_of;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
@@ -142,7 +141,7 @@ fn models(key: &Key, given: &Given<'_>, reader: &mut Reader) -> Option<Vec<ModeS
             node.get(key).map_or_else(|| other.clone(), |node| reader.weight(node, key, order, why))
         };
         let (w, v) = (own("w", size.states, &of_states, &w, reader), own("v", size.outputs, &of_outputs, &v, reader));
-        let plant = model_of(given.root, node, given.plant, reader)?.map(Arc::new);
+        let plant = given.model_of(node, reader).ok()?.map(Arc::new);
         let name = node.get("name").and_then(Node::text).map_or_else(|| format!("model {}", k + 1), str::to_owned);
         Some(ModeSpec { name, w: w?, v: v?, plant })
     };

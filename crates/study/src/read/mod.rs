@@ -40,7 +40,7 @@ use crate::schema::STUDY;
 use crate::study::{OtherPlant, Study};
 
 use crate::reader::tree::{Node, Value};
-use crate::reader::{Reader, check};
+use crate::reader::{Reader, Reported, check};
 pub use crate::study::Format;
 pub(crate) use observer::file_name;
 use other_plant::Whose;
@@ -227,26 +227,21 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     })
 }
 
-/// A model of the plant of a study, with what a table says of it; none within if it says nothing, and none after a
-/// mistake, which the reader has.
-#[expect(clippy::option_option, reason = "wrong, the plant of the study, or another one")]
-pub(crate) fn model_of(
+/// As [`ModelReader`](crate::reader::ModelReader).
+fn model_of(
     root: &Node,
     change: &Node,
     known: &PlantModel,
     reader: &mut Reader,
-) -> Option<Option<OtherPlant>> {
-    let mut tree = root.get("plant")?.clone();
-    other_plant::changed(&mut tree, change, (known, &[]), Whose::Model, reader).ok()
+) -> Result<Option<OtherPlant>, Reported> {
+    let mut tree = root.get("plant").ok_or(Reported)?.clone();
+    other_plant::changed(&mut tree, change, (known, &[]), Whose::Model, reader)
 }
 
 /// An absent table is allowed; a present one with mistakes is not.
 fn sound<T>(root: &Node, key: &str, table: Option<T>) -> Result<Option<T>, Reported> {
     if table.is_none() && root.get(key).is_some() { Err(Reported) } else { Ok(table) }
 }
-
-/// Marker of a mistake that is recorded already.
-struct Reported;
 
 /// Starts of the tables: those of the first level, and each element of an array of tables.
 fn starts(root: &Node) -> Vec<usize> {

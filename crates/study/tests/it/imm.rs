@@ -21,7 +21,11 @@ const PARAMETER: &str = "f = [\"k*x1 + 0.1\"]\nh = [\"x1\"]\nparameters = { k = 
 
 fn studies() -> [String; 2] {
     [
-        tank(PARAMETER, "parameters = { k = 0.5 }", "{ name = \"shut\" }, { name = \"open\", parameters = { k = 0.5 } }"),
+        tank(
+            PARAMETER,
+            "parameters = { k = 0.5 }",
+            "{ name = \"shut\" }, { name = \"open\", parameters = { k = 0.5 } }",
+        ),
         tank(
             "a = [[0.9]]\nb = [[1]]\nc = [[1]]",
             "a = [[0.5]]",
@@ -105,10 +109,16 @@ fn mistakes_of_the_keys() {
         (with(two, "{ a = [[1]] }, {}"), "`a` is a matrix, and the plant has no matrices"),
         (with(two, "{ w = [1, 2] }, {}"), "the diagonal `w` has length 2"),
         (with(two, "{ name = \"one\" }, { name = \"one\" }"), "two models are named \"one\""),
-        (with("[0.02, 0.98]]", "[0.02, 0.9]]"), "row 2 of `transitions` does not consist of probabilities that sum to 1"),
+        (
+            with("[0.02, 0.98]]", "[0.02, 0.9]]"),
+            "row 2 of `transitions` does not consist of probabilities that sum to 1",
+        ),
         (with("[[0.98, 0.02]", "[[1.02, -0.02]"), "row 1 of `transitions`"),
         (with("[[0.98, 0.02], [0.02, 0.98]]", "[[1]]"), "`transitions` is 1 x 1"),
-        (with("transitions", "probabilities = [1]\ntransitions"), "`probabilities` has length 1, and `models` has 2 models"),
+        (
+            with("transitions", "probabilities = [1]\ntransitions"),
+            "`probabilities` has length 1, and `models` has 2 models",
+        ),
         (with("transitions", "probabilities = [0.5, 0.4]\ntransitions"), "`probabilities` do not sum to 1"),
     ] {
         let found = mistakes(&text).iter().fold(String::new(), |all, one| all + &one.message + "\n");
