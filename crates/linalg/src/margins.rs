@@ -137,13 +137,13 @@ pub fn discrete_stability_margins(open: &Realization) -> Result<StabilityMargins
         }
         Err(error) => return Err(error),
     };
-    margins(open, response, Some((continued, is_mirrored)))
+    margins(open, response, Some((&continued, is_mirrored)))
 }
 
 fn margins(
     open: &Realization,
     response: FrequencyResponse,
-    continued: Option<(Realization, bool)>,
+    continued: Option<(&Realization, bool)>,
 ) -> Result<StabilityMargins> {
     if open.d.shape() != (1, 1) {
         return Err(LinalgError::DimensionMismatch { what: "the loop", expected: (1, 1), found: open.d.shape() });
@@ -158,8 +158,8 @@ fn margins(
         (true, false) => Some(h_infinity_norm(a, b, c, d)?),
         (true, true) => Some(discrete_h_infinity_norm(a, b, c, d)?),
     };
-    let axis = Axis { response, is_mirrored: continued.as_ref().is_some_and(|(_, is_mirrored)| *is_mirrored) };
-    let (gain, phase) = axis.crossovers(continued.as_ref().map_or(open, |(continued, _)| continued))?;
+    let axis = Axis { response, is_mirrored: continued.is_some_and(|(_, is_mirrored)| is_mirrored) };
+    let (gain, phase) = axis.crossovers(continued.map_or(open, |(continued, _)| continued))?;
     Ok(StabilityMargins { is_stable, poles, gain, phase, sensitivity: norm })
 }
 

@@ -63,7 +63,7 @@ struct Modes {
 
 /// Mean and covariance of Gaussian distributions with these weights, which sum to one.
 fn merged<'a>(
-    weighted: impl Iterator<Item = (f64, &'a GaussianEstimate<f64, Dyn>)> + Clone,
+    weighted: &(impl Iterator<Item = (f64, &'a GaussianEstimate<f64, Dyn>)> + Clone),
     n: usize,
 ) -> (DVector<f64>, DMatrix<f64>) {
     // What has no weight has no part in it, whatever its numbers are.
@@ -127,9 +127,8 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>> InteractingMultipleModel<S> {
         probabilities: DVector<f64>,
     ) -> Result<Self, ObserverError> {
         let r = filters.len();
-        let first = match &filters[..] {
-            [first, _, ..] => first,
-            _ => return Err(ObserverError::TooFew { what: "models", least: 2, found: r }),
+        let [first, _, ..] = &filters[..] else {
+            return Err(ObserverError::TooFew { what: "models", least: 2, found: r });
         };
         let is_alike = |other: &ExtendedKalmanFilter<S, f64, Dyn, Dyn, Dyn>| {
             (other.dimensions(), other.period()) == (first.dimensions(), first.period())
@@ -188,7 +187,7 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>> InteractingMultipleModel<S> {
 
     fn joined(&self, modes: &Modes) -> DVector<f64> {
         let weighted = modes.probabilities.iter().copied().zip(&modes.estimates);
-        let (xhat, p) = merged(weighted, self.order());
+        let (xhat, p) = merged(&weighted, self.order());
         let mut entries = xhat.as_slice().to_vec();
         entries.extend_from_slice(p.as_slice());
         entries.extend_from_slice(modes.probabilities.as_slice());
@@ -306,7 +305,9 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>> CovarianceFilter<f64> for Interactin
         let weights = exponents.map(|exponent| ComplexField::exp(exponent - largest));
         modes.probabilities = &weights / weights.sum();
         let share: f64 = known.iter().map(|(mu, _)| mu).sum();
-        known.iter_mut().for_each(|(mu, _)| *mu /= share);
+        for (mu, _) in &mut known {
+            *mu /= share;
+        }
         let (square, determinant) = Self::of_all(&known)?;
         let next = self.joined(&modes);
         if !are_finite(&next.as_slice()[..self.head()]) {
@@ -334,7 +335,7 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>> CovarianceFilter<f64> for Interactin
             let mut one = if next[j] > 0.0 {
                 let part = |i: usize| self.transitions[(i, j)] * probabilities[i] / next[j];
                 let weighted = estimates.iter().enumerate().map(|(i, estimate)| (part(i), estimate));
-                let (xhat, p) = merged(weighted, self.order());
+                let (xhat, p) = merged(&weighted, self.order());
                 GaussianEstimate::new(&xhat, &p)
             } else {
                 estimates[j].clone()

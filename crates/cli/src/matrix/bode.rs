@@ -14,6 +14,7 @@ use luenberger_linalg::{
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 use std::f64::consts::PI;
+use std::fmt::Write as _;
 
 #[derive(Serialize)]
 struct Responses {
@@ -257,31 +258,32 @@ fn in_words(clock: Clock, margins: &LoopMargins) -> String {
     let mut text = format!(": closed, it is {stable}\n");
     for (i, found) in margins.channels.iter().enumerate() {
         if margins.channels.len() > 1 {
-            text += &format!("channel {}, the others closed\n", i + 1);
+            _ = writeln!(text, "channel {}, the others closed", i + 1);
         }
         let mut gain = |what: &str, one: Option<luenberger_linalg::GainMargin>| {
             if let Some(one) = one {
                 let (factor, db) = (numbers::number(one.factor), numbers::number(decibels(one.factor)));
-                text += &format!("  {what} {factor} ({db} dB) at {}\n", at(one.frequency));
+                _ = writeln!(text, "  {what} {factor} ({db} dB) at {}", at(one.frequency));
             }
         };
         gain("gain margin", found.gain_margin());
         gain("gain may fall to", found.gain_reduction());
         if let Some(one) = found.phase_margin() {
             let degrees = numbers::number(one.angle.to_degrees());
-            text += &format!("  phase margin {degrees} degrees at {}\n", at(one.frequency));
+            _ = writeln!(text, "  phase margin {degrees} degrees at {}", at(one.frequency));
         }
         if let Some(one) = found.delay_margin() {
             let delay = numbers::number(clock.inner(one.delay));
-            text += &format!("  delay margin {delay} at {}\n", at(one.frequency));
+            _ = writeln!(text, "  delay margin {delay} at {}", at(one.frequency));
         }
         if found.gain.is_empty() && found.phase.is_empty() {
             text += "  no crossover: any gain and any phase\n";
         }
     }
     if let (Some(s), Some(t)) = (margins.sensitivity, margins.complementary) {
-        text += &format!(
-            "  peak of S {} at {}, of T {} at {}\n",
+        _ = writeln!(
+            text,
+            "  peak of S {} at {}, of T {} at {}",
             numbers::number(s.norm),
             at(s.frequency),
             numbers::number(t.norm),

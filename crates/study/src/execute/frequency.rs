@@ -11,6 +11,7 @@ use luenberger_linalg::{
 };
 use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
+use std::fmt::Write as _;
 
 use super::pictures::{figure, place};
 use crate::kinds::LinearForm;
@@ -259,7 +260,7 @@ fn of_observers(study: &Study, grid: &[f64], drawn: &[(&str, Pairs)]) -> Option<
     }
     let mut caption = "Frequency responses of the observers from the measured outputs to the estimates; with the other sign they are those from measurement noise to the errors.".to_owned();
     if count > PAIRS {
-        caption.push_str(&format!(" The first {PAIRS} of {count} pairs; the tables in `frequency/` have all."));
+        _ = write!(caption, " The first {PAIRS} of {count} pairs; the tables in `frequency/` have all.");
     }
     figure("frequency-observers", "Frequency responses of the observers", &caption, panels)
 }
@@ -356,7 +357,9 @@ impl Curves {
         let mut phase = (count == 1).then(|| Bode::of(at.iter().map(|m| m[(0, 0)])).phase);
         // The branch on which -180 degrees is the critical angle of a loop that lags.
         if let Some(phase) = phase.as_mut().filter(|phase| phase.first().is_some_and(|first| *first > 0.0)) {
-            phase.iter_mut().for_each(|angle| *angle -= 360.0);
+            for angle in phase {
+                *angle -= 360.0;
+            }
         }
         let (mut l, mut s, mut t) = (Sigma::default(), Sigma::default(), Sigma::default());
         let none = || DMatrix::from_element(count, count, Complex::from(f64::NAN));

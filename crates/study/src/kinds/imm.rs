@@ -137,10 +137,12 @@ fn models(key: &Key, given: &Given<'_>, reader: &mut Reader) -> Option<Vec<ModeS
     let mut common = |key: &str, order: usize| quiet.weight(given.node.get(key)?, key, order, "");
     let (w, v) = (common("w", size.states), common("v", size.outputs));
     let one = |(k, node): (usize, &Node)| {
-        let own = |key: &str, order: usize, why: &str, other: &Option<DMatrix<f64>>, reader: &mut Reader| {
-            node.get(key).map_or_else(|| other.clone(), |node| reader.weight(node, key, order, why))
+        let mut own = |key: &str, order: usize, why: &str, other: Option<&DMatrix<f64>>| match node.get(key) {
+            Some(node) => reader.weight(node, key, order, why),
+            None => other.cloned(),
         };
-        let (w, v) = (own("w", size.states, &of_states, &w, reader), own("v", size.outputs, &of_outputs, &v, reader));
+        let w = own("w", size.states, &of_states, w.as_ref());
+        let v = own("v", size.outputs, &of_outputs, v.as_ref());
         let plant = given.model_of(node, reader).ok()?.map(Arc::new);
         let name = node.get("name").and_then(Node::text).map_or_else(|| format!("model {}", k + 1), str::to_owned);
         Some(ModeSpec { name, w: w?, v: v?, plant })
@@ -163,7 +165,9 @@ fn is_distribution<'a>(entries: impl Iterator<Item = &'a f64> + Clone) -> bool {
 /// Probabilities that sum to one but for the rounding of decimals, divided by their sum.
 fn normalised(entries: &mut [f64]) {
     let sum: f64 = entries.iter().sum();
-    entries.iter_mut().for_each(|x| *x /= sum);
+    for x in entries {
+        *x /= sum;
+    }
 }
 
 fn transitions(key: &Key, given: &Given<'_>, reader: &mut Reader) -> Option<DMatrix<f64>> {
@@ -177,7 +181,9 @@ fn transitions(key: &Key, given: &Given<'_>, reader: &mut Reader) -> Option<DMat
     for mut row in found.row_iter_mut() {
         let mut entries: Vec<f64> = row.iter().copied().collect();
         normalised(&mut entries);
-        row.iter_mut().zip(entries).for_each(|(x, entry)| *x = entry);
+        for (x, entry) in row.iter_mut().zip(entries) {
+            *x = entry;
+        }
     }
     Some(found)
 }
