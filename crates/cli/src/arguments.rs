@@ -4,7 +4,8 @@ use crate::examples;
 use crate::exit::WRONG;
 use crate::input::Source;
 use crate::input::given::{
-    Data, Lyapunov, NoiseModel, Pair, PolePlacement, Problem, RiccatiProblem, Square, StateSpace, Sylvester,
+    Data, LoopProblem, Lyapunov, NoiseModel, Pair, PolePlacement, Problem, RiccatiProblem, Square, StateSpace,
+    Sylvester,
 };
 use crate::limit::{Limit, time};
 use crate::output;
@@ -209,6 +210,17 @@ pub(crate) enum Command {
     /// imaginary part first.
     #[command(after_help = examples::EIG)]
     Eig(MatrixInput<Square>),
+    /// Frequency response of a plant, of its observer or of the loop u = -K xhat, with margins
+    ///
+    /// Input {"a": n x n, "b": n x m, "c": p x n, "d": p x m}; without d D is 0. With "l", n x p, the responses from y
+    /// and u to the estimate of xhat' = A xhat + B u + L (y - C xhat - D u). With "k", m x n, the loop K (s I - A)^-1 B
+    /// of state feedback; with both the loop of the estimate, opened at the inputs and at the outputs of the plant.
+    /// Output {"frequencies", "responses": [{"name", "magnitude", "phase", "singular_values"}, ..], "loops": [{"name",
+    /// "stable", "poles", "channels": [{"gain_margins", "phase_margins"}, ..], "sensitivity",
+    /// "complementary_sensitivity"}, ..]}: for each output and input a list over the frequencies, phases in degrees,
+    /// margins of each channel with the others closed. Frequencies are in radians per unit of time.
+    #[command(after_help = examples::BODE)]
+    Bode(BodeInput),
     /// Continuous to discrete time: zoh, foh, tustin, impulse, matched
     ///
     /// Input {"a": n x n, "b": n x m, "c": p x n, "d": p x m}; without c the output is the state, without d D is 0.
@@ -657,6 +669,24 @@ pub(crate) struct ObservabilityInput {
     /// Relative size below which a part of the pair counts as zero, for data of few digits [default: rounding]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) tolerance: Option<f64>,
+}
+
+#[derive(Args)]
+pub(crate) struct BodeInput {
+    #[command(flatten)]
+    pub(crate) data: Data<LoopProblem>,
+    /// Sampling period of a plant in discrete time, x+ = A x + B u [default: continuous time]
+    #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
+    pub(crate) period: Option<f64>,
+    /// First frequency, in radians per unit of time [default: a decade below the slowest pole]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    pub(crate) from: Option<f64>,
+    /// Last frequency [default: a decade above the fastest pole, or pi/period]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    pub(crate) to: Option<f64>,
+    /// Number of frequencies, equally spaced in their logarithm; those of lightly damped poles are added
+    #[arg(long, value_name = "N", default_value_t = 13)]
+    pub(crate) points: usize,
 }
 
 #[derive(Args)]

@@ -154,6 +154,13 @@ pub(crate) const EIG: &str = r#"Example:
     -1 + 2i
     -1 - 2i"#;
 
+pub(crate) const BODE: &str = r#"Example:
+  $ luenberger bode "0 1; -3 -4" --b "0; 1" --c "2 1" --l "30; -50" --k "50 10" --from 1 --to 100 --points 3
+  loop at the inputs: closed, it is stable
+    gain may fall to 0.804671 (-1.88763 dB) at 4.57278
+    phase margin 14.8132 degrees at 12.604
+  [..]"#;
+
 pub(crate) const C2D: &str = r#"Example:
   $ echo '{"a": [[0, 1], [-2, -3]], "b": [[0], [1]], "c": [[1, 0]]}' | luenberger c2d - --period 0.1
   x+ = A x + B u, y = C x + D u, period 0.1

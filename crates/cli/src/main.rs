@@ -68,6 +68,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Place(input) => matrix::placement::place(&input),
         Command::Obsv(input) => matrix::observability::obsv(&input),
         Command::Eig(input) => matrix::spectrum::eig(input.data.given()),
+        Command::Bode(input) => matrix::bode::bode(&input),
         Command::C2d(input) => matrix::conversion::c2d(&input),
         Command::D2c(input) => matrix::conversion::d2c(&input),
         Command::Noise(input) => matrix::noise::noise(&input),

@@ -238,6 +238,7 @@ impl DiscreteDesign {
             v: sampled_measurement_covariance(&noise.v, period)?,
             g: None,
             s: noise.cross_of_period(&plant.a, period)?,
+            recovery: 0.0,
         };
         Self::kalman_of(&held(plant, period)?, period, &sampled).map_err(|error| error.of_pair(Pair::Sampled))
     }

@@ -36,12 +36,15 @@ pub struct KalmanNoise {
     pub g: Option<DMatrix<f64>>,
     /// S, q x p: what w and v have in common, `E w v'` (default: 0). `[W S; S' V]` is positive semidefinite.
     pub s: Option<DMatrix<f64>>,
+    /// q of [loop transfer recovery](crate::recovery) at the inputs of the plant: `q^2 B B'` is added to the noise of
+    /// the states (default: 0).
+    pub recovery: f64,
 }
 
 impl KalmanNoise {
     /// Noise of the states, n x n, and of the outputs, p x p, without correlation.
     pub fn new<'a>(w: impl Into<RealMatrixView<'a>>, v: impl Into<RealMatrixView<'a>>) -> Self {
-        Self { w: check::owned(w), v: check::owned(v), g: None, s: None }
+        Self { w: check::owned(w), v: check::owned(v), g: None, s: None, recovery: 0.0 }
     }
 
     /// With w entering by `g`, n x q.
@@ -58,7 +61,15 @@ impl KalmanNoise {
         self
     }
 
-    /// The noise of the states themselves: `G W G'`, `V` and `G S`, checked but for what the equation checks.
+    /// With `q^2 B B'` added to the noise of the states, for [loop transfer recovery](crate::recovery).
+    #[must_use]
+    pub fn recovering(mut self, q: f64) -> Self {
+        self.recovery = q;
+        self
+    }
+
+    /// The noise of the states themselves: `G W G' + q^2 B B'`, `V` and `G S`, checked but for what the equation
+    /// checks.
     pub(crate) fn of_states(&self, plant: &StateSpace) -> Result<Self, DesignError> {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let q = self.g.as_ref().map_or(n, DMatrix::ncols);
@@ -66,13 +77,22 @@ impl KalmanNoise {
         if let Some(s) = &self.s {
             check::matrix("S", s, (q, p))?;
         }
+        if !(self.recovery >= 0.0 && self.recovery.is_finite()) {
+            return Err(DesignError::Negative { what: "q of the recovery", value: self.recovery });
+        }
+        let fictitious = |w: DMatrix<f64>| match self.recovery {
+            0.0 => w,
+            q => symmetric_part(&(w + &plant.b * q * (&plant.b * q).transpose())),
+        };
         let Some(g) = &self.g else {
-            return Ok(Self { w: check::positive_semidefinite("W", &self.w, n)?, v, g: None, s: self.s.clone() });
+            let w = fictitious(check::positive_semidefinite("W", &self.w, n)?);
+            return Ok(Self { w, v, g: None, s: self.s.clone(), recovery: 0.0 });
         };
         check::matrix("G", g, (n, q))?;
         check::matrix("W", &self.w, (q, q))?;
         let w = positive_semidefinite("W", &self.w)?;
-        Ok(Self { w: symmetric_part(&(g * w * g.transpose())), v, g: None, s: self.s.as_ref().map(|s| g * s) })
+        let w = fictitious(symmetric_part(&(g * w * g.transpose())));
+        Ok(Self { w, v, g: None, s: self.s.as_ref().map(|s| g * s), recovery: 0.0 })
     }
 
     /// The stationary gain of a plant in this time, for noise of the states.

@@ -57,6 +57,7 @@ pub mod optimal_cubic;
 mod periods;
 mod powers;
 pub mod proportional_integral;
+pub mod recovery;
 mod reduced_order;
 pub mod robust;
 pub mod sampled;
@@ -101,6 +102,7 @@ pub use proportional_integral::{
     bandwidth_poles, disturbances_with_rate, disturbances_with_sampled_rate, proportional_integral, with_disturbance,
     with_disturbance_chain, with_sampled_disturbance_chain,
 };
+pub use recovery::{Recovery, RecoveryObstacle, loop_transfer_recovery, recovery_obstacle};
 pub use reduced_order::ReducedOrderDesign;
 pub use sampled::SampledCubicDesign;
 pub use sliding_mode::{SuperTwistingDesign, sliding_mode_gains};

@@ -24,7 +24,7 @@
 use nalgebra::{Complex, DMatrix};
 
 use crate::argument::{RealMatrixView, owned, shaped, square};
-use crate::frequency_response::{FrequencyResponse, largest};
+use crate::frequency_response::{SchurResponse, largest};
 use crate::units::shift;
 use crate::{LinalgError, Result, eigenvalues, invariant_zeros, lyapunov_factor, stein_factor};
 
@@ -77,7 +77,7 @@ fn h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
     if n == 0 {
         return Ok(0.0);
     }
-    let system = FrequencyResponse::new(a, b, c, &DMatrix::zeros(c.nrows(), b.ncols()), false)?;
+    let system = SchurResponse::new(a, b, c, &DMatrix::zeros(c.nrows(), b.ncols()), false)?;
     // Otherwise there is no such P.
     if let Some(pole) = system.poles.iter().find(|lambda| lambda.re >= 0.0) {
         return Err(LinalgError::NotStable { equation: "Lyapunov", eigenvalue: in_time(*pole, system.time) });
@@ -119,7 +119,7 @@ fn discrete_h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f
     if n == 0 {
         return Ok(0.0);
     }
-    let system = FrequencyResponse::new(a, b, c, &DMatrix::zeros(c.nrows(), b.ncols()), true)?;
+    let system = SchurResponse::new(a, b, c, &DMatrix::zeros(c.nrows(), b.ncols()), true)?;
     if let Some(pole) = system.poles.iter().find(|lambda| lambda.norm() >= 1.0) {
         return Err(LinalgError::NotStable { equation: "Stein", eigenvalue: *pole });
     }
@@ -193,7 +193,7 @@ fn search(
     if n == 0 {
         return Ok(HInfinityNorm { norm: largest(&d.map(Complex::from)), frequency: f64::INFINITY });
     }
-    let mut search = Search::new(FrequencyResponse::new(a, b, c, d, discrete)?, discrete);
+    let mut search = Search::new(SchurResponse::new(a, b, c, d, discrete)?, discrete);
     search.start();
     let converged = search.climb()?;
     let Search { system, best, .. } = search;
@@ -212,7 +212,7 @@ fn search(
 
 /// The search for the maximum over the frequency: w in continuous time, tau in discrete time.
 struct Search {
-    system: FrequencyResponse,
+    system: SchurResponse,
     discrete: bool,
     best: HInfinityNorm,
     /// Finite frequencies evaluated so far, with their values.
@@ -220,7 +220,7 @@ struct Search {
 }
 
 impl Search {
-    fn new(system: FrequencyResponse, discrete: bool) -> Self {
+    fn new(system: SchurResponse, discrete: bool) -> Self {
         Self { system, discrete, best: HInfinityNorm { norm: 0.0, frequency: 0.0 }, seen: Vec::new() }
     }
 
@@ -353,37 +353,14 @@ impl Search {
         self.attempt(right);
     }
 
-    /// The same where gamma is so little above the norm of D that R^-1 is large: zeros of the system whose states are
-    /// those of `G u = gamma v` and of its adjoint `G* v = gamma u`, with the inputs u and v, by orthogonal steps.
-    fn crossings_near_feedthrough(&self, gamma: f64) -> Result<Vec<f64>> {
-        let FrequencyResponse { t: a, b, c, d, .. } = &self.system;
-        let (m, p) = (b.ncols(), c.nrows());
-        let diagonal = |first: &DMatrix<f64>, last: &DMatrix<f64>| {
-            let ((rows, columns), both) = (first.shape(), (first.nrows() + last.nrows(), first.ncols() + last.ncols()));
-            let mut whole = DMatrix::zeros(both.0, both.1);
-            whole.view_mut((0, 0), first.shape()).copy_from(first);
-            whole.view_mut((rows, columns), last.shape()).copy_from(last);
-            whole
-        };
-        let mut feedthrough = diagonal(d, &d.transpose());
-        feedthrough.view_mut((0, m), (p, p)).fill_diagonal(-gamma);
-        feedthrough.view_mut((p, 0), (m, m)).fill_diagonal(-gamma);
-        let zeros = invariant_zeros(
-            &diagonal(a, &-a.transpose()),
-            &diagonal(b, &-c.transpose()),
-            &diagonal(c, &b.transpose()),
-            &feedthrough,
-        )?;
-        Ok(zeros.zeros.iter().map(|z| z.im.abs()).collect())
-    }
-
     /// Frequencies at which gamma may be a singular value; `None` if it is one of D. (In discrete time gamma can be
     /// below the norm of D, which the maximum over the circle is not.)
     fn crossings(&self, gamma: f64) -> Result<Option<Vec<f64>>> {
-        let FrequencyResponse { t: a, b, c, d, .. } = &self.system;
+        let SchurResponse { t: a, b, c, d, .. } = &self.system;
         let n = a.nrows();
         if !self.discrete && (self.best.frequency.is_infinite() || gamma <= NEAR * largest(&d.map(Complex::from))) {
-            return self.crossings_near_feedthrough(gamma).map(Some);
+            // gamma is so little above the norm of D that R^-1 is large.
+            return frequencies_of_singular_value([a, b, c, d], gamma).map(Some);
         }
         let inverse = |square: DMatrix<f64>| {
             let m = DMatrix::identity(square.nrows(), square.nrows()) * (gamma * gamma) - square;
@@ -424,4 +401,30 @@ fn check(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<usize> 
     shaped("B", b, n, b.ncols())?;
     shaped("C", c, c.nrows(), n)?;
     Ok(n)
+}
+
+/// The block diagonal matrix of two others.
+pub(crate) fn block_diagonal(first: &DMatrix<f64>, last: &DMatrix<f64>) -> DMatrix<f64> {
+    let ((rows, columns), both) = (first.shape(), (first.nrows() + last.nrows(), first.ncols() + last.ncols()));
+    let mut whole = DMatrix::zeros(both.0, both.1);
+    whole.view_mut((0, 0), first.shape()).copy_from(first);
+    whole.view_mut((rows, columns), last.shape()).copy_from(last);
+    whole
+}
+
+/// Frequencies at which gamma may be a singular value of `C(jw I - A)^-1 B + D`, by orthogonal steps: the imaginary
+/// parts of the zeros of the system whose states are those of `G u = gamma v` and of its adjoint `G* v = gamma u`, with
+/// the inputs u and v.
+pub(crate) fn frequencies_of_singular_value([a, b, c, d]: [&DMatrix<f64>; 4], gamma: f64) -> Result<Vec<f64>> {
+    let (m, p) = (b.ncols(), c.nrows());
+    let mut feedthrough = block_diagonal(d, &d.transpose());
+    feedthrough.view_mut((0, m), (p, p)).fill_diagonal(-gamma);
+    feedthrough.view_mut((p, 0), (m, m)).fill_diagonal(-gamma);
+    let zeros = invariant_zeros(
+        &block_diagonal(a, &-a.transpose()),
+        &block_diagonal(b, &-c.transpose()),
+        &block_diagonal(c, &b.transpose()),
+        &feedthrough,
+    )?;
+    Ok(zeros.zeros.iter().map(|z| z.im.abs()).collect())
 }

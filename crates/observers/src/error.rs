@@ -302,6 +302,18 @@ pub enum ObserverError {
         /// How many there are.
         found: usize,
     },
+    /// Probabilities that are negative, or do not sum to one.
+    #[error("{what} in row {} are no probabilities: their sum is {sum}, the least of them {least}", row + 1)]
+    Probabilities {
+        /// Which ones.
+        what: &'static str,
+        /// Their row, from 0.
+        row: usize,
+        /// The least.
+        least: f64,
+        /// Their sum.
+        sum: f64,
+    },
     /// A number in a table that is NaN or infinite.
     #[error("{what}: number {} is {value}", index + 1)]
     TableNotFinite {

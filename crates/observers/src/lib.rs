@@ -17,6 +17,7 @@
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`unscented`] | the unscented Kalman filter in square-root form |
+//! | [`interacting_models`] (feature `alloc`) | the interacting multiple model filter (IMM): several models, of which one holds at a time |
 //! | [`particle`] (feature `alloc`) | the bootstrap particle filter |
 //! | [`moving_horizon`] | the moving-horizon estimator, with bounds of the states |
 //! | [`covariance_filter`] | the trait of filters with a covariance, measurement update and prediction apart |
@@ -85,6 +86,8 @@ mod gaussian;
 mod held;
 pub mod high_gain;
 pub mod inter_sample;
+#[cfg(feature = "alloc")]
+pub mod interacting_models;
 pub mod interval;
 pub mod kalman;
 pub mod kkl;
@@ -143,6 +146,8 @@ pub use functional::{FunctionalObserver, StaticFunctionalObserver};
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use inter_sample::{InterSampleObserver, StaticInterSampleObserver};
+#[cfg(feature = "alloc")]
+pub use interacting_models::InteractingMultipleModel;
 pub use interval::{
     ComparisonSystem, IntervalObserver, SampledIntervalGains, SampledIntervalObserver, StaticIntervalObserver,
     StaticSampledIntervalObserver,

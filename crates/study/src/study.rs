@@ -50,6 +50,8 @@ pub struct Study {
     pub advise: Option<AdviseSpec>,
     /// What `luenberger tune` fits, if specified.
     pub tune: Option<TuneSpec>,
+    /// The frequency responses, if specified.
+    pub frequency: Option<FrequencySpec>,
     /// The plots.
     pub plot: Plot,
     /// The sweep.
@@ -529,6 +531,25 @@ impl Log {
     pub(crate) fn fitted(&self, held_out: f64) -> usize {
         let rows = self.recording.times().len();
         (((1.0 - held_out) * rows as f64).ceil() as usize).clamp(2.min(rows), rows)
+    }
+}
+
+/// Frequency responses of linear observers and of the loop; frequencies in radians per unit of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrequencySpec {
+    /// The first one, if specified.
+    pub from: Option<f64>,
+    /// The last one, if specified.
+    pub to: Option<f64>,
+    /// Their number.
+    pub points: usize,
+    /// Values of q of loop transfer recovery.
+    pub recovery: Vec<f64>,
+}
+
+impl Default for FrequencySpec {
+    fn default() -> Self {
+        Self { from: None, to: None, points: 400, recovery: Vec::new() }
     }
 }
 

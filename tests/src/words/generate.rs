@@ -38,6 +38,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("ukf", |random| expression_study(random, "ukf")),
     ("mhe", |random| expression_study(random, "mhe")),
     ("particle", |random| expression_study(random, "particle")),
+    ("imm", |random| expression_study(random, "imm")),
     ("kkl", maps),
     ("pebo", parameters),
     ("kkl-peb", parameters),
@@ -669,6 +670,8 @@ impl Rows {
                 _ = writeln!(text, "w = {}\nv = {}\nperiod = 0.05", list(&w), list(&v));
                 if kind == "mhe" {
                     text.push_str("window = 3\n");
+                } else if kind == "imm" {
+                    text.push_str("models = [{}, { w = 1 }]\ntransitions = [[0.9, 0.1], [0.2, 0.8]]\n");
                 } else if random.once_in(4) {
                     text.push_str("gate = 5\n");
                 }

@@ -44,6 +44,7 @@ problems! {
     Pair: ["a", "c"];
     Square: ["a"];
     StateSpace: ["a", "b", "c", "d"];
+    LoopProblem: ["a", "c", "b", "d", "l", "k"];
     NoiseModel: ["a", "w", "qd", "r", "v"], OPTIONAL;
 }
 

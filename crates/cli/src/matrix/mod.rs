@@ -1,5 +1,6 @@
 //! Matrix commands: an equation from JSON, its solution as JSON or as aligned matrices.
 
+pub(crate) mod bode;
 pub(crate) mod conversion;
 mod json_output;
 pub(crate) mod lyapunov;

@@ -25,6 +25,7 @@ const COMMANDS: &[&str] = &[
     "place",
     "obsv",
     "eig",
+    "bode",
     "c2d",
     "d2c",
     "noise",

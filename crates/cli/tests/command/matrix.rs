@@ -351,3 +351,34 @@ fn a_missed_pole_is_said() {
     assert!(found["relative_errors"][0].as_f64().unwrap() > 1e3, "{found}");
     assert!(found["warning"].as_str().unwrap().contains("-0.001"), "{found}");
 }
+
+/// The loop of Doyle and Stein 1979, `(s + 2)/((s + 1)(s + 3))` with their regulator K = [50 10] and L = [30 -50]: with
+/// the observer a phase margin below 15 degrees, with the state 85.94 (scipy 1.17, `brentq` on `|L| - 1`). At 10 the
+/// loop of state feedback is `(10 s + 50)/((s + 1)(s + 3))`.
+#[test]
+fn margins_of_doyle_and_stein() {
+    let plant = r#""a": [[0, 1], [-3, -4]], "b": [[0], [1]], "c": [[2, 1]], "k": [[50, 10]]"#;
+    let asked = |more: &str| {
+        let ran = luenberger(
+            &["bode", "-", "--json", "--from", "1", "--to", "10", "--points", "2"],
+            format!("{{{plant}{more}}}"),
+        );
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        serde_json::from_str::<Value>(&ran.stdout).unwrap()
+    };
+    let phase = |answer: &Value| answer["loops"][0]["channels"][0]["phase_margins"][0].clone();
+    let near = |found: &Value, expected: f64| (found.as_f64().unwrap() - expected).abs() < 1e-9 * expected.abs();
+    let state = asked("");
+    assert!(near(&phase(&state)[0], 10.592506335407393) && near(&phase(&state)[1], 85.93743518358802), "{state}");
+    let s = Complex::new(0.0, 10.0);
+    let expected = (s * 10.0 + 50.0) / ((s + 1.0) * (s + 3.0));
+    let response = &state["responses"][0];
+    assert_eq!(state["frequencies"], json!([1.0, 10.0]));
+    assert!(near(&response["magnitude"][0][0][1], expected.norm()), "{response}");
+    assert!(near(&response["phase"][0][0][1], expected.arg().to_degrees()), "{response}");
+    let observer = asked(r#", "l": [[30], [-50]]"#);
+    let margin = phase(&observer)[1].as_f64().unwrap();
+    assert!(observer["loops"][0]["stable"] == json!(true) && margin > 14.0 && margin < 15.0, "{observer}");
+    let names: Vec<&Value> = observer["loops"].as_array().unwrap().iter().map(|one| &one["name"]).collect();
+    assert_eq!(names, ["loop at the inputs", "loop at the outputs"]);
+}

@@ -32,6 +32,7 @@ mod operating_point;
 mod optimal_cubic;
 mod paths;
 mod positive_real;
+mod recovery;
 mod refusals;
 mod regression;
 mod symbolic_polynomial;

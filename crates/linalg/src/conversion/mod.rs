@@ -71,7 +71,7 @@ impl Realization {
     }
 
     /// The fields are public: what uses them checks them.
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let n = square("A", &self.a)?;
         if n == 0 {
             return Err(LinalgError::Empty { what: "A" });

@@ -22,6 +22,8 @@ mod estimators;
 mod fixed_point;
 mod immersion_invariance;
 #[cfg(feature = "alloc")]
+mod interacting_models;
+#[cfg(feature = "alloc")]
 mod iterated;
 mod kalman;
 mod kkl;

@@ -13,7 +13,7 @@ mod running;
 pub use adapted::{Along, RowVariances};
 pub(crate) use adapted::{Intensity, ProcessNoise, adapted, correlated, decorrelated, with_variances};
 pub(crate) use filter::Filter;
-pub use running::{At, Runnable, Running, StepOf};
+pub use running::{At, LinearForm, Runnable, Running, StepOf};
 pub(crate) use running::{continuous, rows, runs_as_filter, sampled};
 
 use luenberger_design::{

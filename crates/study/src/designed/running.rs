@@ -9,6 +9,7 @@ use luenberger_export::extension::RecordedObserver;
 use luenberger_expression::{ExpressionPlant, Recording};
 use luenberger_live as live;
 use luenberger_observers::{DeviationObserver, Observer, ObserverDimensions, SampledObserver};
+use luenberger_plants::StateSpace;
 pub(crate) use luenberger_plants::serialization::rows;
 use luenberger_sim::{AnyObserver, Continuous, Replay, Sampled, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -106,6 +107,17 @@ pub trait Running: Any + fmt::Debug + Send + Sync {
         None
     }
 
+    /// The probabilities of its models, from its state, of an observer that has several.
+    fn mode_probabilities(&self, state: &[f64]) -> Option<DVector<f64>> {
+        let _ = state;
+        None
+    }
+
+    /// Its matrices, of an observer that is linear.
+    fn linear(&self) -> Option<LinearForm> {
+        None
+    }
+
     /// As a filter with a covariance.
     fn filter(&self) -> Option<&dyn Filter> {
         None
@@ -152,6 +164,17 @@ pub trait Running: Any + fmt::Debug + Send + Sync {
     fn remark_of_step(&self) -> &'static str {
         ""
     }
+}
+
+/// The matrices of a linear observer `xhat' = A xhat + B u + L (y - C xhat - D u)`, in discrete time `xhat+`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearForm {
+    /// A, B, C and D.
+    pub plant: StateSpace,
+    /// L, n x p.
+    pub l: DMatrix<f64>,
+    /// The gain of the measurement update, n x p, of the filter form: the estimate is `xhat + K (y - C xhat - D u)`.
+    pub update: Option<DMatrix<f64>>,
 }
 
 /// What the step of an observer is made of.
@@ -272,6 +295,13 @@ impl Runnable {
         let count = self.disturbances();
         let first = states.ncols().checked_sub(count)?;
         (count > 0).then(|| states.columns(first, count).into_owned())
+    }
+
+    /// The probabilities of the models of an observer that has several, from its states (a row for each time).
+    pub fn modes(&self, states: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let of = |row: Vec<f64>| self.0.mode_probabilities(&row).map(|modes| modes.transpose());
+        let rows: Vec<_> = states.row_iter().map(|row| of(row.iter().copied().collect())).collect::<Option<_>>()?;
+        if rows.is_empty() { None } else { Some(DMatrix::from_rows(&rows)) }
     }
 
     /// The half-widths of the bounds of an interval observer, from its states (a row for each time).

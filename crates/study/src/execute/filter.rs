@@ -16,6 +16,18 @@ pub(super) fn is_filter(member: &Member<'_>) -> bool {
 /// The standard deviations that a filter states for the errors of these estimates, at the times of the run:
 /// `sqrt(P_ii)`.
 pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>, estimates: Estimates) -> Option<DMatrix<f64>> {
+    let state = states(trajectory, member, estimates)?;
+    let filter = member.designed.runnable.filter()?;
+    Some(filter.deviation(&state, member.requested.initial.len()))
+}
+
+/// The probabilities of the models of a filter that has several, at the times of the run.
+pub(super) fn modes(trajectory: &Trajectory, member: &Member<'_>, estimates: Estimates) -> Option<DMatrix<f64>> {
+    member.designed.runnable.modes(&states(trajectory, member, estimates)?)
+}
+
+/// The states of an observer at the times of the run, those of these estimates.
+fn states(trajectory: &Trajectory, member: &Member<'_>, estimates: Estimates) -> Option<DMatrix<f64>> {
     let own = trajectory.observer(&member.requested.name).ok()?;
     let mut state = own.state.clone();
     if let (Some(at_samples), Estimates::Filtered) = (&own.at_samples, estimates) {
@@ -25,8 +37,7 @@ pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>, estimates:
             }
         }
     }
-    let filter = member.designed.runnable.filter()?;
-    Some(filter.deviation(&state, member.requested.initial.len()))
+    Some(state)
 }
 
 /// Those of a stationary Kalman filter, in every row.

@@ -376,6 +376,7 @@ fn run(log: &Log, member: &Member<'_>, replayed: ReplayedObserver) -> Run {
         half_width: None,
         functions: None,
         disturbance: None,
+        modes: None,
         samples: Vec::new(),
         smoothed: replayed.smoothed.map(|smoothed| (smoothed.estimate.clone(), smoothed.deviation())),
         t: replayed.t,

@@ -4,6 +4,7 @@ pub(crate) mod estimate;
 mod excursion;
 pub(crate) mod filter;
 mod folder;
+mod frequency;
 pub(crate) mod live;
 mod log;
 mod observe;
@@ -43,7 +44,7 @@ use crate::kinds;
 use crate::model::Model;
 use crate::read::file_name;
 use crate::results::{
-    NamedMatrix, NoObserver, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
+    ModelReport, NamedMatrix, NoObserver, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
 };
 use crate::study::{ObserverSpec, Study};
 use crate::synthesis::matrix;
@@ -97,8 +98,10 @@ pub fn execute_in_part(
         operating_point: study.operating_point.as_ref().map(observe::operating_point).transpose()?,
         observability: None,
         observers: Vec::new(),
+        frequency: None,
         simulation: None,
         filters: Vec::new(),
+        models: Vec::new(),
         coverage: Vec::new(),
         intervals: Vec::new(),
         log: None,
@@ -254,9 +257,19 @@ fn stages(
     results.observers = observers;
     results.warnings.extend(warn::of_designs(study, results));
     results.warnings.extend(designs.iter().flatten().filter_map(|outcome| outcome.open.clone()));
+    let mut figures: Vec<(String, Figure)> = Vec::new();
+    if let (Some(spec), true) = (&study.frequency, all || step == Step::Design) {
+        options.check()?;
+        let found = frequency::responses(study, spec, &members);
+        for (name, table) in &found.tables {
+            folder.table(name, table)?;
+        }
+        results.warnings.extend(found.warnings);
+        results.frequency = Some(found.report);
+        figures.extend(found.figures);
+    }
     save(folder, results)?;
 
-    let mut figures: Vec<(String, Figure)> = Vec::new();
     if let (Some(simulation), true) = (&study.simulation, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
         let failed = std::sync::Mutex::new(None);
@@ -277,6 +290,7 @@ fn stages(
         }
         let of: Vec<_> = simulated.runs.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
         results.coverage = filter::coverage(study, &of, false);
+        results.models = of.iter().flat_map(|(member, run)| models(member, run)).collect();
         results.warnings.extend(simulated.warnings);
         let reached: Vec<&str> = simulated.runs.iter().map(|(member, _)| member.requested.name.as_str()).collect();
         results.warnings.extend(unfinished("simulation", names(&members, &reached)));
@@ -369,6 +383,20 @@ fn stages(
         save(folder, results)?;
     }
     options.check()
+}
+
+/// How probable the models of a filter were over a run.
+fn models(member: &Member<'_>, run: &Run) -> Vec<ModelReport> {
+    let Some((names, found)) = &run.modes else { return Vec::new() };
+    let rows: Vec<_> = found.row_iter().filter(|row| row.iter().all(|mu| mu.is_finite())).collect();
+    let report = |(j, name): (usize, &String)| ModelReport {
+        observer: member.requested.name.clone(),
+        model: name.clone(),
+        mean: rows.iter().map(|row| row[j]).sum::<f64>() / rows.len() as f64,
+        most_probable: rows.iter().filter(|row| row.transpose().imax() == j).count() as f64 / rows.len() as f64,
+        last: rows.last().map_or(f64::NAN, |row| row[j]),
+    };
+    if rows.is_empty() { Vec::new() } else { names.iter().enumerate().map(report).collect() }
 }
 
 /// The observers that are not among those of these names.

@@ -105,7 +105,7 @@ pub fn drawn(stretch: &[usize], count: usize, y: impl Fn(usize) -> f64) -> Vec<u
 }
 
 /// The place of an observer in the study: its colour and dash in all figures.
-fn place(study: &Study, name: &str) -> usize {
+pub(super) fn place(study: &Study, name: &str) -> usize {
     study.observers.iter().position(|observer| observer.name == name).unwrap_or_default()
 }
 
@@ -162,6 +162,7 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
     }
     figures.extend(functions(runs));
     figures.extend(disturbances(runs));
+    figures.extend(modes(runs));
     figures.extend(samples(runs));
     figures
 }
@@ -221,6 +222,24 @@ fn disturbances(runs: &Runs<'_>) -> Named {
     };
     let panels = names.iter().map(panel).collect();
     figure("disturbances", "Disturbances", "The estimates of the disturbances d of x' = A x + B u + E d.", panels)
+}
+
+/// The probabilities of the models of each filter that has several.
+fn modes(runs: &Runs<'_>) -> Named {
+    let panel = |(member, run): (&Member<'_>, &Run)| {
+        let (names, found) = run.modes.as_ref()?;
+        let rows = runs.rows(run);
+        let mut panel = Panel::new(runs.time(), format!("probability, {}", member.requested.name)).y_range(-0.02, 1.02);
+        for (j, name) in names.iter().enumerate() {
+            for curve in lines(name, run, &rows, |k| found[(k, j)]) {
+                panel = panel.series(curve.numbered(j));
+            }
+        }
+        Some(panel)
+    };
+    let panels = runs.shown().filter_map(|(_, member, run)| panel((member, run))).collect();
+    let caption = "The probabilities of the models between which a filter decides, given the measurements so far.";
+    figure("modes", "Probabilities of the models", caption, panels)
 }
 
 type Named = Option<(String, Figure)>;
@@ -526,7 +545,8 @@ pub(super) fn samples_table(run: &Run) -> Option<Table> {
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,
 /// of a filter two standard deviations `NAME_2sigma`, smoothed estimates `NAME_smoothed` with `NAME_smoothed_2sigma`,
 /// of an interval observer the bounds `NAME_lower` and `NAME_upper`, functions of the state `z1` with `z1_hat`, and
-/// estimates of disturbances `d1_hat`. A value that is not known is an empty cell.
+/// estimates of disturbances `d1_hat`, probabilities of models `NAME_probability`. A value that is not known is an
+/// empty cell.
 pub(super) fn table(study: &Study, run: &Run) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
@@ -567,6 +587,9 @@ pub(super) fn table(study: &Study, run: &Run) -> Table {
     }
     if let Some(disturbance) = &run.disturbance {
         add(&disturbance.0, "_hat", &disturbance.1);
+    }
+    if let Some((names, modes)) = &run.modes {
+        add(names, "_probability", modes);
     }
     table
 }

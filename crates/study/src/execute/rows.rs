@@ -26,6 +26,8 @@ pub(super) struct Run {
     pub(super) functions: Option<(Vec<String>, DMatrix<f64>, DMatrix<f64>)>,
     /// The estimates of disturbances with their names, of an observer that has some; none on a log.
     pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
+    /// The probabilities of the models of a filter that has several, with their names; none on a log.
+    pub(super) modes: Option<(Vec<String>, DMatrix<f64>)>,
     /// The samples of an observer at varying periods; none on a log.
     pub(super) samples: Vec<SampleTime>,
 }

@@ -50,6 +50,11 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         let found = member.designed.runnable.disturbance(states)?;
         Some((member.requested.kind.estimated_disturbances(), of(&found)))
     });
+    let modes = member.and_then(|member| {
+        let names = member.requested.kind.modes();
+        let found = if names.is_empty() { None } else { filter::modes(trajectory, member, simulation.estimates) };
+        Some((names, of(&found?)))
+    });
     let half_width = member.and_then(|member| {
         let states = &trajectory.observer(&member.requested.name).ok()?.state;
         member.designed.runnable.half_widths(states).map(|found| of(&found))
@@ -61,7 +66,21 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     let (innovation, smoothed) = (None, None);
     let samples = member.and_then(|member| trajectory.observer(&member.requested.name).ok());
     let samples = samples.map(|observer| observer.samples.clone()).unwrap_or_default();
-    Run { t: wanted, x, u, y, estimate, innovation, deviation, half_width, functions, disturbance, smoothed, samples }
+    Run {
+        t: wanted,
+        x,
+        u,
+        y,
+        estimate,
+        innovation,
+        deviation,
+        half_width,
+        functions,
+        disturbance,
+        modes,
+        smoothed,
+        samples,
+    }
 }
 
 /// A run with its observer, or why it ended.

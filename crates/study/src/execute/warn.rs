@@ -1,12 +1,12 @@
 //! Warnings that qualify the results.
 
-use luenberger_design::KalmanNoise;
+use luenberger_design::{KalmanNoise, recovery_obstacle};
 use luenberger_proof::wording::{shortest, significant};
 
 use crate::results::eigenvalue;
 use crate::results::{DesignReport, Quantity, Results};
 use crate::signal::Input;
-use crate::study::{GainSpec, Simulation, Study};
+use crate::study::{GainSpec, ObserverSpec, Simulation, Study};
 
 /// Modes with a margin below this are weakly observable.
 const HARDLY: f64 = 1e-6;
@@ -32,6 +32,7 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
         let Some(design) = &observer.design else { continue };
         warnings.extend(amplification(study, &observer.name, design));
     }
+    warnings.extend(unrecovered(study));
     warnings.extend(study.simulation.iter().flat_map(|simulation| unused(study, simulation)));
     warnings.extend(study.simulation.iter().flat_map(|simulation| other_noise(study, simulation)));
     let driven = !matches!(study.input, Input::Zero);
@@ -81,6 +82,21 @@ fn other_noise(study: &Study, simulation: &Simulation) -> Vec<String> {
         }
     }
     warnings
+}
+
+/// Kalman filters with `recovery` of plants of which the loop is not recovered.
+fn unrecovered(study: &Study) -> Vec<String> {
+    let point = study.operating_point.as_ref().map(|point| &point.linear);
+    let Some(plant) = study.plant.model.linear().or(point) else { return Vec::new() };
+    let recovers = |requested: &&ObserverSpec| {
+        let gain = requested.kind.whole_gain().map(|spec| &spec.gain);
+        matches!(gain, Some(GainSpec::Kalman(noise)) if noise.recovery > 0.0)
+    };
+    let Ok(Some(obstacle)) = recovery_obstacle(plant) else { return Vec::new() };
+    let warning = |requested: &ObserverSpec| {
+        format!("{}: `recovery` does not bring the loop to that of state feedback: {obstacle}", requested.name)
+    };
+    study.observers.iter().filter(recovers).map(warning).collect()
 }
 
 /// Measurements that lie between the samples of an observer.

@@ -8,9 +8,9 @@ use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::filter::cross_with;
-use super::keys::{CROSS_INTENSITY, NOISE_ENTERING, Q, RHO, V, W};
+use super::keys::{CROSS_INTENSITY, NOISE_ENTERING, Q, RECOVERY, RHO, V, W};
 use super::{Kind, as_kind};
-use crate::designed::Running;
+use crate::designed::{LinearForm, Running};
 use crate::keys::{Type, optional};
 use crate::reader::gain;
 use crate::results::NoObserver;
@@ -29,6 +29,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
         V,
         NOISE_ENTERING,
         CROSS_INTENSITY,
+        RECOVERY,
         RHO,
         Q,
         optional(
@@ -80,7 +81,7 @@ impl Specification for Kalman {
 
     // A parameter makes a linear plant nonlinear; a noise that is added to it does not.
     fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
-        let GainSpec::Kalman(KalmanNoise { w, v, g, s }) = &self.0.gain else { return None };
+        let GainSpec::Kalman(KalmanNoise { w, v, g, s, recovery }) = &self.0.gain else { return None };
         if parameters.iter().any(|one| one.noise.is_none()) {
             return None;
         }
@@ -97,6 +98,7 @@ impl Specification for Kalman {
             v: v.clone(),
             g: g.as_ref().map(|g| behind(g, &|_| 1.0)),
             s: cross_with(s.as_ref(), parameters),
+            recovery: *recovery,
         };
         let weight = match &self.0.weight {
             Some(LyapunovWeight::Matrix(q)) => Some(LyapunovWeight::Matrix(behind(q, &|_| 1.0))),
@@ -133,6 +135,11 @@ impl Kind for Kalman {
 
 impl Running for StationaryKalmanFilter<f64, Dyn, Dyn, Dyn> {
     runs!(sampled);
+
+    fn linear(&self) -> Option<LinearForm> {
+        let predictor = self.predictor().linear()?;
+        Some(LinearForm { update: Some(self.k().clone()), ..predictor })
+    }
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::StationaryKalman(Box::new(self.clone())), None))

@@ -74,6 +74,11 @@ pub(crate) const CROSS_INTENSITY: Key = optional(
     Type::Rows,
     "Cross-intensity S = E w v' of process and measurement noise, n x p, with g q x p (default: 0).",
 );
+pub(crate) const RECOVERY: Key = optional(
+    "recovery",
+    Type::Number(Range::NotNegative),
+    "q of loop transfer recovery at the inputs, for plants in continuous time: q^2 B B' is added to the process noise of the states, so that the loop of a feedback tends to that of state feedback as q grows (default 0).",
+);
 pub(crate) const PERIOD: Key = required("period", Type::Number(Range::Positive), "Sampling period.");
 pub(crate) const GATE: Key = optional(
     "gate",
@@ -155,6 +160,7 @@ const NOISES: Table = Table {
         required("v", Type::Weight, "Intensity V of the measurement noise, p x p."),
         NOISE_ENTERING,
         CROSS_INTENSITY,
+        RECOVERY,
     ],
 };
 

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, Dyn};
 use super::declaration::{Declaration, Information, Rule, Tuning};
 use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN};
 use super::{Kind, as_kind};
-use crate::designed::{At, Runnable, Running};
+use crate::designed::{At, LinearForm, Runnable, Running};
 use crate::reader::gain;
 use crate::results::NoObserver;
 use crate::study::{LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
@@ -93,6 +93,10 @@ impl Running for LinearObserver<f64, Dyn, Dyn, Dyn> {
         Some(self.l.clone())
     }
 
+    fn linear(&self) -> Option<LinearForm> {
+        Some(LinearForm { plant: self.plant(), l: self.l.clone(), update: None })
+    }
+
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::Linear(Box::new(self.clone())), None))
     }
@@ -100,6 +104,10 @@ impl Running for LinearObserver<f64, Dyn, Dyn, Dyn> {
 
 impl Running for At<LinearObserver<f64, Dyn, Dyn, Dyn>> {
     runs!(continuous);
+
+    fn linear(&self) -> Option<LinearForm> {
+        self.inner().linear()
+    }
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
         Some((live::ObserverKind::Linear(Box::new(self.inner().clone())), Some(page_point(self))))
@@ -111,6 +119,10 @@ impl Running for DiscreteLinearObserver<f64, Dyn, Dyn, Dyn> {
 
     fn gain_of_loop(&self) -> Option<DMatrix<f64>> {
         Some(self.l().clone())
+    }
+
+    fn linear(&self) -> Option<LinearForm> {
+        Some(LinearForm { plant: self.plant().clone(), l: self.l().clone(), update: None })
     }
 
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {

@@ -62,6 +62,7 @@ mod functional;
 mod h2;
 mod h_infinity;
 mod high_gain;
+mod imm;
 mod immersion_invariance;
 pub(crate) mod interval;
 mod iterated_extended_kalman;
@@ -99,7 +100,7 @@ use crate::steps;
 use crate::study::{ObserverKind, Specification};
 use crate::synthesis::explain;
 
-pub use crate::designed::{Along, At, RowVariances, Runnable, Running, StepOf};
+pub use crate::designed::{Along, At, LinearForm, RowVariances, Runnable, Running, StepOf};
 #[doc(hidden)]
 pub use crate::keys::{Key, Range, Type};
 pub use crate::reader::{Given, Reader};
@@ -112,6 +113,7 @@ pub use extended_kalman::ExtendedKalman;
 pub use filter::Filter;
 pub use functional::Functional;
 pub use high_gain::{Chains, HighGain};
+pub use imm::{InteractingModels, ModeSpec};
 pub use interval::IntervalSpec;
 pub use kalman::Kalman;
 pub use kkl_numerical::{Form, Kkl, KklSpec};
@@ -158,6 +160,7 @@ static KINDS: &[&Declaration] = &[
     &ukf::DECLARATION,
     &mhe::DECLARATION,
     &particle::DECLARATION,
+    &imm::DECLARATION,
     &kkl::DECLARATION,
     &pebo::DECLARATION,
     &kkl_peb::DECLARATION,

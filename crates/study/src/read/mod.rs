@@ -9,6 +9,7 @@ mod angles;
 mod csv;
 mod delays;
 mod estimate;
+mod frequency;
 mod json;
 mod observer;
 mod operating_point;
@@ -34,13 +35,15 @@ use luenberger_lmi::Solver;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::error::StudyError;
+use crate::model::PlantModel;
 use crate::schema::STUDY;
-use crate::study::Study;
+use crate::study::{OtherPlant, Study};
 
 use crate::reader::tree::{Node, Value};
-use crate::reader::{Reader, check};
+use crate::reader::{Reader, Reported, check};
 pub use crate::study::Format;
 pub(crate) use observer::file_name;
+use other_plant::Whose;
 pub(crate) use tuned::{Edit, Editable};
 pub(crate) use varied::varied;
 
@@ -185,6 +188,9 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     let tune = root
         .get("tune")
         .and_then(|node| tune::tune((root, node), (&base, &estimated, observers.as_deref(), log.as_ref()), reader));
+    let frequency = root
+        .get("frequency")
+        .and_then(|node| frequency::frequency(node, &plant, (observers.as_deref(), input.as_ref()), reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root
         .get("sweep")
@@ -209,6 +215,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         },
         advise: sound(root, "advise", advise).ok()?,
         tune: sound(root, "tune", tune).ok()?,
+        frequency: sound(root, "frequency", frequency).ok()?,
         plot: plot?,
         sweep: sound(root, "sweep", sweep).ok()?,
         folder: reader.folder.clone(),
@@ -220,13 +227,21 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     })
 }
 
+/// As [`ModelReader`](crate::reader::ModelReader).
+fn model_of(
+    root: &Node,
+    change: &Node,
+    known: &PlantModel,
+    reader: &mut Reader,
+) -> Result<Option<OtherPlant>, Reported> {
+    let mut tree = root.get("plant").ok_or(Reported)?.clone();
+    other_plant::changed(&mut tree, change, (known, &[]), Whose::Model, reader)
+}
+
 /// An absent table is allowed; a present one with mistakes is not.
 fn sound<T>(root: &Node, key: &str, table: Option<T>) -> Result<Option<T>, Reported> {
     if table.is_none() && root.get(key).is_some() { Err(Reported) } else { Ok(table) }
 }
-
-/// Marker of a mistake that is recorded already.
-struct Reported;
 
 /// Starts of the tables: those of the first level, and each element of an array of tables.
 fn starts(root: &Node) -> Vec<usize> {

@@ -97,7 +97,7 @@ pub(super) fn observer(
         None => Some(start.to_vec()),
     };
     reader.fits_time = reader.dt.is_none() || kind.plant.time().discrete;
-    let read = (kind.read)(&Given { node, plant, name: &name, root }, reader);
+    let read = (kind.read)(&Given { node, plant, name: &name, root, models: super::model_of }, reader);
     let kind = if estimated.is_empty() { read } else { with_parameters(node, &read?, estimated, reader) };
     let limits = limits(node, size, reader);
     // A kind with mistakes has them already.

@@ -15,12 +15,22 @@ const MATRICES: [&str; 4] = ["a", "b", "c", "d"];
 /// The keys of a plant of expressions.
 const EQUATIONS: [&str; 2] = ["f", "h"];
 
+/// Whose plant it is, in messages.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Whose {
+    /// The simulated one.
+    Truth,
+    /// A model of an observer.
+    Model,
+}
+
 /// The plant of `tree`, the table [plant] or what an earlier change has made of it, with what `change` says of it; none
 /// if it says nothing.
 pub(super) fn changed(
     tree: &mut Node,
     change: &Node,
     (known, estimated): (&PlantModel, &[Estimated]),
+    whose: Whose,
     reader: &mut Reader,
 ) -> Result<Option<OtherPlant>, Reported> {
     let said = |keys: &[&str]| keys.iter().copied().find_map(|key| change.entry(key));
@@ -92,7 +102,11 @@ pub(super) fn changed(
         None => {
             let why = inner.mistakes.into_iter().chain(inner.absences).next();
             let (message, expected) = why.map_or_else(Default::default, |mistake| (mistake.message, mistake.expected));
-            refuse(reader, first, format!("with `{}` of the simulated plant: {message}", first.key), &expected)
+            let whose = match whose {
+                Whose::Truth => "the simulated plant",
+                Whose::Model => "a model",
+            };
+            refuse(reader, first, format!("with `{}` of {whose}: {message}", first.key), &expected)
         }
     }
 }

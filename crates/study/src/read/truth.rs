@@ -2,7 +2,8 @@
 
 use luenberger_sim::{Disturbances, Fault, MeasurementLoss, Noise};
 
-use super::{Reported, estimate, other_plant};
+use super::other_plant::{self, Whose};
+use super::{Reported, estimate};
 use crate::model::PlantModel;
 use crate::reader::tree::{Entry, Node, Value};
 use crate::reader::{Reader, check};
@@ -16,7 +17,7 @@ pub(super) fn truth(
 ) -> Option<Truth> {
     let (n, m, p) = (plant.states.len(), plant.inputs.len(), plant.outputs.len());
     let mut tree = root.get("plant")?.clone();
-    let other = other_plant::changed(&mut tree, node, (plant, estimated), reader).ok()?;
+    let other = other_plant::changed(&mut tree, node, (plant, estimated), Whose::Truth, reader).ok()?;
     let events = match node.get("event") {
         None => Vec::new(),
         Some(list) => events(list, &mut tree, (plant, estimated), reader)?,
@@ -98,7 +99,7 @@ fn events(
             None => Vec::new(),
             Some(jump) => reader.numbers(jump, "jump", plant.states.len(), "state")?,
         };
-        let other = other_plant::changed(tree, node, (plant, estimated), reader).ok()?;
+        let other = other_plant::changed(tree, node, (plant, estimated), Whose::Truth, reader).ok()?;
         if other.is_none() && jump.is_empty() {
             let expected = "expected `jump`, or another plant: `parameters`, `a`, `b`, `c`, `d`, `f` or `h`";
             return reader.refuse(check::head(node), "the event changes nothing", expected);

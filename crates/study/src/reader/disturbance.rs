@@ -5,12 +5,9 @@ use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
-use super::Reader;
 use super::tree::{Entry, Node};
+use super::{Reader, Reported};
 use crate::study::ActingBounds;
-
-/// A mistake that the reader has already.
-pub(crate) struct Reported;
 
 /// The table `bounds`, if there is one; the noise of `root`'s simulation is its default.
 /// `is_uncertain` says whether the kind takes an uncertain plant.

@@ -49,7 +49,13 @@ pub(crate) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
             Some(s) => Some(reader.matrix(s, "s", (Some(q), Some(p)), &format!("{of_noise} and {of_outputs}"))?),
             None => None,
         };
-        Some(GainSpec::Kalman(KalmanNoise { w: w?, v: v?, g, s }))
+        if let (Some(entry), Some(dt)) = (node.entry("recovery"), reader.dt) {
+            let message = format!("`recovery` is for plants in continuous time, and this one has dt = {dt}");
+            let expected = "expected no `recovery`: the loop around a predictor is not recovered";
+            return reader.refuse(entry.span.clone(), message, expected);
+        }
+        let recovery = node.get("recovery").and_then(Node::number).unwrap_or(0.0);
+        Some(GainSpec::Kalman(KalmanNoise { w: w?, v: v?, g, s, recovery }))
     };
     let gain = if node.get("w").is_some() || node.get("v").is_some() {
         intensities(node, reader)

@@ -20,6 +20,7 @@ use nalgebra::DMatrix;
 use crate::diagnostic::Diagnostic;
 use crate::digest::{self, FileDigest};
 use crate::model::PlantModel;
+use crate::study::OtherPlant;
 use tree::Node;
 
 /// An `[[observer]]` that is read.
@@ -33,12 +34,26 @@ pub struct Given<'a> {
     pub(crate) name: &'a str,
     /// The study.
     pub(crate) root: &'a Node,
+    /// Reads a model of the plant.
+    pub(crate) models: ModelReader,
 }
+
+/// Marker of a mistake that is recorded already.
+pub(crate) struct Reported;
+
+/// Reads from the root of a study and a table a model of the plant with what the table says of it; none if it says
+/// nothing.
+pub(crate) type ModelReader = fn(&Node, &Node, &PlantModel, &mut Reader) -> Result<Option<OtherPlant>, Reported>;
 
 impl Given<'_> {
     /// The sizes of the plant.
     pub fn size(&self) -> Dimensions {
         self.plant.model.size()
+    }
+
+    /// The plant with what a table says of it, as [`ModelReader`].
+    pub(crate) fn model_of(&self, change: &Node, reader: &mut Reader) -> Result<Option<OtherPlant>, Reported> {
+        (self.models)(self.root, change, self.plant, reader)
     }
 }
 

@@ -345,3 +345,18 @@ pub(crate) fn whiteness(p: f64) -> String {
     let digits = luenberger_proof::wording::significant(p, 2);
     format!("{digits} ({})", if p < 0.05 { "rejected" } else { "not rejected" })
 }
+
+/// How probable a model was, of a filter that decides between several, over the rows of a simulation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ModelReport {
+    /// The filter.
+    pub observer: String,
+    /// The model.
+    pub model: String,
+    /// The mean of its probability.
+    pub mean: f64,
+    /// The share of the rows in which it is the most probable one.
+    pub most_probable: f64,
+    /// Its probability at the end.
+    pub last: f64,
+}

@@ -8,6 +8,7 @@ mod about_zero;
 mod alternative;
 mod coverage;
 mod document;
+mod frequency;
 mod log;
 mod no_observer;
 mod prediction;
@@ -23,10 +24,13 @@ pub use alternative::{Advice, Alternative};
 pub use coverage::{CoverageReport, StateCoverage};
 pub(crate) use document::{Columns, eigenvalue, with_unit};
 pub use document::{leading, log_data};
+pub use frequency::{
+    ChannelMargins, Crossing, FrequencyReport, LoopReport, ObserverFrequencies, OpenedLoop, Peak, RecoveryReport,
+};
 pub(crate) use log::whiteness;
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,
-    SmoothedDeviation, SmoothedReport, StateScore,
+    ModelReport, SmoothedDeviation, SmoothedReport, StateScore,
 };
 pub use no_observer::{Cause, NoObserver};
 pub use prediction::{ErrorOf, LogSweepReport, LogSweepRow, PredictionOf, PredictionReport};
@@ -62,6 +66,9 @@ pub struct Results {
     /// The observers, as designed; one for each of the study, in its order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub observers: Vec<ObserverReport>,
+    /// Frequency responses of the observers and of the loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency: Option<FrequencyReport>,
     /// The runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulation: Option<SimulationReport>,
@@ -71,6 +78,9 @@ pub struct Results {
     /// The filters of the simulation: whether their covariances agree with their errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filters: Vec<FilterReport>,
+    /// The filters of the simulation that decide between models: how probable these were.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub models: Vec<ModelReport>,
     /// The filters of the simulation and of the log: how often their errors were within two standard deviations.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub coverage: Vec<CoverageReport>,

@@ -2,6 +2,7 @@
 
 use super::advise::ADVISE;
 use super::estimate::ESTIMATE;
+use super::frequency::FREQUENCY;
 use super::observers::OBSERVER;
 use super::truth::TRUTH;
 use super::tune::TUNE;
@@ -43,6 +44,11 @@ pub const STUDY: Table = Table {
         optional("observer", Type::Tables(&OBSERVER), "The observers, each with its specification."),
         optional("advise", Type::Table(&ADVISE), "What `luenberger advise` tells every kind of observer."),
         optional("tune", Type::Table(&TUNE), "What `luenberger tune` fits to the log."),
+        optional(
+            "frequency",
+            Type::Table(&FREQUENCY),
+            "Frequency responses of linear observers and of the loop, with margins (default: none).",
+        ),
         optional("plot", Type::Table(&PLOT), "The figures (default: all)."),
         optional("sweep", Type::Table(&SWEEP), "A parameter sweep, with an ensemble of runs at each value."),
     ],

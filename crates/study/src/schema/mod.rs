@@ -5,6 +5,7 @@
 
 mod advise;
 mod estimate;
+mod frequency;
 mod json;
 mod keys;
 mod observers;

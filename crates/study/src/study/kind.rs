@@ -99,6 +99,11 @@ pub trait Specification: Setting {
         None
     }
 
+    /// The names of the models between which it decides, of an observer that has several.
+    fn modes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The gain of an observer that is determined by it alone: two such observers with the same gain are one.
     fn whole_gain(&self) -> Option<&LinearSpec> {
         None

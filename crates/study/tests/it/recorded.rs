@@ -502,7 +502,7 @@ pub(crate) fn others() -> Vec<(&'static str, String)> {
 }
 
 /// The kinds without a step, for plants in discrete time or not: a study of each, and why it has none.
-const WITHOUT_STEP: [(&str, bool, &str, &str); 3] = [
+const WITHOUT_STEP: [(&str, bool, &str, &str); 5] = [
     (
         "functional",
         false,
@@ -520,6 +520,18 @@ const WITHOUT_STEP: [(&str, bool, &str, &str); 3] = [
         true,
         "[plant]\nf = [\"x1/2\"]\nh = [\"x1\"]\ndt = 0.02\n[[observer]]\nkind = \"particle\"\nw = 1\nv = 1\nperiod = 0.02\n",
         "draws random numbers",
+    ),
+    (
+        "imm",
+        false,
+        "[plant]\nf = [\"-x1\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"imm\"\nw = 1\nv = 1\nperiod = 0.02\nmodels = [{}, { w = 9 }]\ntransitions = [[0.9, 0.1], [0.1, 0.9]]\n",
+        "have no kernel in C",
+    ),
+    (
+        "imm",
+        true,
+        "[plant]\nf = [\"x1/2\"]\nh = [\"x1\"]\ndt = 0.02\n[[observer]]\nkind = \"imm\"\nw = 1\nv = 1\nperiod = 0.02\nmodels = [{}, { w = 9 }]\ntransitions = [[0.9, 0.1], [0.1, 0.9]]\n",
+        "have no kernel in C",
     ),
 ];
 

@@ -7,7 +7,8 @@ use luenberger_proof::wording::{counted, significant};
 
 use super::{SCORED, number};
 use crate::results::{
-    ConsistencyReport, CoverageReport, FilterReport, InnovationReport, IntervalReport, LogReport, PlantSummary,
+    ConsistencyReport, CoverageReport, FilterReport, InnovationReport, IntervalReport, LogReport, ModelReport,
+    PlantSummary,
 };
 
 /// What the regions of NIS and NEES are.
@@ -43,6 +44,21 @@ pub(super) fn intervals(section: Section, intervals: &[IntervalReport], plant: &
         }
     }
     section.grid(grid).note("Enclosed: share of the samples at which all states were within their bounds. Below 100 % noise, disturbances or the first state were beyond `bounds` and `initial_bounds`.")
+}
+
+/// The probabilities of the models of filters.
+pub(super) fn models(section: Section, reports: &[ModelReport]) -> Section {
+    let caption = "Probabilities of the models between which filters decide, over the rows of the run.";
+    let grid = Grid::new(&["filter", "model", "mean", "most probable", "at the end"]).caption(caption);
+    section.grid(reports.iter().fold(grid, |grid, of| {
+        grid.row([
+            Cell::from(of.observer.as_str()),
+            Cell::from(of.model.as_str()),
+            size(of.mean),
+            Cell::number(format!("{} %", significant(100.0 * of.most_probable, 3))),
+            size(of.last),
+        ])
+    }))
 }
 
 /// How often errors were within the bands of the figures.

@@ -1,10 +1,12 @@
 //! The results as sections of a document, from which the report, the text of the command and Markdown follow.
 
+mod frequency;
 mod log;
 mod observability;
 mod observers;
 mod prediction;
 
+pub(crate) use frequency::section as frequency;
 pub use log::data as log_data;
 pub use observability::leading;
 pub(crate) use prediction::Columns;
@@ -28,6 +30,9 @@ impl Results {
         sections.extend(self.observability.as_ref().map(observability));
         if !self.observers.is_empty() {
             sections.push(if designs { observers(&self.observers) } else { verdicts(&self.observers) });
+        }
+        if designs {
+            sections.extend(self.frequency.as_ref().map(|report| frequency(report, &self.plant)));
         }
         if self.simulation.is_some() || self.log.is_some() {
             sections.push(comparison(self, true));
@@ -247,6 +252,9 @@ pub(crate) fn comparison(results: &Results, norm: bool) -> Section {
     }
     if !results.filters.is_empty() {
         section = log::filters(section, &results.filters);
+    }
+    if !results.models.is_empty() {
+        section = log::models(section, &results.models);
     }
     if let Some(log) = &results.log {
         section = log::log(section, log, &results.plant);

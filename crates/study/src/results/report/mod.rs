@@ -42,6 +42,9 @@ pub(crate) fn html(
     if !results.observers.is_empty() {
         report = report.section(terms::section(observers(&results.observers), results));
     }
+    if let Some(frequency) = &results.frequency {
+        report = report.section(document::frequency(frequency, &results.plant));
+    }
     if let Some(observability) = &results.observability {
         report = report.section(document::observability(observability));
     }
@@ -72,7 +75,9 @@ pub(crate) fn html(
     }
     let links = files
         .iter()
-        .filter(|name| ["trajectories/", "certificates/", "sweep.csv"].iter().any(|folder| name.starts_with(folder)))
+        .filter(|name| {
+            ["trajectories/", "frequency/", "certificates/", "sweep.csv"].iter().any(|folder| name.starts_with(folder))
+        })
         .map(|name| (name.clone(), String::new()));
     let links: Vec<(String, String)> =
         std::iter::once(("study.json".to_owned(), "all numbers".to_owned())).chain(links).collect();
