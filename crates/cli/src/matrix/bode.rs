@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 #[derive(Serialize)]
-struct Responses {
+struct Bode {
     #[serde(skip_serializing_if = "Option::is_none")]
     period: Option<f64>,
     frequencies: Vec<f64>,
@@ -192,7 +192,7 @@ fn answer(
         responses.push(tabulated(name, &at, &values));
     }
     let frequencies = grid.iter().map(|w| clock.outer(*w)).collect();
-    let all = Responses { period: clock.0, frequencies, responses, loops };
+    let all = Bode { period: clock.0, frequencies, responses, loops };
     Ok(Answer::new(text, &all).map_err(Failure::from))
 }
 

@@ -352,7 +352,7 @@ fn a_missed_pole_is_said() {
     assert!(found["warning"].as_str().unwrap().contains("-0.001"), "{found}");
 }
 
-/// The loop of Doyle and Stein 1979, `(s + 2)/((s + 1)(s + 3))` with their regulator K = [50 10] and L = [30 -50]: with
+/// The plant of Doyle and Stein 1979, `(s + 2)/((s + 1)(s + 3))`, with K = [50 10] and L = [30 -50]: with
 /// the observer a phase margin below 15 degrees, with the state 85.94 (scipy 1.17, `brentq` on `|L| - 1`). At 10 the
 /// loop of state feedback is `(10 s + 50)/((s + 1)(s + 3))`.
 #[test]

@@ -7,6 +7,9 @@ use luenberger_linalg::{FrequencyResponse, LoopTransfer, Realization};
 use luenberger_plants::{PlantError, StateSpace};
 use nalgebra::{Complex, DMatrix, dmatrix};
 
+/// q squared, L, crossover and phase margin in degrees, difference of the sensitivities.
+type Row = (f64, [f64; 2], [f64; 2], f64);
+
 fn near(found: f64, expected: f64, relative: f64) -> bool {
     (found - expected).abs() <= relative * expected.abs()
 }
@@ -16,17 +19,16 @@ fn matrices(plant: &StateSpace) -> Realization {
     Realization::new(&plant.a, &plant.b, &plant.c, &DMatrix::zeros(plant.c.nrows(), plant.b.ncols())).unwrap()
 }
 
-/// J. C. Doyle and G. Stein, IEEE Transactions on Automatic Control 24, 1979, section IV: `(s + 2)/((s + 1)(s + 3))`
-/// with K = [50 10]; the text has the margin of 86 degrees with state feedback, below 15 degrees with the observer
-/// [30 -50], and the gains of the fictitious noise q^2 = 100, 500, 1000, 10 000 to their first digits. All digits here:
-/// scipy 1.17, `solve_continuous_are`, `brentq` for the crossovers, differences of sensitivities as above.
+/// The plant `(s + 2)/((s + 1)(s + 3))` with K = [50 10], noise that enters by [35 -61] and q^2 from 100 to 10 000 are
+/// those of J. C. Doyle and G. Stein, IEEE Transactions on Automatic Control 24, 1979, as J. L. Crassidis and J. L.
+/// Junkins have them, Optimal Estimation of Dynamic Systems, 2nd ed., example 8.3. The numbers are scipy's, 1.17:
+/// `solve_continuous_are`, `brentq` for the crossovers, `minimize_scalar` for the largest difference of sensitivities.
 #[test]
 fn recovery_of_doyle_and_stein() {
     let plant = StateSpace::new(dmatrix![0.0, 1.0; -3.0, -4.0], dmatrix![0.0; 1.0], dmatrix![2.0, 1.0]).unwrap();
     let noise = KalmanNoise::new(&dmatrix![1.0], &dmatrix![1.0]).entering(&dmatrix![35.0; -61.0]);
     let k = dmatrix![50.0, 10.0];
     assert_eq!(recovery_obstacle(&plant).unwrap(), None);
-    type Row = (f64, [f64; 2], [f64; 2], f64);
     let rows: [Row; 6] = [
         (0.0, [30.001413786372638, -49.96111558595766], [12.615241644208238, 14.850631367099991], 4.769176480111589),
         (100.0, [26.830149935409736, -40.21166563115878], [13.15813655084721, 19.40280516996861], 3.406750267562773),

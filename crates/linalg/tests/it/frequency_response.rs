@@ -8,6 +8,9 @@ use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
+/// A frequency, the entries of the response by rows, its singular values.
+type Expected = (f64, [(f64, f64); 4], [f64; 2]);
+
 fn plant(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>) -> Realization {
     Realization::new(a, b, c, d).unwrap()
 }
@@ -40,7 +43,6 @@ fn responses_of_scipy() {
     let a = dmatrix![0.8, 0.3, 0.0; -0.3, 0.8, 0.1; 0.0, 0.05, -0.9];
     let discrete = plant(&a, &b.rows(0, 3).into_owned(), &c.columns(0, 3).into_owned(), &d);
     let discrete = FrequencyResponse::discrete(&discrete).unwrap();
-    type Expected = (f64, [(f64, f64); 4], [f64; 2]);
     let rows: [(&FrequencyResponse, Expected); 6] = [
         (
             &continuous,

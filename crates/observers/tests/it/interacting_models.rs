@@ -9,6 +9,9 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 type Filter = InteractingMultipleModel<StateSpace>;
 
 /// A model of two states without inputs, the first measured.
+/// A sample, mode probabilities, estimate, the upper triangle of the covariance.
+type Row = (usize, [f64; 3], [f64; 2], [f64; 3]);
+
 fn model(
     a: DMatrix<f64>,
     w: DMatrix<f64>,
@@ -48,7 +51,6 @@ fn covariance(filter: &Filter, state: &DVector<f64>) -> DMatrix<f64> {
 #[test]
 fn a_target_that_manoeuvres() {
     let measured = [0.3, 1.1, 2.4, 2.9, 6.0, 9.5, f64::NAN, 13.6, 13.9, 14.0];
-    type Row = (usize, [f64; 3], [f64; 2], [f64; 3]);
     let rows: [Row; 4] = [
         (
             0,

@@ -280,7 +280,7 @@ fn feedback(
     for (at, open, names) in
         [("inputs", &transfer.at_inputs, &study.plant.inputs), ("outputs", &transfer.at_outputs, &study.plant.outputs)]
     {
-        opened.push(margins(clock, at, clock.margins(open)?, names));
+        opened.push(margins(clock, at, &clock.margins(open)?, names));
         let curves = Curves::of(clock, open, grid)?;
         tables.push((format!("frequency/loop-{at}"), curves.table(grid)));
         let target = if at == "inputs" { Some(Curves::of(clock, &transfer.state_feedback, grid)?) } else { None };
@@ -292,7 +292,7 @@ fn feedback(
     Ok((LoopReport { observer, opened, recovery, obstacle }, tables, figures))
 }
 
-fn margins(clock: Clock, at: &'static str, found: LoopMargins, names: &[String]) -> OpenedLoop {
+fn margins(clock: Clock, at: &'static str, found: &LoopMargins, names: &[String]) -> OpenedLoop {
     let channel = |(name, found): (&String, &StabilityMargins)| {
         let gain = |one: luenberger_linalg::GainMargin| clock.crossing(one.frequency, one.factor);
         let phase = |one: luenberger_linalg::PhaseMargin| clock.crossing(one.frequency, one.angle.to_degrees());
@@ -328,11 +328,11 @@ struct Sigma {
 }
 
 impl Sigma {
-    fn push(&mut self, m: DMatrix<Complex<f64>>) {
+    fn push(&mut self, m: &DMatrix<Complex<f64>>) {
         let finite = m.iter().all(|z| z.re.is_finite() && z.im.is_finite());
         let values = if finite { Some(m.singular_values()) } else { None };
-        self.largest.push(values.as_ref().map_or(f64::NAN, |values| values.max()));
-        self.smallest.push(values.as_ref().map_or(f64::NAN, |values| values.min()));
+        self.largest.push(values.as_ref().map_or(f64::NAN, nalgebra::Matrix::max));
+        self.smallest.push(values.as_ref().map_or(f64::NAN, nalgebra::Matrix::min));
     }
 }
 
@@ -365,9 +365,9 @@ impl Curves {
         let none = || DMatrix::from_element(count, count, Complex::from(f64::NAN));
         for m in at {
             let inverse = (&identity + &m).try_inverse().unwrap_or_else(none);
-            t.push(&identity - &inverse);
-            s.push(inverse);
-            l.push(m);
+            t.push(&(&identity - &inverse));
+            s.push(&inverse);
+            l.push(&m);
         }
         Ok(Self { open: l, sensitivity: s, complementary: t, phase })
     }
@@ -452,7 +452,7 @@ fn recovered(
             .margins
             .channels
             .iter()
-            .filter_map(|channel| channel.phase_margin())
+            .filter_map(StabilityMargins::phase_margin)
             .map(|margin| margin.angle.to_degrees())
             .min_by(|x, y| x.abs().total_cmp(&y.abs())),
         gain: one.l.clone().singular_values().max(),
