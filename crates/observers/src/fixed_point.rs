@@ -244,9 +244,26 @@ where
 
     /// One step, from the sample at t to the estimate at t + period; all numbers are integers of the signals' format.
     pub fn step(&self, state: &mut FixedPointState<N>, u: &OVector<i32, M>, y: &OVector<i32, P>) {
+        self.step_partial(state, u, y, &[]);
+    }
+
+    /// [`step`](Self::step) of a sample of which only the outputs that are true in `measured` were measured, none for
+    /// all: the innovation of the others, which are not read, is 0, so that their columns of L are left out. Integers
+    /// have no NaN that could say so.
+    pub fn step_partial(
+        &self,
+        state: &mut FixedPointState<N>,
+        u: &OVector<i32, M>,
+        y: &OVector<i32, P>,
+        measured: &[bool],
+    ) {
         let FixedPointGains { a, b, c, d, l } = &self.gains;
         let mut z = y.clone();
         for (k, z) in z.iter_mut().enumerate() {
+            if measured.get(k) == Some(&false) {
+                *z = 0;
+                continue;
+            }
             let mut sum = i64::from(*z) << self.formats.gains.fraction_bits;
             sum -= dot(c, k, &state.xhat);
             if let Some(d) = d {
