@@ -42,6 +42,7 @@ pub(super) fn evidence(
     let title = &observer.name;
     let proved = |found: &Certificate, of_what: &str| proved_line(of_what, &found.sentences(&reading));
     let not_covered = || format!("Rounding to {running} on the target is not covered.");
+    let largest = operation.iter().flat_map(|of| of.state.iter().chain(&of.input)).copied().fold(0.0, f64::max);
     let mut sentences = Vec::new();
     let file = match (on_target, operation) {
         (Some((found, own)), Some(operation)) => own.file(title).ok().inspect(|_| {
@@ -53,7 +54,7 @@ pub(super) fn evidence(
                 let own = deployed(design, formats, &noiseless).map(|(_, own)| own);
                 sentences.extend(own.and_then(|own| Some(own.noiseless_sentence(&reading)?.to_string())));
             }
-            sentences.push(rounding(&found, running));
+            sentences.push(rounding(&found, running, largest));
         }),
         // Coarse gains may not stabilise: of them the designed ones say nothing.
         _ if is_fixed(running) => of_stored_numbers(design, formats).and_then(|own| {
@@ -169,8 +170,8 @@ fn roomier(format: Format, (size, limit): (f64, f64)) -> Option<Format> {
     Some(Format::Fixed { integer_bits, fraction_bits: fraction_bits.min(left) })
 }
 
-/// What is to be said beside the bound of the error with all rounding counted.
-fn rounding(deployed: &Deployed, format: Format) -> String {
+/// What is to be said beside the bound of the error with all rounding counted; `largest` is the largest state or input.
+fn rounding(deployed: &Deployed, format: Format, largest: f64) -> String {
     match &deployed.running {
         Running::Within(_) => {
             "The bounds are 1.2 times the magnitudes in the study's simulation, rounded up, with four standard deviations for Gaussian noise."
@@ -178,7 +179,7 @@ fn rounding(deployed: &Deployed, format: Format) -> String {
         }
         Running::Unproved(why) if is_fixed(format) => {
             let remedy = match why {
-                NoErrorBallReason::Range { size, limit, .. } => match roomier(format, (*size, *limit)) {
+                NoErrorBallReason::Range { size, limit, .. } => match roomier(format, (size.max(largest), *limit)) {
                     Some(roomier) => format!("; {roomier} has the bits before the point"),
                     None => "; no format of 32 bits has so many before the point: scale the signals".to_owned(),
                 },

@@ -42,3 +42,34 @@ fn units_do_not_change_what_is_useful() {
     let marks = |text: &str| said(text).matches("no useful bound").count();
     assert_eq!((marks(&scaled), marks(&swinging(10.0))), (2, 2));
 }
+
+/// The motor of a user: with noise at its bounds in every sample the sampled cubic observer is proved to stay within
+/// 25200 A, where the current is at most 11 A. In Q6.26 the speed of 68.3 rad/s needs 8 bits before the point.
+#[test]
+fn an_export_says_why_a_bound_is_not_useful_and_which_bits_are_missing() {
+    let motor = "[plant]\na = [[0, 1, 0], [0, -3, 25], [0, -10, -200]]\nb = [[0], [0], [500]]\nc = [[1, 0, 0]]\n\
+         states = [\"theta\", \"omega\", \"current\"]\n[input]\nexpressions = [\"5*sin(4*t)\"]\n\
+         [simulation]\nx0 = [0.5, 0, 0]\nduration = 3\nsamples = 3001\nhold = 0.001\n\
+         noise = { distribution = \"gaussian\", amplitude = [0.001], period = 0.001, seed = 3 }\n\
+         [[observer]]\nname = \"kf\"\nkind = \"kalman\"\nw = [[1e-6, 0, 0], [0, 1, 0], [0, 0, 1]]\nv = [[1e-6]]\n\
+         [[observer]]\nname = \"cubic\"\nkind = \"sampled-cubic\"\npoles = [-30, -40, -210]\ngamma = 1\nperiod = 0.001\n";
+    let study = read(motor).unwrap();
+    let said = |observer: &str, format: &str| {
+        // Coarse gains would not stabilise.
+        let gains = (format == "q16.2").then(|| Precision::fixed_point("q10.22").unwrap());
+        let options = ExportOptions { format: format.parse::<Precision>().unwrap(), gains, ..ExportOptions::default() };
+        export(&study, Some(observer), &options).unwrap().statement.join(" ")
+    };
+    let cubic = said("cubic", "f64");
+    assert!(cubic.contains("current: no useful bound") && !cubic.contains("current 2"), "{cubic}");
+    assert!(cubic.contains("It comes from the measurement noise, at its bound in every sample."), "{cubic}");
+    let coarse = said("kf", "q16.2");
+    assert!(
+        coarse.contains("omega: no useful bound") && coarse.contains("It comes from the rounding to Q16.2."),
+        "{coarse}"
+    );
+    assert!(coarse.contains("What may give one: a format with more bits after the point."), "{coarse}");
+    assert!(!said("kf", "f64").contains("no useful bound"));
+    let narrow = said("kf", "q6.26");
+    assert!(narrow.contains("Q8.24 has the bits before the point"), "{narrow}");
+}
