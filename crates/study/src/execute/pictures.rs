@@ -229,10 +229,11 @@ fn disturbances(runs: &Runs<'_>) -> Named {
         }
         panel
     };
-    let panels: Vec<Panel> = names.iter().map(panel).collect();
+    let panels: Vec<Panel> = names.iter().map(panel).map(by_steady_part).collect();
     let is_known = panels.iter().any(|panel| panel.series.iter().any(|series| series.name == "plant"));
     let truth = if is_known { " Of the plant: what its own equations add to the model's along E." } else { "" };
-    let caption = format!("The estimates of the disturbances d of x' = A x + B u + E d.{truth}");
+    let inset = if panels.iter().any(|panel| panel.inset) { INSET } else { "" };
+    let caption = format!("The estimates of the disturbances d of x' = A x + B u + E d.{truth}{inset}");
     figure("disturbances", "Disturbances", &caption, panels)
 }
 
@@ -388,14 +389,14 @@ fn errors(runs: &Runs<'_>) -> Named {
         "The errors e = x - xhat."
     };
     let panels: Vec<Panel> = runs.states().into_iter().map(panel).collect();
-    let inset = if panels.iter().any(|panel| panel.inset) {
-        " The axis is that of the second half of the run where the errors before are larger by far; inset: the whole run."
-    } else {
-        ""
-    };
+    let inset = if panels.iter().any(|panel| panel.inset) { INSET } else { "" };
     let caption = format!("{caption}{}{inset}", shaded(runs));
     figure("errors", "Errors", &runs.caption(&caption), panels)
 }
+
+/// What an inset is, in a caption.
+const INSET: &str =
+    " The axis is that of the second half of the run where what is before is larger by far; inset: the whole run.";
 
 /// How many times the range of its second half a figure of errors has to have for an inset.
 const TRANSIENT: f64 = 5.0;
