@@ -428,12 +428,13 @@ fn halves(export: &Export, time: &str, tick: &str) -> String {
     let outputs = export.observer.dimensions().outputs;
     let (update, predict) = if export.is_filter() {
         (
-            "        let (z, y) = ((*state).load(), SVector::from(column(y)));
+            "        let state = &mut *state;
+        let (z, y) = (state.load(), SVector::from(column(y)));
         let found = block.innovation(&z, &SVector::from(column(u)), &y);
-        for ((kept, found), y) in (*state).innovation.iter_mut().zip(found.iter()).zip(y.iter()) {
+        for ((kept, found), y) in state.innovation.iter_mut().zip(found.iter()).zip(y.iter()) {
             *kept = if y.is_finite() { *found } else { *kept };
         }
-        (*state).xhat = block.update(&z, &SVector::from((*state).innovation)).into();
+        state.xhat = block.update(&z, &SVector::from(state.innovation)).into();
 "
             .to_owned(),
             format!(
