@@ -41,12 +41,12 @@ pub struct Mode {
     /// are real.
     pub direction: DVector<Complex<f64>>,
     /// How many independent directions attain the minimum to seven digits: with more than one, `direction` is one of
-    /// them by chance. 1 where there are more than [`MOST_STATES_COUNTED`] states, for which they are not counted.
+    /// them by chance. 1 where there are more than 64 states, for which they are not counted.
     pub directions: usize,
 }
 
 /// States up to which the directions of a mode are counted.
-pub const MOST_STATES_COUNTED: usize = 64;
+const MOST_STATES_COUNTED: usize = 64;
 
 /// Observability of a pair `(A, C)`: rank, modes with margins, unobservable subspace.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,7 +89,7 @@ impl Observability {
 /// that of [`schur`] if its iteration does not converge.
 ///
 /// # Cost
-/// About `40 n^3 + 24 p n^3` flops, most of them for the margins; up to [`MOST_STATES_COUNTED`] states a decomposition of a
+/// About `40 n^3 + 24 p n^3` flops, most of them for the margins; up to 64 states a decomposition of a
 /// complex matrix for each mode besides.
 ///
 /// # Example
