@@ -173,7 +173,8 @@ impl ExportableObserver {
         }
     }
 
-    /// Whether its step leaves out of its correction the outputs that are not finite, such as NaN, and takes the others.
+    /// Whether its step leaves out of its correction the outputs that are not finite, such as NaN, and takes the
+    /// others.
     pub fn leaves_out_missing(&self) -> bool {
         match self {
             Self::Linear(_)

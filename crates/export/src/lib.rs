@@ -315,7 +315,8 @@ impl Export {
     }
 
     /// Whether the step of the emitted code has its halves apart, update and prediction: a filter's, and that of an
-    /// observer at varying periods. A block with feedback has none, because the feedback takes the estimate between them.
+    /// observer at varying periods. A block with feedback has none, because the feedback takes the estimate between
+    /// them.
     pub fn has_halves(&self) -> bool {
         let is_filter = match &self.observer {
             ExportableObserver::Kalman(_) | ExportableObserver::Unscented(_) | ExportableObserver::Varying(_) => true,

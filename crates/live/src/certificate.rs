@@ -1,6 +1,6 @@
 //! The verdict on an observer whose gains were changed: the theorems of its certificate files, with the same P, for the
-//! gains as they are now. Where that P does not prove a linear observer to converge, another one is tried, the solution of
-//! the Lyapunov or Stein equation for these gains; what the file says of a rate is then not said.
+//! gains as they are now. Where that P does not prove a linear observer to converge, another one is tried, the solution
+//! of the Lyapunov or Stein equation for these gains; what the file says of a rate is then not said.
 //!
 //! These theorems are about convergence without noise, for whatever first error. One that a page does not verify can
 //! suppose bounds of the noise and of the first error ([`Hypotheses`]): a slider above 1 that goes beyond them leaves

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! The error of such a sample obeys `e+ = (A - sum_i l_i c_i) e`, which no Lyapunov function of `A - L C` covers: it
-//! may grow. After the last incomplete sample a theorem about convergence holds anew, from the error that there is then.
+//! may grow. After the last incomplete sample a theorem about convergence holds anew, from the error that there is
+//! then.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OVector, RealField, convert};

@@ -386,8 +386,8 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
     assert!(count >= 11 * batches, "only {count} observers in {batches} batches are stable");
 }
 
-/// NaN and infinities in u and y come out of C as of Rust. A filter and an observer with a constant gain do not use such
-/// an output, and their estimates stay finite.
+/// NaN and infinities in u and y come out of C as of Rust. A filter and an observer with a constant gain do not use
+/// such an output, and their estimates stay finite.
 #[test]
 fn what_is_not_finite_comes_out_the_same() {
     let Some(compiler) = compilers().into_iter().next() else {

@@ -398,8 +398,8 @@ impl Panel {
         self
     }
 
-    /// Adds a small frame at the top right, over 45 % of the width and 38 % of the height, with the whole of the curves:
-    /// for a panel whose ranges show a part of them, and leave that corner free.
+    /// Adds a small frame at the top right, over 45 % of the width and 38 % of the height, with the whole of the
+    /// curves: for a panel whose ranges show a part of them, and leave that corner free.
     #[must_use]
     pub fn inset(mut self) -> Self {
         self.inset = true;

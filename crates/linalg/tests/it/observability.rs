@@ -51,7 +51,8 @@ fn the_double_integrator_from_either_state() {
 
 /// A Jordan block seen through its last coordinate only hides the chain in front of it, all of it at one eigenvalue.
 /// `[A - 0 I; C]` of the double integrator has the columns (0, 0, 1) and (1, 0, 0): both directions are alike. With two
-/// different oscillators one output sees each mode in one direction alone; the same one twice, seen by two outputs, in two.
+/// different oscillators one output sees each mode in one direction alone; the same one twice, seen by two outputs, in
+/// two.
 #[test]
 fn directions_that_are_alike_are_counted() {
     let seen = observability(&dmatrix![0.0, 1.0; 0.0, 0.0], &dmatrix![1.0, 0.0]).unwrap();

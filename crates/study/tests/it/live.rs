@@ -80,8 +80,8 @@ fn a_gain_that_is_too_small_is_not_certified() {
     assert!(matches!(&sampled, Some(GainVerdict::Open(why)) if why.contains("sampling period")), "{sampled:?}");
 }
 
-/// The servo's `A - g L C` has the polynomial `s^2 + (2 + g l1) s + g (l2 + 2 l1)` with l1, l2 > 0, which is Hurwitz for
-/// every factor g > 0 by Routh, and not for g = 0: where the P of the design does not prove it, another one does.
+/// The servo's `A - g L C` has the polynomial `s^2 + (2 + g l1) s + g (l2 + 2 l1)` with l1, l2 > 0, which is Hurwitz
+/// for every factor g > 0 by Routh, and not for g = 0: where the P of the design does not prove it, another one does.
 #[test]
 fn a_gain_that_the_p_of_the_design_does_not_serve_gets_another_p() {
     let (experiment, _) = page("servo", "another-p");
@@ -324,8 +324,8 @@ fn a_plant_in_discrete_time_gives_the_scores_of_the_study() {
         let said = design.design.as_ref().unwrap().verdict.word() == "proved";
         assert_eq!(matches!(verdict, Some(GainVerdict::Proved(_))), said, "{}: {verdict:?}", observer.name);
     }
-    // Both eigenvalues of A have the square det A = 0.955, so that the error tends to 0 without correction too, which the P
-    // of the design does not prove. A - g L C has the trace 1.95 - 0.95 g: with g = 100 it is not Schur.
+    // Both eigenvalues of A have the square det A = 0.955, so that the error tends to 0 without correction too, which
+    // the P of the design does not prove. A - g L C has the trace 1.95 - 0.95 g: with g = 100 it is not Schur.
     let without = verify(&experiment, &Sliders { gain: 1e-3, ..Sliders::NEUTRAL });
     assert!(matches!(&without[0], Some(GainVerdict::ProvedAnew(_))), "{:?}", without[0]);
     let large = verify(&experiment, &Sliders { gain: 100.0, ..Sliders::NEUTRAL });
