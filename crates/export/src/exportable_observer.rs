@@ -173,6 +173,21 @@ impl ExportableObserver {
         }
     }
 
+    /// Whether its step leaves out of its correction the outputs that are not finite, such as NaN, and takes the
+    /// others.
+    pub fn leaves_out_missing(&self) -> bool {
+        match self {
+            Self::Linear(_)
+            | Self::Cubic(_)
+            | Self::Varying(_)
+            | Self::Kalman(_)
+            | Self::Unscented(_)
+            | Self::SampledNonlinear(_)
+            | Self::Discrete(_) => true,
+            Self::MovingHorizon(_) | Self::Kkl(_) | Self::Extension(_) | Self::Step(_) => false,
+        }
+    }
+
     /// Runge-Kutta steps between two samples, if there are any.
     pub fn substeps(&self) -> Option<usize> {
         match self {

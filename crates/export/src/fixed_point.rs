@@ -66,10 +66,14 @@ pub(crate) fn name(format: FixedPointFormat) -> String {
     format!("Q{}.{}", format.integer_bits(), format.fraction_bits())
 }
 
+/// Every so many steps of the golden vectors an output is missing.
+pub(crate) const PARTIAL_EVERY: usize = 5;
+
 /// A step of the golden vectors, in integers.
 pub(crate) struct Step {
     pub(crate) u: Vec<i32>,
     pub(crate) y: Vec<i32>,
+    pub(crate) measured: Vec<bool>,
     pub(crate) estimate: Vec<i32>,
     /// Saturations since the start.
     pub(crate) saturations: u32,
@@ -124,7 +128,7 @@ impl FixedPointExport<'_> {
     }
 
     /// The estimates for given inputs and outputs, one pair for each sample: rounded to the format, and at most its
-    /// largest number.
+    /// largest number. Outputs that are NaN are missing.
     pub fn replay(&self, samples: &[(Vec<f64>, Vec<f64>)]) -> Vec<Vec<f64>> {
         let signals = self.observer.formats().signals;
         let integer = |x: f64| {
@@ -134,14 +138,15 @@ impl FixedPointExport<'_> {
         let column = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| integer(*x)));
         let mut state = self.observer.start(self.initial.clone());
         let estimates = samples.iter().map(|(u, y)| {
-            self.observer.step(&mut state, &column(u), &column(y));
+            let measured: Vec<bool> = y.iter().map(|y| !y.is_nan()).collect();
+            self.observer.step_partial(&mut state, &column(u), &column(y), &measured);
             state.xhat.iter().map(|x| signals.value(*x)).collect()
         });
         estimates.collect()
     }
 
     /// Steps from the first estimate, with numbers of magnitude up to 2, now and then of the whole range, and at its
-    /// ends, so that results saturate too.
+    /// ends, so that results saturate too; of every fifth an output is missing.
     pub(crate) fn golden(&self, count: usize) -> Vec<Step> {
         let signals = self.observer.formats().signals;
         let size = self.observer.dimensions();
@@ -159,9 +164,14 @@ impl FixedPointExport<'_> {
                 (0..length).map(|_| (scale * noise.next()).floor().clamp(smallest, largest) as i32).collect()
             };
             let (u, y) = (column(size.inputs), column(size.outputs));
-            self.observer.step(&mut state, &DVector::from_column_slice(&u), &DVector::from_column_slice(&y));
+            // One output after the other.
+            let missing =
+                (step % PARTIAL_EVERY == PARTIAL_EVERY - 1).then(|| step / PARTIAL_EVERY % size.outputs.max(1));
+            let measured: Vec<bool> = (0..size.outputs).map(|output| Some(output) != missing).collect();
+            let column = DVector::from_column_slice;
+            self.observer.step_partial(&mut state, &column(&u), &column(&y), &measured);
             let estimate = state.xhat.as_slice().to_vec();
-            steps.push(Step { u, y, estimate, saturations: state.saturations });
+            steps.push(Step { u, y, measured, estimate, saturations: state.saturations });
         }
         steps
     }

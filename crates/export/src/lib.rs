@@ -314,6 +314,17 @@ impl Export {
         self.is_filter() || matches!(&self.observer, ExportableObserver::Step(step) if step.is_of_sample())
     }
 
+    /// Whether the step of the emitted code has its halves apart, update and prediction: a filter's, and that of an
+    /// observer at varying periods. A block with feedback has none, because the feedback takes the estimate between
+    /// them.
+    pub fn has_halves(&self) -> bool {
+        let is_filter = match &self.observer {
+            ExportableObserver::Kalman(_) | ExportableObserver::Unscented(_) | ExportableObserver::Varying(_) => true,
+            _ => self.is_filter(),
+        };
+        is_filter && self.feedback.is_none()
+    }
+
     /// Whether the step includes a feedback.
     pub fn has_feedback(&self) -> bool {
         self.feedback.is_some()
@@ -463,8 +474,8 @@ impl Export {
         let matrices: usize = self.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
         let scalars = self.observer.scalars().len() + self.observer.constants_of_maps();
         let tables = self.observer.numbers_of_trees();
-        let prediction = self.update.as_ref().map_or(0, DMatrix::nrows);
-        let numbers = matrices + scalars + tables + self.initial.len() + prediction;
+        let halves = self.update.as_ref().map_or(0, |k| k.nrows() + k.ncols());
+        let numbers = matrices + scalars + tables + self.initial.len() + halves;
         numbers * self.scalar.bytes() + self.observer.state_bytes(self.scalar) + self.observer.integers() * 4
     }
 

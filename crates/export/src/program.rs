@@ -3,8 +3,8 @@
 
 use luenberger_expression::{ExpressionPlant, Recorded, Recording, RecordingError, Routine, record};
 use luenberger_observers::{
-    MatrixName, ObserverDimensions, ObserverError, SampledNonlinearObserver, SampledObserver, StationaryKalmanFilter,
-    VaryingPeriodStep,
+    DiscreteLinearObserver, MatrixName, ObserverDimensions, ObserverError, SampledNonlinearObserver, SampledObserver,
+    StationaryKalmanFilter, VaryingPeriodStep,
 };
 use nalgebra::{DMatrix, DVector, Dyn};
 
@@ -23,8 +23,8 @@ fn named(recording: &mut Recording, which: MatrixName, m: &DMatrix<f64>) -> DMat
     recording.matrix(ExportedMatrix::from(which).name(), m)
 }
 
-/// The program of the next state, a function of the state and of (u, y); in filter form of the estimate at the sample
-/// and of the next state. None of an observer whose step is not recorded.
+/// The program of the next state, a function of the state and of (u, y). None of an observer whose step is not recorded
+/// as a whole.
 ///
 /// # Errors
 /// [`ExportError::Rounded`] is not expected of an observer that was made; [`ExportError::NoStep`].
@@ -32,12 +32,9 @@ pub(crate) fn step(export: &Export) -> Result<Option<Routine>, ExportError> {
     let format = export.scalar.name();
     let refused = |error: ObserverError| ExportError::Rounded { format, error };
     let program = match &export.observer {
-        ExportableObserver::Linear(observer) => record(|recording| {
+        ExportableObserver::Linear(observer) if !export.is_filter() => record(|recording| {
             let same = observer.map::<_, Dyn, Dyn, Dyn>(|which, m| named(recording, which, m)).map_err(refused)?;
-            let Some(k) = &export.update else { return Ok(next(recording, &same)) };
-            let same = StationaryKalmanFilter::new(same, recording.matrix(ExportedMatrix::Update.name(), k))
-                .map_err(refused)?;
-            Ok(estimate_and_next(recording, &same))
+            Ok(next(recording, &same))
         })?,
         ExportableObserver::Cubic(observer) => record(|recording| {
             let same = observer.map::<_, Dyn, Dyn, Dyn>(|which, m| named(recording, which, m)).map_err(refused)?;
@@ -53,6 +50,44 @@ pub(crate) fn step(export: &Export) -> Result<Option<Routine>, ExportError> {
         _ => return Ok(None),
     };
     program.map(Some).map_err(|error| ExportError::NoStep { why: error.to_string(), format })
+}
+
+/// The programs of a stationary Kalman filter with the gain K of the update: the innovation, a function of the
+/// prediction and of (u, y), the estimate with it, a function of the prediction and the innovation, and the next
+/// prediction, a function of the prediction and of (u, innovation).
+///
+/// # Errors
+/// As [`step`].
+pub(crate) fn stationary(
+    export: &Export,
+    observer: &DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>,
+    k: &DMatrix<f64>,
+) -> Result<[Routine; 3], ExportError> {
+    let format = export.scalar.name();
+    let ObserverDimensions { state, inputs, outputs, .. } = observer.dimensions();
+    let programs = record(|recording| {
+        let refused = |error| ExportError::Rounded { format, error };
+        let same = observer.map::<_, Dyn, Dyn, Dyn>(|which, m| named(recording, which, m)).map_err(refused)?;
+        let k = recording.matrix(ExportedMatrix::Update.name(), k);
+        let same = StationaryKalmanFilter::new(same, k).map_err(refused)?;
+        let column = DVector::<Recorded>::from_column_slice;
+        let innovation = recording.program((state, inputs + outputs), |_, x, known| {
+            let (u, y) = known.split_at(inputs);
+            same.innovation(&column(x), &column(u), &column(y)).as_slice().to_vec()
+        });
+        let filtered =
+            recording.program((state, outputs), |_, x, z| same.update(&column(x), &column(z)).as_slice().to_vec());
+        let predicted = recording.program((state, inputs + outputs), |_, x, known| {
+            let (u, z) = known.split_at(inputs);
+            let mut next = column(x);
+            same.predict(&mut next, &column(u), &column(z));
+            next.as_slice().to_vec()
+        });
+        Ok([innovation, filtered, predicted])
+    })?;
+    let [innovation, filtered, predicted] =
+        programs.map(|program| program.map_err(|error| ExportError::NoStep { why: error.to_string(), format }));
+    Ok([innovation?, filtered?, predicted?])
 }
 
 /// The program of the slopes of the estimate and of the predicted output, functions of both and of u.
@@ -169,27 +204,5 @@ where
         let mut state = DVector::from_column_slice(x);
         observer.step(t, &mut state, &u, &y);
         state.as_slice().to_vec()
-    })
-}
-
-/// The estimate at the sample, and the state after the step.
-fn estimate_and_next<O>(recording: &mut Recording, observer: &O) -> Result<Routine, RecordingError>
-where
-    O: SampledObserver<
-            Recorded,
-            State = DVector<Recorded>,
-            Input = DVector<Recorded>,
-            Output = DVector<Recorded>,
-            Estimate = DVector<Recorded>,
-        >,
-{
-    let size = observer.dimensions();
-    recording.program((size.state, size.inputs + size.outputs), |t, x, known| {
-        let (u, y) = known.split_at(size.inputs);
-        let (u, y) = (DVector::from_column_slice(u), DVector::from_column_slice(y));
-        let mut state = DVector::from_column_slice(x);
-        let estimate = observer.estimate_at(&state, &u, &y);
-        observer.step(t, &mut state, &u, &y);
-        estimate.iter().chain(state.iter()).copied().collect()
     })
 }

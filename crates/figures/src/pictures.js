@@ -17,7 +17,9 @@ function themed(layout) {
 // Panels side by side are stacked where the page is narrow.
 const narrow = matchMedia("(max-width: 40rem)");
 function stacked(layout) {
-  const numbers = Object.keys(layout).filter((key) => key.startsWith("xaxis")).map((key) => key.slice(5));
+  const insets = layout.meta?.insets ?? [];
+  const numbers = Object.keys(layout).filter((key) => key.startsWith("xaxis")).map((key) => key.slice(5))
+    .filter((n) => insets.every(([inset]) => inset !== n));
   if (!narrow.matches || numbers.every((n) => layout[`xaxis${n}`].domain[0] === 0)) return layout;
   const { t, b } = layout.margin, gap = 95;
   const before = layout.height - t - b;
@@ -30,6 +32,14 @@ function stacked(layout) {
     copy[`xaxis${n}`] = { ...layout[`xaxis${n}`], domain: [0, 1] };
     copy[`yaxis${n}`] = { ...layout[`yaxis${n}`], domain: [bottom, top] };
     top = bottom - gap / inner;
+  }
+  // An inset keeps its place in its panel.
+  for (const [inset, of] of insets) {
+    for (const axis of ["xaxis", "yaxis"]) {
+      const [from, to] = layout[axis + of].domain, [low, high] = copy[axis + of].domain;
+      const moved = (place) => low + (place - from) / (to - from) * (high - low);
+      copy[axis + inset] = { ...layout[axis + inset], domain: layout[axis + inset].domain.map(moved) };
+    }
   }
   return copy;
 }

@@ -40,7 +40,13 @@ pub struct Mode {
     /// hidden mode `A v = lambda v`, `C v = 0`. The largest component is real and positive; for a real eigenvalue all
     /// are real.
     pub direction: DVector<Complex<f64>>,
+    /// How many independent directions attain the minimum to seven digits: with more than one, `direction` is one of
+    /// them by chance. 1 where there are more than 64 states, for which they are not counted.
+    pub directions: usize,
 }
+
+/// States up to which the directions of a mode are counted.
+const MOST_STATES_COUNTED: usize = 64;
 
 /// Observability of a pair `(A, C)`: rank, modes with margins, unobservable subspace.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,7 +89,8 @@ impl Observability {
 /// that of [`schur`] if its iteration does not converge.
 ///
 /// # Cost
-/// About `40 n^3 + 24 p n^3` flops, most of them for the margins.
+/// About `40 n^3 + 24 p n^3` flops, most of them for the margins; up to 64 states a decomposition of a
+/// complex matrix for each mode besides.
 ///
 /// # Example
 /// Two equal masses on springs, and the difference of the positions as the output: the common motion is hidden.
@@ -451,16 +458,36 @@ fn modes_of(
         // A conjugate pair is computed once.
         if let Some(twin) = modes.last().filter(|m| lambda.im != 0.0 && m.eigenvalue == eigenvalue.conj()) {
             let (margin, direction) = (twin.margin, twin.direction.map(|x| x.conj()));
-            modes.push(Mode { eigenvalue, margin, direction });
+            modes.push(Mode { eigenvalue, margin, direction, directions: twin.directions });
             continue;
         }
         let z = &basis * least_visible(&block.t, &outputs, lambda)?;
         let motion = &a * &z - &z * lambda;
         let trace = &c * &z;
         let margin = if size > 0.0 { motion.norm().hypot(trace.norm()) / size } else { 0.0 };
-        modes.push(Mode { eigenvalue, margin, direction: in_given_units(units, &z) });
+        let directions = directions(&a, &c, lambda, size);
+        modes.push(Mode { eigenvalue, margin, direction: in_given_units(units, &z), directions });
     }
     Ok(modes)
+}
+
+/// How many singular values of `[A - lambda I; C]` are the smallest one, to seven digits or the rounding of `size`.
+fn directions(a: &DMatrix<Complex<f64>>, c: &DMatrix<Complex<f64>>, lambda: Complex<f64>, size: f64) -> usize {
+    let n = a.nrows();
+    if n > MOST_STATES_COUNTED {
+        return 1;
+    }
+    let mut both = DMatrix::<Complex<f64>>::zeros(n + c.nrows(), n);
+    both.rows_mut(0, n).copy_from(a);
+    both.rows_mut(n, c.nrows()).copy_from(c);
+    for i in 0..n {
+        both[(i, i)] -= lambda;
+    }
+    // Bounded iterations; without an answer nothing is known of others.
+    let Some(svd) = both.try_svd(false, false, f64::EPSILON, 1000) else { return 1 };
+    let least = svd.singular_values.iter().copied().fold(f64::INFINITY, f64::min);
+    let limit = least * (1.0 + 1e-7) + 64.0 * f64::EPSILON * size;
+    svd.singular_values.iter().filter(|value| **value <= limit).count().max(1)
 }
 
 /// A direction in the units given, normalised.

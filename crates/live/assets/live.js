@@ -157,6 +157,9 @@ class Live {
       } else if ("proved" in verdict) {
         [badge.className, badge.textContent] = ["badge good", "proved"];
         if (verdict.proved !== null) why.textContent = ` margin >= ${below(verdict.proved, 4)}`;
+      } else if ("proved-anew" in verdict) {
+        [badge.className, badge.textContent] = ["badge good", "proved"];
+        why.textContent = " that the error tends to 0, by a P for these gains; the report's rate is not";
       } else {
         [badge.className, badge.textContent] = ["badge bad", "not certified"];
         why.textContent = ` ${verdict.open}`;

@@ -1,5 +1,6 @@
 //! The verdict on an observer whose gains were changed: the theorems of its certificate files, with the same P, for the
-//! gains as they are now.
+//! gains as they are now. Where that P does not prove a linear observer to converge, another one is tried, the solution
+//! of the Lyapunov or Stein equation for these gains; what the file says of a rate is then not said.
 //!
 //! These theorems are about convergence without noise, for whatever first error. One that a page does not verify can
 //! suppose bounds of the noise and of the first error ([`Hypotheses`]): a slider above 1 that goes beyond them leaves
@@ -7,8 +8,9 @@
 
 use luenberger_proof::Matrix;
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{CertificateFile, Theorem};
+use luenberger_proof::certificate::{CertificateFile, Datum, DiscreteConvergence, LinearConvergence, Theorem};
 use luenberger_proof::wording::{if_at_most, significant};
+use nalgebra::{DMatrix, DVector};
 
 use crate::experiment::{Experiment, Hypotheses, Sliders, StoredObserver};
 use crate::join::start;
@@ -19,6 +21,8 @@ use crate::join::start;
 pub enum GainVerdict {
     /// Every inequality, with the smallest positive margin if one has a margin.
     Proved(Option<f64>),
+    /// The same with another P than that of the certificate: convergence, without its rate.
+    ProvedAnew(Option<f64>),
     /// This is not proved.
     Open(String),
     /// The certificate is one that a page does not verify: its verdict is in the report.
@@ -48,14 +52,19 @@ fn certified(experiment: &Experiment, observer: &StoredObserver, sliders: &Slide
         let left = observer.hypotheses.as_ref().and_then(|of| failed_hypothesis(of, experiment, observer, sliders));
         return Some(left.map_or(GainVerdict::Elsewhere, GainVerdict::Open));
     };
-    let mut least: Option<f64> = None;
+    let (mut least, mut is_other): (Option<f64>, bool) = (None, false);
     for file in files {
-        match theorem(file, sliders) {
-            GainVerdict::Proved(margin) => least = [least, margin].into_iter().flatten().reduce(f64::min),
+        let found = theorem(file, sliders);
+        is_other |= matches!(found, GainVerdict::ProvedAnew(_));
+        match found {
+            GainVerdict::Proved(margin) | GainVerdict::ProvedAnew(margin) => {
+                least = [least, margin].into_iter().flatten().reduce(f64::min);
+            }
             other => return Some(other),
         }
     }
-    (!files.is_empty()).then_some(GainVerdict::Proved(least))
+    let proved = if is_other { GainVerdict::ProvedAnew(least) } else { GainVerdict::Proved(least) };
+    (!files.is_empty()).then_some(proved)
 }
 
 fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
@@ -69,6 +78,16 @@ fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
     if (sliders.gain, sliders.cubic) != (1.0, 1.0) && !scale(&mut theorem, sliders) {
         return open(OF_DESIGN);
     }
+    match decided(&theorem) {
+        GainVerdict::Open(why) => match with_another_p(theorem).map(|theorem| decided(&theorem)) {
+            Some(GainVerdict::Proved(margin)) => GainVerdict::ProvedAnew(margin),
+            _ => GainVerdict::Open(why),
+        },
+        proved => proved,
+    }
+}
+
+fn decided(theorem: &Theorem) -> GainVerdict {
     let Ok(facts) = theorem.facts() else {
         return open("the theorem does not accept these gains");
     };
@@ -80,6 +99,52 @@ fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
         None => GainVerdict::Proved(margins.reduce(f64::min)),
         Some(fact) => GainVerdict::Open(fact.inequality.clone()),
     }
+}
+
+/// The largest order for which another P is computed: its equation has the square of this number of unknowns.
+const LARGEST_ORDER: usize = 10;
+
+/// The theorem with the P of the gains as they are now, `F'P + PF + Q = 0` or `F'PF - P + Q = 0` for `F = A - LC`, and
+/// without a rate. Q is the diagonal of the P before, so that it does not depend on the units of the states. None for
+/// another theorem, and where the equation has no solution in floating point.
+fn with_another_p(theorem: Theorem) -> Option<Theorem> {
+    let numbers = |m: &Matrix<f64>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)]);
+    let middle = |m: &Matrix<Datum>| {
+        DMatrix::from_fn(m.rows(), m.cols(), |i, j| {
+            let entry = m[(i, j)].interval();
+            f64::midpoint(entry.lo(), entry.hi())
+        })
+    };
+    Some(match theorem {
+        Theorem::LinearConvergence(data) => {
+            let f = middle(&data.plant.a) - numbers(&data.l) * middle(&data.plant.c);
+            let p = another_p(&f, &numbers(&data.p), false)?;
+            Theorem::LinearConvergence(LinearConvergence { p, rate: 0.0, ..data })
+        }
+        Theorem::DiscreteConvergence(data) => {
+            let f = numbers(&data.plant.a) - numbers(&data.l) * numbers(&data.plant.c);
+            let p = another_p(&f, &numbers(&data.p), true)?;
+            Theorem::DiscreteConvergence(DiscreteConvergence { p, factor: None, ..data })
+        }
+        _ => return None,
+    })
+}
+
+/// The solution of one of these equations, by its Kronecker form.
+fn another_p(f: &DMatrix<f64>, before: &DMatrix<f64>, is_discrete: bool) -> Option<Matrix<f64>> {
+    let n = f.nrows();
+    if n > LARGEST_ORDER {
+        return None;
+    }
+    let (of, one) = (f.transpose(), DMatrix::<f64>::identity(n, n));
+    let equation = match is_discrete {
+        true => of.kronecker(&of) - DMatrix::identity(n * n, n * n),
+        false => one.kronecker(&of) + of.kronecker(&one),
+    };
+    let q = DMatrix::from_diagonal(&before.diagonal());
+    let solution = equation.lu().solve(&DVector::from_column_slice((-q).as_slice()))?;
+    let p = DMatrix::from_column_slice(n, n, solution.as_slice());
+    p.iter().all(|entry| entry.is_finite()).then(|| Matrix::from_fn(n, n, |i, j| f64::midpoint(p[(i, j)], p[(j, i)])))
 }
 
 /// Which hypothesis does not hold with a slider above 1, if any. A smaller noise or first error than that of the report

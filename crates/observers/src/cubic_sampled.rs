@@ -267,12 +267,14 @@ where
         self.gains.period
     }
 
+    crate::partial::step_of_measured! {}
+
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let SampledCubicGains { ad, bd, c, ld, n, period, .. } = &self.gains;
         let (order, outputs) = n.shape_generic();
         let (u, y, xhat) = (u.as_slice(), y.as_slice(), xhat.as_mut_slice());
         with_column(outputs, |innovation| {
-            feedthrough::innovation(c, self.d.as_ref(), (xhat, u, y), innovation);
+            feedthrough::sampled_innovation(c, self.d.as_ref(), (xhat, u, y), innovation);
             with_column(outputs, |impulse| {
                 self.flow(*period, innovation, impulse);
                 for (i, xhat) in xhat.iter_mut().enumerate() {

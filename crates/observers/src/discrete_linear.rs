@@ -88,12 +88,14 @@ where
         self.period
     }
 
+    crate::partial::step_of_measured! {}
+
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let LinearPlant { a, b, c, d } = &self.plant;
         let (u, y, xhat) = (u.as_slice(), y.as_slice(), xhat.as_mut_slice());
         let (order, outputs) = self.l.shape_generic();
         with_column(outputs, |innovation| {
-            feedthrough::innovation(c, d.as_ref(), (xhat, u, y), innovation);
+            feedthrough::sampled_innovation(c, d.as_ref(), (xhat, u, y), innovation);
             with_column(order, |next| {
                 predict((a, b, &self.l), (xhat, u, innovation), next);
                 copy(next, xhat);

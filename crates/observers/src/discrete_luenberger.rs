@@ -12,6 +12,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
+use crate::partial::of_measured;
 
 /// `xhat+ = f(t, xhat, u) + L (y - h(t, xhat, u))` for a plant `S` in discrete time, whose `derivative` is the next
 /// state, with N states, M inputs and P outputs.
@@ -93,8 +94,11 @@ where
         self.period
     }
 
+    crate::partial::step_of_measured! {}
+
     fn step(&self, t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        let innovation = y - self.plant.output(t, xhat, u);
+        let mut innovation = y - self.plant.output(t, xhat, u);
+        innovation.zip_apply(y, |innovation, y| *innovation = of_measured(y, *innovation));
         *xhat = self.plant.derivative(t, xhat, u) + &self.l * innovation;
     }
 }

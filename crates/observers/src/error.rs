@@ -249,7 +249,12 @@ pub enum ObserverError {
         fraction_bits: u32,
     },
     /// A number beyond the range of its fixed-point format.
-    #[error("{what}({}, {}) = {value} is beyond the range of Q{integer_bits}.{fraction_bits}", row + 1, column + 1)]
+    #[error(
+        "{what}({}, {}) = {value} is beyond the range of Q{integer_bits}.{fraction_bits}: it needs {} bits before the point",
+        row + 1,
+        column + 1,
+        crate::fixed_point::integer_bits_of(*value, *integer_bits)
+    )]
     FixedPointRange {
         /// Name of the matrix.
         what: &'static str,

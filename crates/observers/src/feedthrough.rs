@@ -11,6 +11,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
 use crate::dense::entry;
 use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions};
+use crate::partial::of_measured;
 
 /// The observer `O` of the plant without its feedthrough, which reads `y - D u` for y: of observers without an
 /// innovation of their own, such as those of lower order.
@@ -131,6 +132,23 @@ pub(crate) fn innovation<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
         if let Some(d) = d {
             *value -= entry(d, i, u);
         }
+    }
+}
+
+/// The same of a sample: 0 for an output that is not finite, which counts as not measured.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "as in dense.rs")]
+pub(crate) fn sampled_innovation<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
+    c: &OMatrix<T, P, N>,
+    d: Option<&OMatrix<T, P, M>>,
+    (xhat, u, y): (&[T], &[T], &[T]),
+    of_sample: &mut [T],
+) where
+    DefaultAllocator: Allocator<P, N> + Allocator<P, M>,
+{
+    innovation(c, d, (xhat, u, y), of_sample);
+    for (value, y) in of_sample.iter_mut().zip(y) {
+        *value = of_measured(*y, *value);
     }
 }
 

@@ -90,6 +90,16 @@ impl FixedPointFormat {
     }
 }
 
+/// The bits before the point, the sign among them, that a number beyond the range of a format with `too_few` needs.
+pub(crate) fn integer_bits_of(value: f64, too_few: u32) -> u32 {
+    // A bit more than in the format that does not hold it; up to the largest numbers of binary64.
+    let (mut bits, mut end) = (too_few + 1, (1_u64 << too_few.min(32)) as f64);
+    while !(-end..end).contains(&value) && end.is_finite() {
+        (bits, end) = (bits + 1, 2.0 * end);
+    }
+    bits
+}
+
 /// `1.5 2^52`: the spacing of the numbers around it is 1, so that adding it rounds to an integer, ties to even.
 const INTEGERS: f64 = 6_755_399_441_055_744.0;
 
@@ -244,9 +254,26 @@ where
 
     /// One step, from the sample at t to the estimate at t + period; all numbers are integers of the signals' format.
     pub fn step(&self, state: &mut FixedPointState<N>, u: &OVector<i32, M>, y: &OVector<i32, P>) {
+        self.step_partial(state, u, y, &[]);
+    }
+
+    /// [`step`](Self::step) of a sample of which only the outputs that are true in `measured` were measured, none for
+    /// all: the innovation of the others, which are not read, is 0, so that their columns of L are left out. Integers
+    /// have no NaN that could say so.
+    pub fn step_partial(
+        &self,
+        state: &mut FixedPointState<N>,
+        u: &OVector<i32, M>,
+        y: &OVector<i32, P>,
+        measured: &[bool],
+    ) {
         let FixedPointGains { a, b, c, d, l } = &self.gains;
         let mut z = y.clone();
         for (k, z) in z.iter_mut().enumerate() {
+            if measured.get(k) == Some(&false) {
+                *z = 0;
+                continue;
+            }
             let mut sum = i64::from(*z) << self.formats.gains.fraction_bits;
             sum -= dot(c, k, &state.xhat);
             if let Some(d) = d {

@@ -477,8 +477,9 @@ where
         found.is_some_and(|found| moved(estimate, &found.next, &found.spread(&p)))
     }
 
-    /// [`step`](SampledObserver::step) without the update; columns of other lengths change nothing.
-    fn finish(&self, t: T, state: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
+    /// [`step`](SampledObserver::step) without the [update](Self::update): the prediction over the period, and NaN
+    /// where it has no result. Columns of other lengths change nothing.
+    pub fn finish(&self, t: T, state: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
         if self.fits(state, u) && !self.predict(t, state, u, self.h) {
             *state = state.lost();
         }

@@ -101,6 +101,7 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod output_feedback;
 mod parameter_estimation;
+mod partial;
 #[cfg(feature = "alloc")]
 pub mod particle;
 pub mod proportional_integral;

@@ -167,7 +167,8 @@ pub(crate) fn has_rows<D: Dim>(rows: usize, stated: impl FnOnce() -> usize) -> b
 ///
 /// As an [`Observer`] it is the prediction: its derivative does not read y. The time between two samples may vary.
 pub trait ContinuousDiscreteObserver<T>: Observer<T> {
-    /// The correction by the sample `y`, in place; `elapsed` is the time since the last sample that arrived.
+    /// The correction by the sample `y`, in place; `elapsed` is the time since the last sample that arrived. An output
+    /// that is NaN was not measured; at least one was.
     fn correct(&self, state: &mut Self::State, u: &Self::Input, y: &Self::Output, elapsed: T);
 }
 
@@ -210,8 +211,9 @@ pub trait SampledObserver<T> {
     /// As [`step`](Self::step), of a sample of which only the outputs with true in `measured` were measured. The caller
     /// sets the others to their predictions from the estimate.
     ///
-    /// A filter with a covariance takes the outputs that were measured, and does not read the others. Without a
-    /// covariance the predicted output takes the place of a missing one, so that its innovation is zero.
+    /// A filter with a covariance takes the outputs that were measured, and does not read the others; a linear, a cubic
+    /// observer and a copy of the plant with a constant gain leave them out of the correction, as those that are not
+    /// finite in [`step`](Self::step). In the others the predicted output takes the place of a missing one.
     fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
         let _ = measured;
         self.step(t, state, u, y);
@@ -243,6 +245,19 @@ pub trait SampledObserver<T> {
     fn estimate_at(&self, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
         let _ = (u, y);
         self.estimate(state)
+    }
+
+    /// As [`estimate_at`](Self::estimate_at), of a sample of which only the outputs with true in `measured` were
+    /// measured; the others as in [`step_partial`](Self::step_partial).
+    fn estimate_at_partial(
+        &self,
+        state: &Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Self::Estimate {
+        let _ = measured;
+        self.estimate_at(state, u, y)
     }
 
     /// The update of a filter whose [`step`](Self::step) is an update and a prediction, on slices: what the state holds
@@ -382,6 +397,16 @@ impl<T, O: SampledObserver<T> + ?Sized> SampledObserver<T> for &O {
 
     fn estimate_at(&self, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
         (**self).estimate_at(state, u, y)
+    }
+
+    fn estimate_at_partial(
+        &self,
+        state: &Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Self::Estimate {
+        (**self).estimate_at_partial(state, u, y, measured)
     }
 
     fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool

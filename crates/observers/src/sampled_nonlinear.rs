@@ -28,6 +28,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, conver
 use crate::dense::times;
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
+use crate::partial::of_measured;
 use crate::runge_kutta;
 
 /// The sampled copy of a plant `S` with N states, M inputs and P outputs; see the [module](self).
@@ -107,7 +108,8 @@ where
         self.substeps
     }
 
-    /// `xhat'` and `w'`, which a step integrates from one sample to the next.
+    /// `xhat'` and `w'`, which a step integrates from one sample to the next. An output w that is not finite stays so,
+    /// and does not correct.
     pub fn slope(
         &self,
         t: T,
@@ -117,7 +119,8 @@ where
     ) -> (OVector<T, N>, OVector<T, P>) {
         let f = self.plant.derivative(t, xhat, u);
         let rate = times(&self.plant.output_jacobian(t, xhat, u), &f);
-        let innovation = w - self.plant.output(t, xhat, u);
+        let mut innovation = w - self.plant.output(t, xhat, u);
+        innovation.zip_apply(w, |innovation, w| *innovation = of_measured(w, *innovation));
         (f + times(&self.l, &innovation), rate)
     }
 }
@@ -137,6 +140,8 @@ where
     fn period(&self) -> T {
         self.h
     }
+
+    crate::partial::step_of_measured! {}
 
     fn step(&self, t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let tau = self.h / convert::<f64, T>(self.substeps as f64);

@@ -14,13 +14,14 @@
 
 use luenberger_plants::Size;
 use luenberger_plants::error::check_matrix;
-use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use crate::dense::{entry, with_column};
-use crate::discrete_linear::DiscreteLinearObserver;
+use crate::dense::entry;
+use crate::discrete_linear::{DiscreteLinearObserver, predict};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
+use crate::partial::only;
 
 /// The stationary Kalman filter in filter form; see the [module](self).
 ///
@@ -76,6 +77,41 @@ where
     pub fn k(&self) -> &OMatrix<T, N, P> {
         &self.k
     }
+
+    /// The innovation `y - C xhat(k|k-1) - D u` of a sample; 0 of an output that is not finite, which counts as not
+    /// measured.
+    pub fn innovation(&self, prediction: &OVector<T, N>, u: &OVector<T, M>, y: &OVector<T, P>) -> OVector<T, P> {
+        let plant = self.predictor.plant();
+        let mut found = y.clone();
+        let columns = (prediction.as_slice(), u.as_slice(), y.as_slice());
+        feedthrough::sampled_innovation(&plant.c, plant.d.as_ref(), columns, found.as_mut_slice());
+        found
+    }
+
+    /// The update of a step, apart from its prediction: `xhat(k|k) = xhat(k|k-1) + K z` for the innovation z.
+    ///
+    /// Measurements of one sample that arrive at different times have their [innovations](Self::innovation) in one
+    /// column, with 0 for those that have not arrived. `estimate_at` and `step` are innovation, update and
+    /// [`predict`](Self::predict), with the same bits.
+    pub fn update(&self, prediction: &OVector<T, N>, innovation: &OVector<T, P>) -> OVector<T, N> {
+        let mut estimate = prediction.clone();
+        for (i, entry_of_estimate) in estimate.iter_mut().enumerate() {
+            *entry_of_estimate += entry(&self.k, i, innovation.as_slice());
+        }
+        estimate
+    }
+
+    /// The prediction of a step, apart from its update: `xhat(k+1|k) = A xhat(k|k-1) + B u(k) + L z` for the innovation
+    /// z of the sample, in place.
+    pub fn predict(&self, prediction: &mut OVector<T, N>, u: &OVector<T, M>, innovation: &OVector<T, P>) {
+        let plant = self.predictor.plant();
+        let before = prediction.clone();
+        predict(
+            (&plant.a, &plant.b, self.predictor.l()),
+            (before.as_slice(), u.as_slice(), innovation.as_slice()),
+            prediction.as_mut_slice(),
+        );
+    }
 }
 
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for StationaryKalmanFilter<T, N, M, P>
@@ -96,17 +132,20 @@ where
         self.predictor.step(t, state, u, y);
     }
 
+    crate::partial::step_of_measured! {}
+
     fn estimate_at(&self, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
-        let plant = self.predictor.plant();
-        let mut estimate = state.clone();
-        with_column(self.k.shape_generic().1, |innovation| {
-            let columns = (state.as_slice(), u.as_slice(), y.as_slice());
-            feedthrough::innovation(&plant.c, plant.d.as_ref(), columns, innovation);
-            for (i, entry_of_estimate) in estimate.iter_mut().enumerate() {
-                *entry_of_estimate += entry(&self.k, i, innovation);
-            }
-        });
-        estimate
+        self.update(state, &self.innovation(state, u, y))
+    }
+
+    fn estimate_at_partial(
+        &self,
+        state: &Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Self::Estimate {
+        self.estimate_at(state, u, &only(y, measured))
     }
 
     fn is_filter(&self) -> bool {

@@ -146,7 +146,7 @@ where
         let (xhat, outputs) = (xhat.as_mut_slice(), n.shape_generic().1);
         with_column(outputs, |innovation| {
             let c = self.nominal.c();
-            feedthrough::innovation(c, self.nominal.d(), (xhat, u.as_slice(), y.as_slice()), innovation);
+            feedthrough::sampled_innovation(c, self.nominal.d(), (xhat, u.as_slice(), y.as_slice()), innovation);
             with_column(outputs, |impulse| {
                 self.nominal.flow(elapsed, innovation, impulse);
                 for (i, xhat) in xhat.iter_mut().enumerate() {
@@ -297,6 +297,8 @@ where
     fn period(&self) -> T {
         SampledObserver::period(&self.0.nominal)
     }
+
+    crate::partial::step_of_measured! {}
 
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let elapsed = u.as_slice().last().copied().unwrap_or_else(T::zero);

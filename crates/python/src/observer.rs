@@ -7,7 +7,6 @@ use luenberger_export::{ExportableObserver, golden};
 use luenberger_plants::Plant;
 use luenberger_study::deployment::{ExportOptions, ExportRefusal, export, program};
 use luenberger_study::design::{Designed, design_until};
-use luenberger_study::kinds::SampledCubic;
 use luenberger_study::model::Model;
 use luenberger_study::{Study, replay_designed, simulate_designed};
 use nalgebra::DVector;
@@ -71,13 +70,6 @@ impl Design {
     /// The design in numbers and words, as JSON.
     fn report(&self, py: Python<'_>) -> PyResult<String> {
         serde_json::to_string(&self.designed.report).map_err(|why| error::plain(py, "StudyError", why))
-    }
-
-    /// Matrices that the report does not have.
-    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let Some(observer) = SampledCubic::running(&self.designed.runnable) else { return Ok(PyDict::new(py)) };
-        let [l, n, theta] = [observer.ld(), observer.n(), observer.theta()].map(|matrix| array(py, matrix));
-        Ok(dictionary!(py; L = l, N = n, theta))
     }
 
     /// Kind, name, names of the columns, numbers of states, inputs and outputs, sampling period.
@@ -167,8 +159,9 @@ impl Design {
                 error: Box::new(error),
             })?;
             let observer = export.observer();
-            let takes_missing = stepper.is_filter() || matches!(observer, ExportableObserver::MovingHorizon(_));
-            let is_of_plant = study.observers[0].kind.functions().is_none() && !observer.takes_time();
+            let takes_missing =
+                observer.leaves_out_missing() || matches!(observer, ExportableObserver::MovingHorizon(_));
+            let is_of_plant = study.observers[0].kind.functions().is_none();
             let plant = (!takes_missing && is_of_plant).then(|| study.plant.model.clone());
             let (period, size) = (observer.period(), observer.dimensions());
             Ok(Stepper {

@@ -113,6 +113,8 @@ pub(crate) fn trajectory<'py>(py: Python<'py>, run: &ObserverRun) -> PyResult<Bo
         y = columns(py, &run.y),
         xhat = run.estimate.as_ref().map(|estimate| columns(py, estimate)),
         deviation = run.deviation.as_ref().map(|deviation| columns(py, deviation)),
+        smoothed = run.smoothed.as_ref().map(|(estimate, _)| columns(py, estimate)),
+        smoothed_deviation = run.smoothed.as_ref().map(|(_, deviation)| columns(py, deviation)),
     ))
 }
 

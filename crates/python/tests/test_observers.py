@@ -154,6 +154,55 @@ def test_inputs_of_every_form():
         observer.simulate([0, 0], -1)
 
 
+def test_an_array_alone_is_an_input_at_the_times_of_the_run():
+    observer = lg.place_observer(SYS, [-4, -5], xhat0=[0.5, 0.0])
+    t = np.linspace(0, 2, 101)
+    u = np.sin(3 * t)
+    pair = observer.simulate([1, 0], 2, samples=101, u=(t, u[np.newaxis]))
+    for alone in (u, u[np.newaxis], [u.tolist()]):
+        run = observer.simulate([1, 0], 2, samples=101, u=alone)
+        assert run.xhat.tolist() == pair.xhat.tolist() and run.u.tolist() == pair.u.tolist()
+    two = lg.place_observer(([[0, 1], [0, 0]], [[0, 1], [1, 0]], [[1, 0]]), [-4, -5])
+    # One number for each input is constant, whatever the number of samples is.
+    constant = two.simulate([1, 0], 1, samples=2, u=[0.5, -0.25])
+    assert constant.u.tolist() == [[0.5, 0.5], [-0.25, -0.25]]
+    with pytest.raises(lg.DimensionMismatch, match="u must be 1 x 101"):
+        observer.simulate([1, 0], 2, samples=101, u=u[np.newaxis, :50])
+
+
+def test_smoothed_estimates_are_those_of_rauch_tung_and_striebel():
+    A, B, C = np.array([[1, 0.1], [-0.2, 0.9]]), np.array([[0.0], [0.1]]), np.array([[1.0, 0.0]])
+    Q, R = np.diag([1e-3, 2e-3]), np.array([[0.04]])
+    plant = lg.plant(["x1 + 0.1*x2", "-0.2*x1 + 0.9*x2 + 0.1*u1"], ["x1"], inputs=["u1"], dt=0.1)
+    observer = lg.ekf(plant, QN=[1e-3, 2e-3], RN=[0.04], P0=[0.5, 2.0], xhat0=[0.3, 0.0])
+    rng = np.random.default_rng(7)
+    t = 0.1 * np.arange(60)
+    u, y = rng.standard_normal((1, 60)), 0.3 * rng.standard_normal((1, 60))
+    y[0, 20:24] = np.nan
+    run = observer.replay(t, y, u, smooth=True)
+    x, P = np.array([0.3, 0.0]), np.diag([0.5, 2.0])
+    filtered, predicted = [], []
+    for k in range(60):
+        if np.isfinite(y[0, k]):
+            K = P @ C.T / (C @ P @ C.T + R)
+            x, P = x + (K @ (y[:, k] - C @ x)), (np.eye(2) - K @ C) @ P
+        filtered.append((x, P))
+        x, P = A @ x + B @ u[:, k], A @ P @ A.T + Q
+        predicted.append((x, P))
+    smoothed = [filtered[-1]]
+    for k in range(58, -1, -1):
+        (xf, Pf), (xp, Pp), (xs, Ps) = filtered[k], predicted[k], smoothed[0]
+        G = Pf @ A.T @ np.linalg.inv(Pp)
+        smoothed.insert(0, (xf + G @ (xs - xp), Pf + G @ (Ps - Pp) @ G.T))
+    np.testing.assert_allclose(run.smoothed, np.array([x for x, _ in smoothed]).T, rtol=1e-8, atol=1e-10)
+    deviation = np.array([np.sqrt(np.diag(P)) for _, P in smoothed]).T
+    np.testing.assert_allclose(run.smoothed_deviation, deviation, rtol=1e-8)
+    assert observer.replay(t, y, u).smoothed is None
+    assert "x1_smoothed" in run.to_dict()
+    with pytest.raises(lg.NotApplicable, match="ukf"):
+        lg.place_observer(SYS, [-4, -5]).replay(t, y, u, smooth=True)
+
+
 def test_a_diverging_plant_is_an_error_with_the_time():
     plant = lg.plant(["x1^2"], ["x1"], region=[(-1, 1)])
     observer = lg.certify(lg.ss([[0.0]], None, [[1.0]]), [[1.0]])

@@ -74,7 +74,7 @@ def test_a_missing_output_is_not_used_by_a_filter():
         np.testing.assert_allclose(observer.P, P, rtol=1e-9, atol=1e-12)
 
 
-def test_other_observers_take_what_they_predict_for_a_missing_output():
+def test_a_constant_gain_leaves_a_missing_output_out():
     observer = lg.place_observer(SYS, [-4, -5], xhat0=[0.5, 0.2])
     observer.reset(dt=0.1)
     A, B = np.array([[1, 0.1], [0, 1]]), np.array([0.005, 0.1])
@@ -91,11 +91,22 @@ def test_other_observers_take_what_they_predict_for_a_missing_output():
     assert found[:, -1].tolist() == observer.xhat.tolist()
 
 
-def test_a_missing_output_at_varying_periods_is_an_error():
+def test_one_of_two_outputs_corrects_with_its_column_of_the_gain():
+    A, C = np.array([[0.9, 0.1], [-0.1, 0.8]]), np.array([[1.0, 0.2], [0.0, 1.0]])
+    observer = lg.place_observer((A, [[0.0], [0.0]], C, None, 0.1), [0.3, 0.4], xhat0=[0.5, 0.2])
+    L = np.asarray(observer.L)
+    xhat = observer.xhat
+    for y in ([math.nan, 0.3], [0.1, math.nan], [math.nan, math.nan], [0.2, 0.1]):
+        nu = np.nan_to_num(np.asarray(y) - C @ xhat, nan=0.0)
+        xhat = A @ xhat + L @ nu
+        np.testing.assert_allclose(observer.step(0.0, y), xhat, rtol=1e-12, atol=1e-14)
+
+
+def test_without_an_output_a_step_at_varying_periods_is_a_prediction():
     observer = lg.sampled_cubic_observer(SYS, [-1, -2], gamma=0.1, dt=0.1, jitter=[0.08, 0.12])
-    observer.step(0.0, 1.0, dt=0.1)
-    with pytest.raises(lg.NotFinite):
-        observer.step(0.0, math.nan, dt=0.1)
+    x = observer.step(0.0, 1.0, dt=0.1)
+    expected = [x[0] + 0.1 * x[1] + 0.5 * 0.1**2 * 2.0, x[1] + 0.1 * 2.0]
+    np.testing.assert_allclose(observer.step(2.0, math.nan, dt=0.1), expected, rtol=1e-12)
 
 
 def test_update_and_prediction_are_those_of_filterpy():

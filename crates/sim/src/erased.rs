@@ -101,8 +101,9 @@ pub trait AnyObserver: Send + Sync {
         false
     }
 
-    /// The estimate at a sample with its measurement, in place of the one before it.
-    fn correct(&self, _state: &[f64], _u: &[f64], _y: &[f64], _estimate: &mut [f64]) {}
+    /// The estimate at a sample with its measurement, in place of the one before it. `measured` and `y` as in
+    /// [`step`](Self::step).
+    fn correct(&self, _state: &[f64], _u: &[f64], _y: &[f64], _measured: &[bool], _estimate: &mut [f64]) {}
 
     /// The time between two jumps of the state of an observer in continuous time.
     fn jump_period(&self) -> Option<f64> {
@@ -309,12 +310,12 @@ impl<O: SampledObserver<f64> + Send + Sync> AnyObserver for Sampled<O> {
         self.0.is_filter()
     }
 
-    fn correct(&self, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]) {
+    fn correct(&self, state: &[f64], u: &[f64], y: &[f64], measured: &[bool], estimate: &mut [f64]) {
         if !self.0.is_filter() {
             return;
         }
         let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
-        put(columns.map(|(state, u, y)| self.0.estimate_at(&state, &u, &y)), estimate);
+        put(columns.map(|(state, u, y)| self.0.estimate_at_partial(&state, &u, &y, measured)), estimate);
     }
 
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]) {

@@ -375,7 +375,10 @@ impl<'a> Model<'a> {
         let seen = predicted.as_ref().unwrap_or(&now.seen);
         let state = self.state(k, stacked, held);
         observer.estimate(t, state, &now.u, seen, &mut now.estimates[k]);
-        observer.correct(state, &now.u, seen, &mut now.estimates[k]);
+        let measured = |reading: &Reading| *reading != Reading::Nothing;
+        let measured: Vec<bool> =
+            if predicted.is_some() { held.readings.iter().map(measured).collect() } else { Vec::new() };
+        observer.correct(state, &now.u, seen, &measured, &mut now.estimates[k]);
         slot.errors(&stacked[..self.size.states], &now.estimates[k], &mut now.errors[k]);
     }
 

@@ -294,7 +294,7 @@ impl<'m, 'a> Runner<'m, 'a> {
                 let (observer, pending) = (fitted.observer.as_ref(), &mut self.pending[k]);
                 let is_updated = observer.update(t, pending, &now.u, y, &measured);
                 if is_updated || observer.is_filter() {
-                    self.updates[k].note(t, observer, (state, pending), &now.u, y);
+                    self.updates[k].note(t, observer, (state, pending), &now.u, (y, &measured));
                 }
                 if !(is_updated && observer.predict(t, pending, &now.u)) {
                     pending.copy_from_slice(state);
@@ -415,7 +415,10 @@ impl<'m, 'a> Runner<'m, 'a> {
             }
             clock.last = t;
             let state = &mut self.stacked[fitted.offset..fitted.offset + fitted.length];
-            let y = model.outputs_of(k, (t, state), &self.held, now, &[], is_absent);
+            let mut y = model.outputs_of(k, (t, state), &self.held, now, &[], |_| false);
+            for (_, y) in y.iter_mut().enumerate().filter(|(j, _)| is_absent(*j)) {
+                *y = f64::NAN;
+            }
             fitted.observer.correct_at(state, &now.u, &y, elapsed);
             if let Some(index) = state.iter().position(|entry| !entry.is_finite()) {
                 let (observer, value) = (model.names[k].clone(), state[index]);

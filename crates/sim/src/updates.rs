@@ -63,14 +63,15 @@ pub(crate) struct Updates {
 }
 
 impl Updates {
-    /// A sample, with the states before and after it, or twice the one before it.
+    /// A sample, with the states before and after it, or twice the one before it, and which outputs were measured, none
+    /// for all.
     pub(crate) fn note(
         &mut self,
         t: f64,
         observer: &dyn AnyObserver,
         (before, after): (&[f64], &[f64]),
         u: &[f64],
-        y: &[f64],
+        (y, measured): (&[f64], &[bool]),
     ) {
         let (n, start) = (observer.dimensions().estimate, self.predicted.len());
         self.t.push(t);
@@ -80,7 +81,7 @@ impl Updates {
         let filtered = &mut self.filtered[start..];
         if observer.is_filter() {
             filtered.copy_from_slice(&self.predicted[start..]);
-            observer.correct(before, u, y, filtered);
+            observer.correct(before, u, y, measured, filtered);
         } else {
             observer.estimate(t, after, u, y, filtered);
             self.state.extend_from_slice(after);

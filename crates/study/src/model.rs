@@ -116,7 +116,7 @@ impl PlantModel {
     pub(crate) fn reading(&self) -> Reading<'_> {
         let Self { states, inputs, outputs, units, .. } = self;
         let is_linearised = self.model.linear().is_none();
-        Reading { states, inputs, outputs, units, plant: Represented::Itself, is_linearised }
+        Reading { states, inputs, outputs, units, plant: Represented::Itself, is_linearised, scales: &[] }
     }
 
     /// The names for messages.

@@ -3,6 +3,8 @@
 //! This table is the one place to change where a text changes. `{#}` is a number, `{}` any text without the end of a
 //! sentence. A sentence without a form is a finding: it would be printed without a check.
 
+use luenberger_proof::certificate::NO_USEFUL_BOUND;
+
 /// What a sentence claims. The check of each is in `adversary`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Claim {
@@ -598,6 +600,12 @@ pub const HEADERS: &[Form] = &[
     form("Rounding to {} on the target: no bound is proved{}.", Claim::Nothing),
     form("Without measurement noise it is at most {}.", Claim::Nothing),
     form(
+        "No useful bound of {}: along the study's simulation a constant estimate has a smaller error than the bound that is proved.",
+        Claim::Nothing,
+    ),
+    form("It comes from {}.", Claim::Nothing),
+    form("What may give one: {}.", Claim::Nothing),
+    form(
         "The estimate is that of the filter form, xhat(k|k) = xhat(k|k-1) + K (y(k) - C xhat(k|k-1)); what is proved is about the error of the prediction xhat(k|k-1).",
         Claim::Nothing,
     ),
@@ -748,5 +756,10 @@ pub fn rate(decay: &str) -> Option<f64> {
 
 /// `x1 0.5, x2 2`: the numbers, of units too.
 pub fn listed(list: &str) -> Vec<f64> {
-    list.split(", ").filter_map(|one| one.split_whitespace().find_map(|word| word.parse().ok())).collect()
+    // Where no useful bound is stated, every number is one.
+    let number = |one: &str| match one.ends_with(NO_USEFUL_BOUND) {
+        true => Some(f64::INFINITY),
+        false => one.split_whitespace().find_map(|word| word.parse().ok()),
+    };
+    list.split(", ").filter_map(number).collect()
 }

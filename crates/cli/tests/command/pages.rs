@@ -90,6 +90,7 @@ const ELSEWHERE: [(&str, &str, &str); 26] = [
     ("deploy.md", "#include \"one_gain.h\"", "a part of a program for a board"),
     ("deploy.md", "void link_step(", "declarations, which the tests of luenberger-export compile"),
     ("deploy.md", "block_input(&state, r, u);", "two lines of a program"),
+    ("deploy.md", "void when_the_gps_has_arrived(", "a part of a program; the golden tests of exports call the halves"),
     ("guide.md", "cargo install --locked", "builds the program under test"),
     ("log.md", "nc -l 9000", "needs another machine; the tests of `stream` pipe rows"),
     ("proofs.md", "RUSTC_BOOTSTRAP=1", "builds a fuzzer, a workspace of its own"),

@@ -139,8 +139,15 @@ impl JacobianEnclosure {
     ) -> Option<ProvedSentence> {
         let hypothesis = self.hypothesis(region, estimate, time);
         let plant = Represented::Jacobians { hypothesis: &hypothesis, estimate, a: &self.a, c: &self.c };
-        let reading =
-            Reading { states: &[], inputs: &[], outputs: &[], units: &BTreeMap::new(), plant, is_linearised: false };
+        let reading = Reading {
+            states: &[],
+            inputs: &[],
+            outputs: &[],
+            units: &BTreeMap::new(),
+            plant,
+            is_linearised: false,
+            scales: &[],
+        };
         certificate.sentences(&reading).into_iter().next()
     }
 

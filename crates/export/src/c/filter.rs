@@ -20,7 +20,15 @@ pub(super) fn extended(text: &mut String, export: &Export, maps: &Maps, filter: 
     macros.write(text, kernels::INNOVATION);
     angles(text, export, &macros);
     macros.write(text, kernels::KALMAN);
+    step(text, export, &macros);
+}
+
+/// The step, and its halves where they are functions of their own.
+fn step(text: &mut String, export: &Export, macros: &Macros) {
     macros.write(text, kernels::FILTER_STEP);
+    if export.has_halves() {
+        macros.write(text, kernels::FILTER_HALVES);
+    }
 }
 
 /// Differences of angles, where there are some.
@@ -68,5 +76,5 @@ pub(super) fn unscented(text: &mut String, export: &Export, maps: &Maps, filter:
     }
     angles(text, export, &macros);
     macros.write(text, kernels::UNSCENTED);
-    macros.write(text, kernels::FILTER_STEP);
+    step(text, export, &macros);
 }

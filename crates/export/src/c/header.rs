@@ -67,6 +67,10 @@ pub(crate) fn header(export: &Export) -> String {
     }
     if export.is_filter() {
         _ = writeln!(fields, "    {number} prediction[{upper}_STATES]; /**< Prediction for the next sample. */");
+        _ = writeln!(
+            fields,
+            "    {number} innovation[{upper}_OUTPUTS]; /**< Innovation of the sample; 0 where nothing was measured. */"
+        );
     }
     if let ExportableObserver::Kkl(observer) = &export.observer {
         _ = writeln!(fields, "    {number} z[{}]; /**< Target states. */", super::kkl::targets(observer));
@@ -90,6 +94,8 @@ pub(crate) fn header(export: &Export) -> String {
         "Estimate at the last sample, or prediction."
     } else if export.is_of_sample() {
         "Estimate at the last sample, with its measurement."
+    } else if export.has_halves() {
+        "Estimate for the next sample; after an update that at this one."
     } else {
         "Estimate for the next sample."
     };
@@ -110,7 +116,7 @@ void {name}_reset({name}_state *state);
 {angles}{not_finite} call {name}_reset or {name}_init.
  */
 void {name}_step({name}_state *state, const {number} *{known}, const {number} *y, {more}{number} *xhat);
-
+{halves}
 #ifdef __cplusplus
 }}
 #endif
@@ -118,6 +124,7 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
 #endif
 ",
         angles = angles(export),
+        halves = halves(export, &upper),
         not_finite = not_finite(export),
         at = match &export.observer {
             ExportableObserver::Kkl(observer) if observer.held_inputs() > 0 =>
@@ -220,11 +227,10 @@ fn angles(export: &Export) -> String {
 fn not_finite(export: &Export) -> String {
     let known = if export.feedback.is_some() { "r" } else { "u" };
     match &export.observer {
-        ExportableObserver::Varying(_) => {
-            format!(" * A value of {known}, y or dt that is not finite makes the estimate not finite, for good:")
-        }
-        ExportableObserver::Linear(_) | ExportableObserver::Cubic(_) => {
-            format!(" * A value of {known} or y that is not finite makes the estimate not finite, for good:")
+        ExportableObserver::Varying(_) => partial(export, &format!("{known} or dt"), ""),
+        ExportableObserver::Linear(_) | ExportableObserver::Cubic(_) => partial(export, known, ""),
+        ExportableObserver::SampledNonlinear(_) | ExportableObserver::Discrete(_) => {
+            partial(export, known, ", unless the plant does not depend on it or limits it")
         }
         ExportableObserver::Kkl(observer) if observer.held_inputs() > 0 => {
             format!(" * A value of {known} or y that is not finite makes the target states not finite, for good, and the estimate\n * meaningless, although it stays in its box; one of {known} only if the plant depends on it:")
@@ -238,13 +244,75 @@ fn not_finite(export: &Export) -> String {
         ExportableObserver::MovingHorizon(_) => format!(
             " * A measurement that is not finite is passed over. A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,"
         ),
-        ExportableObserver::SampledNonlinear(_)
-        | ExportableObserver::Discrete(_)
-        | ExportableObserver::Extension(_)
-        | ExportableObserver::Step(_) => format!(
+        ExportableObserver::Extension(_) | ExportableObserver::Step(_) => format!(
             " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
         ),
     }
+}
+
+/// The same for a constant gain, which leaves out what was not measured.
+fn partial(export: &Export, known: &str, unless: &str) -> String {
+    let measured = if export.names.outputs.len() > 1 {
+        "An output that is not finite, such as NAN, counts as not measured: its column of the gain is left out, and the others correct as they always do."
+    } else {
+        "A value of y that is not finite, such as NAN, counts as not measured: the step then only predicts."
+    };
+    let proved = "Nothing is proved of such a sample; what is proved of convergence holds anew after the last one, from the error that there is then.";
+    let not_measured = wrapped(&format!("{measured} {proved}"), 110);
+    let lost = format!("A value of {known} that is not finite makes the estimate not finite, for good{unless}:");
+    let lines: Vec<String> =
+        not_measured.into_iter().chain(wrapped(&lost, 110)).map(|line| format!(" * {line}")).collect();
+    lines.join("\n")
+}
+
+/// The declarations of update and prediction, of a step that has them apart.
+fn halves(export: &Export, upper: &str) -> String {
+    if !export.has_halves() {
+        return String::new();
+    }
+    let (name, number) = (&export.identifier, scalar(export));
+    let unread = if export.names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" };
+    if export.observer.takes_time() {
+        return format!(
+            "
+/**
+ * The correction alone, at a sample that has arrived: {name}_step is {name}_predict and then this, to the last bit.
+ *
+ * @param state  State, read and written: then xhat is the estimate at this sample.
+ * @param u      Inputs applied before the sample, {upper}_INPUTS entries{unread}.
+ * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries; as in {name}_step.
+ * @param dt     The time since the last sample that arrived.
+ */
+void {name}_update({name}_state *state, const {number} *u, const {number} *y, {number} dt);
+"
+        );
+    }
+    let (then, predicted) = if export.is_filter() {
+        ("xhat is the estimate at this sample", "prediction is the estimate for the next sample")
+    } else {
+        ("xhat is the estimate at this sample", "xhat is the estimate for the next sample")
+    };
+    format!(
+        "
+/**
+ * The update alone, when the measurements of a sample arrive: {name}_step is this and then {name}_predict, to the last
+ * bit. Called again for further outputs of the same sample, with NAN for those that it has had.
+ *
+ * @param state  State, read and written: then {then}.
+ * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{unread}.
+ * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries; as in {name}_step.
+ */
+void {name}_update({name}_state *state, const {number} *u, const {number} *y);
+
+/**
+ * The prediction alone, once for each sample.
+ *
+ * @param state  State, read and written: then {predicted}.
+ * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{unread}.
+ */
+void {name}_predict({name}_state *state, const {number} *u);
+"
+    )
 }
 
 /// The same for a filter with a covariance.

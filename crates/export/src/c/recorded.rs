@@ -54,17 +54,29 @@ pub(super) fn flow(text: &mut String, export: &Export, observer: &SampledExtensi
 /// The recorded step.
 pub(super) fn step(text: &mut String, export: &Export, next: &Routine) {
     let dimensions = export.observer.dimensions();
-    let (estimate, about) = if export.is_filter() {
-        (Some(("xhat", dimensions.state)), "The estimate at the sample, and the state after it")
-    } else {
-        (None, "The state after a step")
-    };
-    let results: Vec<(&str, usize)> = estimate.into_iter().chain([("next", dimensions.state)]).collect();
+    let results = [("next", dimensions.state)];
     let inputs = [("u", dimensions.inputs), ("y", dimensions.outputs)];
     let prefix = format!("{}_", export.identifier);
     called(text, export, next, &prefix);
-    function(text, export, ("advance", about), next, (&prefix, Columns { inputs: &inputs, results: &results }));
+    let about = ("advance", "The state after a step");
+    function(text, export, about, next, (&prefix, Columns { inputs: &inputs, results: &results }));
     Macros::of(export).write(text, kernels::RECORDED_STEP);
+}
+
+/// Update and prediction of a stationary Kalman filter, and its step.
+pub(super) fn stationary(text: &mut String, export: &Export, [innovation, filtered, predicted]: &[Routine; 3]) {
+    let ObserverDimensions { state, inputs, outputs, .. } = export.observer.dimensions();
+    let columns = [("u", inputs), ("y", outputs)];
+    let about = ("innovate", "The innovation of a sample, 0 of an output that is not finite");
+    let results = [("innovation", outputs)];
+    function(text, export, about, innovation, ("", Columns { inputs: &columns, results: &results }));
+    let (inputs_of_update, results) = ([("innovation", outputs)], [("xhat", state)]);
+    let about = ("updated", "The estimate at a sample, for its prediction and innovation");
+    function(text, export, about, filtered, ("", Columns { inputs: &inputs_of_update, results: &results }));
+    let (columns, results) = ([("u", inputs), ("innovation", outputs)], [("next", state)]);
+    let about = ("advance", "The prediction for the next sample");
+    function(text, export, about, predicted, ("", Columns { inputs: &columns, results: &results }));
+    Macros::of(export).write(text, kernels::STATIONARY_STEP);
 }
 
 /// The step of the copy of a nonlinear plant with a constant gain: Runge-Kutta steps with a recorded slope.

@@ -14,10 +14,7 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
     let upper = name.to_uppercase();
     let mut text = format!("/** @file {name}.c\n * See {name}.h. */\n#include \"{name}.h\"\n\n#include <float.h>\n");
     let maps = export.observer.maps();
-    if maps.is_some() || matches!(export.observer, ExportableObserver::Cubic(_) | ExportableObserver::Varying(_)) {
-        text.push_str("#include <math.h>\n#include <stdbool.h>\n");
-    }
-    text.push_str("#include <stddef.h>\n");
+    text.push_str("#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n");
     if !export.functions_of_target && export.functions().is_some() {
         text.push_str("#include <stdint.h>\n#include <string.h>\n");
     }
@@ -54,6 +51,11 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
     macros.write(&mut text, kernels::RESET);
     match (&export.observer, &maps, program::step(export)?) {
         (_, _, Some(next)) => recorded::step(&mut text, export, &next),
+        (ExportableObserver::Linear(observer), ..) => {
+            if let Some(k) = &export.update {
+                recorded::stationary(&mut text, export, &program::stationary(export, observer, k)?);
+            }
+        }
         (ExportableObserver::Kalman(filter), Some(maps), _) => filter::extended(&mut text, export, maps, filter),
         (ExportableObserver::Unscented(filter), Some(maps), _) => filter::unscented(&mut text, export, maps, filter),
         (ExportableObserver::MovingHorizon(estimator), Some(maps), _) => {

@@ -52,6 +52,14 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
     } else {
         String::new()
     };
+    let (declared, started, halves) = match halves(export, &known, elapsed, sizes[0]) {
+        Some(halves) => (
+            format!("{declared}    {name}_state halves; /* The same by its halves. */\n"),
+            format!("    {name}_reset(&halves);\n"),
+            halves,
+        ),
+        None => (declared, String::new(), String::new()),
+    };
     let agree = if of_target { "to half of the digits" } else { "to the last bit" };
     _ = write!(
         text,
@@ -64,12 +72,12 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
     int wrong = 0;
 
     {name}_reset(&state);
-    for (k = 0; k < {count}; ++k) {{
+{started}    for (k = 0; k < {count}; ++k) {{
         int count = 0;
 
         {name}_step(&state, {known}, y[k], {more}{elapsed}xhat);
         count += compare(k, \"xhat\", xhat, expected[k], {upper}_STATES{expected});
-{applied}        wrong += (count > 0) ? 1 : 0;
+{halves}{applied}        wrong += (count > 0) ? 1 : 0;
     }}
     printf(\"{name}: %d of {count} steps agree {agree}\\n\", {count} - wrong);
     if (wrong > 0) {{
@@ -84,6 +92,27 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
         expected = sizes[0],
     );
     text
+}
+
+/// The step by update and prediction, compared with the same numbers; none where it does not have them apart.
+fn halves(export: &Export, known: &str, elapsed: &str, sizes: &str) -> Option<String> {
+    if !export.has_halves() {
+        return None;
+    }
+    let (name, upper) = (&export.identifier, lengths(export).0);
+    let compared =
+        format!("        count += compare(k, \"xhat by halves\", halves.xhat, expected[k], {upper}_STATES{sizes});\n");
+    let more = elapsed.trim_end_matches(", ");
+    let more = if more.is_empty() { String::new() } else { format!(", {more}") };
+    let update = format!("        {name}_update(&halves, {known}, y[k]{more});\n");
+    let predict = format!("        {name}_predict(&halves, {known}{more});\n");
+    Some(if export.observer.takes_time() {
+        predict + &update + &compared
+    } else if export.is_filter() {
+        update + &compared + &predict
+    } else {
+        update + &predict + &compared
+    })
 }
 
 /// What compares a column with the one that is expected, and the largest relative difference: by its bits, or within a

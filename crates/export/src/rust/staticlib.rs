@@ -133,8 +133,9 @@ fn library(export: &Export) -> String {
         stored = window.store;
         (format!("SVector<{number}, {}>", size.state), window.load, stored.as_str())
     } else if export.is_filter() {
-        _ = writeln!(fields, "    prediction: [{number}; {n}],");
-        _ = writeln!(start, "            prediction: [{zero}; {n}],");
+        let outputs = size.outputs;
+        _ = writeln!(fields, "    prediction: [{number}; {n}],\n    innovation: [{number}; {outputs}],");
+        _ = writeln!(start, "            prediction: [{zero}; {n}],\n            innovation: [{zero}; {outputs}],");
         let load = "SVector::from(self.prediction)".to_owned();
         (format!("SVector<{number}, {n}>"), load, "        self.prediction = (*z).into();\n")
     } else {
@@ -170,11 +171,17 @@ pub unsafe extern \"C\" fn {name}_input(state: *const State, r: *const {number},
     } else {
         let step =
             format!("        block.step({time}, &mut z, &SVector::from(column(u)), &SVector::from(column(y)));\n");
-        let estimate = "block.estimate_at(&z, &SVector::from(column(u)), &SVector::from(column(y)))";
-        let corrected = format!("        (*state).xhat = {estimate}.into();\n");
-        let step = if export.is_filter() { format!("{corrected}{step}") } else { step };
-        if export.observer.takes_time() { varying(export) } else { ("u", String::new(), step, String::new()) }
+        let halves = if export.has_halves() { halves(export, &time, tick) } else { String::new() };
+        if export.observer.takes_time() { varying(export) } else { ("u", String::new(), step, halves) }
     };
+    let body = if export.has_halves() && export.observer.takes_time() {
+        format!("        {name}_predict(state, u, dt);\n        {name}_update(state, u, y, dt);\n")
+    } else if export.has_halves() {
+        format!("        {name}_update(state, u, y);\n        {name}_predict(state, u);\n")
+    } else {
+        format!("        let mut z = (*state).load();\n{step}        (*state).store(&z);\n{estimate}{tick}")
+    };
+    let made = if export.has_halves() { "" } else { "    let Ok(block) = design::observer() else { return };\n" };
     format!(
         "//! The functions of `{name}.h` for programs in C: the observer of the crate above, as a static library.
 #![no_std]
@@ -260,12 +267,9 @@ pub unsafe extern \"C\" fn {name}_step(
     y: *const {number},
     {more}xhat: *mut {number},
 ) {{
-    let Ok(block) = design::observer() else {{ return }};
-    // SAFETY: as the caller promises.
+{made}    // SAFETY: as the caller promises.
     unsafe {{
-        let mut z = (*state).load();
-{step}        (*state).store(&z);
-{estimate}{tick}        give(&(*state).xhat, xhat);
+{body}        give(&(*state).xhat, xhat);
     }}
 }}
 ",
@@ -366,10 +370,6 @@ fn varying(export: &Export) -> (&'static str, String, String, String) {
     let (name, number) = (&export.identifier, export.scalar.name());
     let (inputs, estimate) = (export.observer.plant_inputs(), export.observer.dimensions().estimate);
     let known = format!("known::<{inputs}, {}>(u, dt)", inputs + 1);
-    let step = format!(
-        "        block.step({}, &mut z, &{known}, &SVector::from(column(y)));\n",
-        number::rust(0.0, export.scalar)
-    );
     let prediction = format!(
         "
 /// (u, dt), the time being the last input.
@@ -396,7 +396,96 @@ pub unsafe extern \"C\" fn {name}_predict(state: *mut State, u: *const {number},
         (*state).store(&z);
     }}
 }}
+
+/// The correction alone.
+///
+/// # Safety
+/// The pointers are those of the header.
+#[unsafe(no_mangle)]
+pub unsafe extern \"C\" fn {name}_update(
+    state: *mut State,
+    u: *const {number},
+    y: *const {number},
+    dt: {number},
+) {{
+    let Ok(block) = design::observer() else {{ return }};
+    // SAFETY: as the caller promises.
+    unsafe {{
+        let mut z: SVector<{number}, {estimate}> = (*state).load();
+        block.observer().correct(&mut z, &{known}, &SVector::from(column(y)), dt);
+        (*state).store(&z);
+    }}
+}}
 "
     );
-    ("u", format!("dt: {number}, "), step, prediction)
+    ("u", format!("dt: {number}, "), String::new(), prediction)
+}
+
+/// Update and prediction of a filter.
+fn halves(export: &Export, time: &str, tick: &str) -> String {
+    let (name, number) = (&export.identifier, export.scalar.name());
+    let zero = number::rust(0.0, export.scalar);
+    let outputs = export.observer.dimensions().outputs;
+    let (update, predict) = if export.is_filter() {
+        (
+            "        let state = &mut *state;
+        let (z, y) = (state.load(), SVector::from(column(y)));
+        let found = block.innovation(&z, &SVector::from(column(u)), &y);
+        for ((kept, found), y) in state.innovation.iter_mut().zip(found.iter()).zip(y.iter()) {
+            *kept = if y.is_finite() { *found } else { *kept };
+        }
+        state.xhat = block.update(&z, &SVector::from(state.innovation)).into();
+"
+            .to_owned(),
+            format!(
+                "        let mut z = (*state).load();
+        block.predict(&mut z, &SVector::from(column(u)), &SVector::from((*state).innovation));
+        (*state).store(&z);
+        (*state).innovation = [{zero}; {outputs}];
+"
+            ),
+        )
+    } else {
+        (
+            format!(
+                "        let mut z = (*state).load();
+        _ = block.update({time}, &mut z, &SVector::from(column(u)), &SVector::from(column(y)));
+        (*state).store(&z);
+"
+            ),
+            format!(
+                "        let mut z = (*state).load();
+        block.finish({time}, &mut z, &SVector::from(column(u)));
+        (*state).store(&z);
+{tick}"
+            ),
+        )
+    };
+    format!(
+        "
+/// The update alone.
+///
+/// # Safety
+/// The pointers are those of the header.
+#[unsafe(no_mangle)]
+pub unsafe extern \"C\" fn {name}_update(state: *mut State, u: *const {number}, y: *const {number}) {{
+    let Ok(block) = design::observer() else {{ return }};
+    // SAFETY: as the caller promises.
+    unsafe {{
+{update}    }}
+}}
+
+/// The prediction alone.
+///
+/// # Safety
+/// The pointers are those of the header.
+#[unsafe(no_mangle)]
+pub unsafe extern \"C\" fn {name}_predict(state: *mut State, u: *const {number}) {{
+    let Ok(block) = design::observer() else {{ return }};
+    // SAFETY: as the caller promises.
+    unsafe {{
+{predict}    }}
+}}
+"
+    )
 }

@@ -38,21 +38,29 @@ pub(super) fn test(export: &Export, steps: &[Step]) -> String {
     } else if export.is_filter() {
         "    let observer = {name}::observer().unwrap();
     let mut state = observer.initial(0.0, &{name}::initial(), &{input}, &SVector::zeros());
+    let mut halves = state;
     for ((u, y), expected) in U.iter().zip(&Y).zip(&EXPECTED) {
         let (u, y) = (SVector::from(*u), SVector::from(*y));
         let estimate = observer.estimate_at(&state, &u, &y);
         observer.step(0.0, &mut state, &u, &y);
         let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        // The same by update and prediction.
+        let innovation = observer.innovation(&halves, &u, &y);
+        assert_eq!(bits(observer.update(&halves, &innovation).as_slice()), bits(expected));
+        observer.predict(&mut halves, &u, &innovation);
+        assert_eq!(bits(halves.as_slice()), bits(state.as_slice()));
 "
     } else {
         "    let observer = {name}::observer().unwrap();
     let mut state = observer.initial(0.0, &{name}::initial(), &{input}, &SVector::zeros());
-    for (k, ((u, y), expected)) in U.iter().zip(&Y).zip(&EXPECTED).enumerate() {
+{start}    for (k, ((u, y), expected)) in U.iter().zip(&Y).zip(&EXPECTED).enumerate() {
         let t = k as {scalar} * observer.period();
         observer.step(t, &mut state, &SVector::from(*u), &SVector::from(*y));
         let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-"
+{halves}"
     };
+    let (start, halves) = if export.has_halves() { halves(export) } else { ("", "") };
+    let step = step.replace("{start}", start).replace("{halves}", halves);
     let input = super::input_at_start(export, name);
     let step = step.replace("{input}", &input).replace("{name}", name).replace("{scalar}", scalar);
     let estimate = if export.is_filter() { "estimate" } else { "observer.estimate(&state)" };
@@ -67,4 +75,28 @@ fn the_steps_are_those_of_the_design() {{
 "
     );
     text
+}
+
+/// The start and the steps by update and prediction.
+fn halves(export: &Export) -> (&'static str, &'static str) {
+    if export.observer.takes_time() {
+        (
+            "    let mut halves = state;\n",
+            "        // The same by prediction and correction; the last input is the time.
+        let dt = u[u.len() - 1];
+        observer.observer().predict(&mut halves, &SVector::from(*u), dt);
+        observer.observer().correct(&mut halves, &SVector::from(*u), &SVector::from(*y), dt);
+        assert_eq!(bits(halves.as_slice()), bits(expected));
+",
+        )
+    } else {
+        (
+            "    let mut halves = state.clone();\n",
+            "        // The same by update and prediction.
+        _ = observer.update(t, &mut halves, &SVector::from(*u), &SVector::from(*y));
+        observer.finish(t, &mut halves, &SVector::from(*u));
+        assert_eq!(bits(observer.estimate(&halves).as_slice()), bits(expected));
+",
+        )
+    }
 }

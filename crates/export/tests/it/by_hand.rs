@@ -509,7 +509,7 @@ fn the_state_of_a_static_library() {
         (of(plain), "xhat: [f64; 2],\n    z: [f64; 3],", "SVector<f64, 3>"),
         (of(held), "xhat: [f64; 2],\n    z: [f64; 3],", "SVector<f64, 5>"),
         (of(program(3, (2, 1, 1), true, false)), "xhat: [f64; 2],", "SVector<f64, 2>"),
-        (filter, "xhat: [f32; 2],\n    prediction: [f32; 2],", "SVector<f32, 2>"),
+        (filter, "xhat: [f32; 2],\n    prediction: [f32; 2],\n    innovation: [f32; 1],", "SVector<f32, 2>"),
         (of(ExportableObserver::Discrete(timed)), "xhat: [f64; 1],\n    sample: u64,", "SVector<f64, 1>"),
     ] {
         let files = export.rust().unwrap();

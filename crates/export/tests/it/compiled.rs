@@ -431,7 +431,6 @@ fn the_block_is_that_of_the_observers() {
     assert!(error.to_string().ends_with("of K is beyond the range of f32"), "{error}");
 }
 
-/// NaN in an output reaches the estimate and stays there, as the header says, in Rust and so in C.
 /// With the functions of the C library of this machine the golden test agrees to half of the digits, and notices
 /// another function; the observer has none of its own, and its header says what is lost.
 #[test]
@@ -472,22 +471,53 @@ fn pendulum() -> ExportableObserver {
     ExportableObserver::Kalman(ExtendedKalmanFilter::new(plant, noises, 0.1, 2).unwrap())
 }
 
+/// A linear observer with an output that is not finite is the one without its column of the gain, whatever that output
+/// is; without any output it is the plant. An input that is not finite spoils the estimate for good.
 #[test]
-fn what_is_not_finite_stays() {
-    for is_cubic in [false, true] {
-        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let program = program(5, (2, 1, 1), is_cubic, false);
-            let mut xhat = DVector::zeros(2);
-            for k in 0..4 {
-                let y = DVector::from_element(1, if k == 1 { bad } else { 0.5 });
-                let u = DVector::from_element(1, 0.1);
-                match &program {
-                    ExportableObserver::Linear(observer) => observer.step(0.0, &mut xhat, &u, &y),
-                    ExportableObserver::Cubic(observer) => observer.step(0.0, &mut xhat, &u, &y),
-                    _ => unreachable!("a linear plant"),
-                }
-                assert_eq!(xhat.iter().any(|x| !x.is_finite()), k >= 1, "{bad} {k} {xhat}");
-            }
+fn a_missing_output_leaves_its_column_of_the_gain_out() {
+    let ExportableObserver::Linear(observer) = program(5, (3, 1, 2), false, true) else { unreachable!("linear") };
+    let without = |columns: &[usize]| {
+        let mut l = observer.l().clone();
+        columns.iter().for_each(|column| l.column_mut(*column).fill(0.0));
+        DiscreteLinearObserver::new(observer.plant().clone(), l, 0.05).unwrap()
+    };
+    let (start, u) = (DVector::from_column_slice(&[0.3, -0.2, 0.7]), DVector::from_element(1, 0.1));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for missing in [&[0][..], &[1], &[0, 1]] {
+            let y = DVector::from_fn(2, |i, _| if missing.contains(&i) { bad } else { 0.5 - i as f64 });
+            let mut found = start.clone();
+            observer.step(0.0, &mut found, &u, &y);
+            let mut expected = start.clone();
+            without(missing).step(
+                0.0,
+                &mut expected,
+                &u,
+                &DVector::from_element(2, 17.0).zip_map(&y, |other, y| if y.is_finite() { y } else { other }),
+            );
+            assert_eq!(found, expected, "{bad}, {missing:?}");
+            // The same of outputs that are said to be missing, whatever stands there.
+            let measured: Vec<bool> = (0..2).map(|i| !missing.contains(&i)).collect();
+            let mut said = start.clone();
+            observer.step_partial(0.0, &mut said, &u, &y.map(|y| if y.is_finite() { y } else { 1e3 }), &measured);
+            assert_eq!(found, said, "{bad}, {missing:?}");
+        }
+    }
+    let mut spoiled = start.clone();
+    observer.step(0.0, &mut spoiled, &DVector::from_element(1, f64::NAN), &DVector::from_element(2, 0.5));
+    observer.step(0.0, &mut spoiled, &u, &DVector::from_element(2, 0.5));
+    assert!(spoiled.iter().all(|x| x.is_nan()), "{spoiled}");
+}
+
+/// What headers say of a missing output, with one output and with several.
+#[test]
+fn the_header_says_what_a_missing_output_does() {
+    for (sizes, said) in [((3, 1, 2), "its column of the gain is left out"), ((2, 0, 1), "the step then only predicts")]
+    {
+        for is_cubic in [false, true] {
+            let header = export(program(3, sizes, is_cubic, false), Scalar::Binary64).c().unwrap().remove(0).text;
+            let text = header.replace("\n *", "");
+            assert!(text.contains(said) && text.contains("Nothing is proved of such a sample"), "{text}");
+            assert!(text.contains("is not finite makes the estimate not finite, for good: call plant_reset"), "{text}");
         }
     }
 }

@@ -179,7 +179,10 @@ fn what_has_no_fixed_point_is_an_error() {
     let linear = program(3, (2, 1, 1), false, false);
     let export = Export::new("plant", linear, Scalar::Binary64, &[0.0, 40.0], Names::numbered(2, 1, 1)).unwrap();
     let error = export.fixed_point(q(4, 12).into()).unwrap_err();
-    assert_eq!(error.to_string(), "in Q4.12: the first estimate(2, 1) = 40 is beyond the range of Q4.12");
+    assert_eq!(
+        error.to_string(),
+        "in Q4.12: the first estimate(2, 1) = 40 is beyond the range of Q4.12: it needs 7 bits before the point"
+    );
     // C and D have rows whose magnitudes, with the 1 of y, add up to more than 4.
     let error = self::export(3, (3, 2, 2), true)
         .fixed_point(FixedPointFormats { gains: q(2, 30), signals: q(8, 8) })

@@ -320,8 +320,8 @@ fn bytes_are_those_of_what_is_stored() {
         (single(of(false, false)), linear + 1 + n, n, 4),
         (plain(of(false, true)), linear + p * m + 1 + n, n, 8),
         (plain(of(false, false)).with_feedback(&gain(m, n)).unwrap(), linear + m * n + 1 + n, n, 8),
-        // The prediction that the filter keeps begins with the first estimate as well.
-        (plain(of(false, false)).with_update(&gain(n, p)).unwrap(), linear + n * p + 1 + n, n + n, 8),
+        // The prediction that the filter keeps begins with the first estimate as well; and its innovation.
+        (plain(of(false, false)).with_update(&gain(n, p)).unwrap(), linear + n * p + 1 + n, n + n + p, 8),
         (plain(of(true, false)), cubic + 2 + n, n, 8),
         (plain(compiled::semi_implicit(5, (n, m, p), false)), cubic + p * p + 1 + n, n, 8),
         (plain(ExportableObserver::Kalman(kalman())), filters + 5 + 1 + 2, 2 + 4, 8),

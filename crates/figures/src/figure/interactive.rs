@@ -8,7 +8,7 @@ use super::packed::{digits, numbers};
 use super::style::{OPACITY, Resolved, hex, resolve};
 use super::thinned;
 use super::ticks::Axis;
-use super::{Area, Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
+use super::{Area, Figure, FigureError, INSET, Mark, MarkKind, Marker, Panel, Scale};
 use serde_json::{Map, Value as Json, json};
 
 /// `{ data, layout }` for `Plotly.newPlot`, with `height` in the layout. The numbers x and y of a curve are
@@ -92,6 +92,11 @@ pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
             }));
         }
     }
+    let insets = insets(figure, &looks, &mut layout, &mut data)?;
+    if !insets.is_empty() {
+        // Where the page stacks the panels, they move with theirs.
+        layout.insert("meta".to_owned(), json!({ "insets": insets }));
+    }
     share_abscissas(&mut data);
     let many = figure.panels.iter().any(|p| p.series.len() > 8 || !p.bars.is_empty());
     layout.insert("height".to_owned(), json!(inner + above + below));
@@ -105,6 +110,48 @@ pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
     );
     layout.insert("margin".to_owned(), json!({ "l": 72, "r": 20, "t": above, "b": below }));
     Ok(json!({ "data": data, "layout": layout }))
+}
+
+/// Axes and curves of the insets, whose numbers follow those of the panels; pairs of these numbers.
+fn insets(
+    figure: &Figure,
+    looks: &[Vec<Resolved>],
+    layout: &mut Map<String, Json>,
+    data: &mut Vec<Json>,
+) -> Result<Vec<[String; 2]>, FigureError> {
+    let mut pairs = Vec::new();
+    for (i, panel) in figure.panels.iter().enumerate() {
+        let Some((x, y)) = panel.axes_of_inset()? else { continue };
+        let of = if i == 0 { String::new() } else { (i + 1).to_string() };
+        let n = (figure.panels.len() + pairs.len() + 1).to_string();
+        let domain = |axis: &str, [from, to]: [f64; 2]| {
+            let of = &layout[&format!("{axis}{of}")]["domain"];
+            let [low, high] = [0, 1].map(|k| of[k].as_f64().unwrap_or_default());
+            [low + from * (high - low), low + to * (high - low)]
+        };
+        let domains = [domain("xaxis", INSET[0]), domain("yaxis", INSET[1])];
+        for (name, axis_of, [from, to], other, ticks) in
+            [("xaxis", &x, domains[0], "y", 3), ("yaxis", &y, domains[1], "x", 2)]
+        {
+            let mut axis =
+                axis("", axis_of.scale, Some((axis_of.from, axis_of.to)), &[from, to], &format!("{other}{n}"));
+            axis["nticks"] = json!(ticks + 1);
+            axis["tickfont"] = json!({ "size": 11 });
+            axis["automargin"] = json!(false);
+            axis["showgrid"] = json!(false);
+            layout.insert(format!("{name}{n}"), axis);
+        }
+        let lines: Vec<bool> = looks[i].iter().map(|look| look.line && look.marker.is_none()).collect();
+        let kept = thinned::kept(panel, &lines, (&x, &y));
+        for ((series, look), kept) in panel.series.iter().zip(&looks[i]).zip(&kept).filter(|((_, look), _)| look.line) {
+            let mut trace = trace(series, look, kept, (&x, &y), &n, false);
+            trace["hoverinfo"] = json!("skip");
+            trace["hovertemplate"] = json!(null);
+            data.push(trace);
+        }
+        pairs.push([n, of]);
+    }
+    Ok(pairs)
 }
 
 /// Replaces abscissas that an earlier curve has by its index.

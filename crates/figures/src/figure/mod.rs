@@ -31,6 +31,11 @@ pub(crate) mod ticks;
 
 pub use style::colours;
 
+use ticks::Axis;
+
+/// Where an inset begins and ends, in parts of the width and of the height of its panel.
+const INSET: [[f64; 2]; 2] = [[0.53, 0.98], [0.6, 0.98]];
+
 /// One figure: panels in a grid under one legend.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
@@ -61,6 +66,8 @@ pub struct Panel {
     pub x_range: Option<(f64, f64)>,
     /// Vertical range; from the data if absent.
     pub y_range: Option<(f64, f64)>,
+    /// Whether a small frame at the top right has the whole of the curves, where the ranges show a part of them.
+    pub inset: bool,
     /// The curves.
     pub series: Vec<Series>,
     /// Shaded areas, below the curves.
@@ -320,6 +327,7 @@ impl Panel {
             y_scale: Scale::Linear,
             x_range: None,
             y_range: None,
+            inset: false,
             series: Vec::new(),
             areas: Vec::new(),
             bars: Vec::new(),
@@ -388,6 +396,24 @@ impl Panel {
     pub fn y_range(mut self, from: f64, to: f64) -> Self {
         self.y_range = Some((from, to));
         self
+    }
+
+    /// Adds a small frame at the top right, over 45 % of the width and 38 % of the height, with the whole of the
+    /// curves: for a panel whose ranges show a part of them, and leave that corner free.
+    #[must_use]
+    pub fn inset(mut self) -> Self {
+        self.inset = true;
+        self
+    }
+
+    /// The axes of the inset, if there is one.
+    fn axes_of_inset(&self) -> Result<Option<(Axis, Axis)>, FigureError> {
+        if !self.inset || self.series.is_empty() {
+            return Ok(None);
+        }
+        let whole = Self { x_range: None, y_range: None, areas: Vec::new(), ..self.clone() };
+        let x = Axis::horizontal(&whole)?;
+        Ok(Some((x, Axis::vertical(&whole, &x)?)))
     }
 
     fn check(&self, index: usize) -> Result<(), FigureError> {

@@ -9,13 +9,14 @@ use super::canvas::{Anchor, Canvas, Point};
 use super::stroke::{Rect, clip, thin};
 use super::style::{BAND, OPACITY, Resolved, Rgb, resolve};
 use super::ticks::{Axis, Ticks};
-use super::{Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale, Series};
+use super::{Figure, FigureError, INSET, Mark, MarkKind, Marker, Panel, Scale, Series};
 
 const COLUMN: f64 = 520.0;
 /// Pixels per point of a figure one column wide.
 const POINT: f64 = COLUMN / (8.8 / 2.54 * 72.0);
 const LABEL: f64 = 18.0;
 const NUMBER: f64 = 16.0;
+const SMALL: f64 = 13.0;
 const INK: Rgb = [30, 30, 30];
 const GRID: Rgb = [226, 229, 233];
 const TICK: f64 = 5.0;
@@ -47,6 +48,8 @@ struct Prepared<'a> {
     left: f64,
     /// Another panel just below has the same horizontal axis and shows its labels.
     shares_x: bool,
+    /// The axes of its inset.
+    inset: Option<(Axis, Axis)>,
 }
 
 fn page(figure: &Figure, titled: bool) -> Result<Canvas, FigureError> {
@@ -110,7 +113,8 @@ fn prepare<'a>(
     };
     let numbers = y_ticks.major.iter().map(|(_, label)| canvas.width(label, NUMBER)).fold(0.0, f64::max);
     let left = (numbers + TICK + 10.0).max(24.0);
-    Ok(Prepared { panel, looks, x, y, x_ticks: x.ticks(5), y_ticks, height, left, shares_x })
+    let inset = panel.axes_of_inset()?;
+    Ok(Prepared { panel, looks, x, y, x_ticks: x.ticks(5), y_ticks, height, left, shares_x, inset })
 }
 
 impl Prepared<'_> {
@@ -260,6 +264,52 @@ impl Page {
             self.words(mark, frame, at);
         }
         self.axes(p, frame, origin, at);
+        if let Some(axes) = &p.inset {
+            self.inset(p, axes, frame);
+        }
+    }
+
+    /// The whole of the curves in the corner of a panel, with few numbers.
+    fn inset(&mut self, p: &Prepared, (x, y): &(Axis, Axis), frame: &Rect) {
+        let (width, height) = (frame.right - frame.left, frame.bottom - frame.top);
+        let [[left, right], [bottom, top]] = INSET;
+        let ticks = [x.ticks(3), y.ticks(2)];
+        let numbers = ticks[1].major.iter().map(|(_, label)| self.canvas.width(label, SMALL)).fold(0.0, f64::max);
+        let outer = Rect {
+            left: frame.left + left * width,
+            top: frame.bottom - top * height,
+            right: frame.left + right * width,
+            bottom: frame.bottom - bottom * height,
+        };
+        self.rectangle(outer, [255; 3]);
+        let inner = Rect { left: outer.left + numbers + 12.0, bottom: outer.bottom - 20.0, ..outer };
+        let at = |a: f64, b: f64| -> Point {
+            (
+                inner.left + x.place(a) * (inner.right - inner.left),
+                inner.bottom - y.place(b) * (inner.bottom - inner.top),
+            )
+        };
+        for (series, look) in p.panel.series.iter().zip(p.looks).filter(|(_, look)| look.line) {
+            let points: Vec<Point> = series.x.iter().zip(&series.y).map(|(&a, &b)| at(a, b)).collect();
+            for piece in clip(&points, &inner) {
+                self.curve(&thin(&piece, 0.08), look);
+            }
+        }
+        for (a, b) in [
+            ((inner.left, inner.top), (inner.left, inner.bottom)),
+            ((inner.left, inner.bottom), (inner.right, inner.bottom)),
+        ] {
+            self.line(a, b, INK, 1.0);
+        }
+        for (a, label) in &ticks[0].major {
+            self.text((at(*a, y.from).0, inner.bottom + 16.0), label, SMALL, Anchor::Middle);
+        }
+        for (b, label) in &ticks[1].major {
+            self.text((inner.left - 5.0, at(x.from, *b).1 + 4.5), label, SMALL, Anchor::End);
+        }
+        if !ticks[1].factor.is_empty() {
+            self.text((inner.left + 5.0, inner.top + 11.0), &ticks[1].factor, SMALL, Anchor::Start);
+        }
     }
 
     fn cells(

@@ -155,3 +155,28 @@ fn abscissas_are_stored_once() {
     assert!(data[0]["x"].is_object() && data[1]["x"].is_object());
     assert_eq!(data[2]["x"], 0);
 }
+
+/// The corner has the whole of a curve of which the axes show a part, in axes of its own within those of the panel.
+#[test]
+fn an_inset_has_the_whole_of_the_curves() {
+    let (t, y) = ([0.0, 1.0, 2.0, 3.0], [9.0, 0.5, -0.25, 0.125]);
+    let panel = Panel::new("time t (s)", "error e (m)").series(Series::line("gain", &t, &y)).y_range(-1.0, 3.0).inset();
+    let plain = Panel::new("time t (s)", "error e (m)").series(Series::line("gain", &t, &y));
+    let figure = Figure::new("errors").panel(plain).panel(panel);
+    let json = interactive::plotly(&figure).unwrap();
+    assert_eq!(json["layout"]["meta"]["insets"], serde_json::json!([["3", "2"]]));
+    let range = |axis: &str, k: usize| json["layout"][axis]["range"][k].as_f64().unwrap();
+    assert_eq!((range("yaxis2", 0), range("yaxis2", 1)), (-1.0, 3.0));
+    // The data from -0.25 to 9 with 5 % of room.
+    assert!((range("yaxis3", 0) + 0.7125).abs() < 1e-3 && (range("yaxis3", 1) - 9.4625).abs() < 1e-3, "{json}");
+    for axis in ["xaxis", "yaxis"] {
+        let domain = |n: &str, k: usize| json["layout"][format!("{axis}{n}")]["domain"][k].as_f64().unwrap();
+        assert!(domain("2", 0) < domain("3", 0) && domain("3", 1) < domain("2", 1));
+    }
+    let shown: Vec<bool> = json["data"].as_array().unwrap().iter().map(|one| one["showlegend"] == true).collect();
+    assert_eq!(shown, [true, false, false]);
+    // In the static form the inset has a second curve.
+    let strokes = |figure: &Figure| static_figure::svg(figure).unwrap().matches("<path").count();
+    let without = Figure::new("errors").panel(Panel { inset: false, ..figure.panels[1].clone() });
+    assert!(strokes(&Figure::new("errors").panel(figure.panels[1].clone())) > strokes(&without));
+}

@@ -133,7 +133,7 @@ fn controller(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Res
     let (dual, inputs) = (a.transpose(), b.transpose());
     let units = Units::of(&dual, &inputs);
     let staircase = observable(&units, &dual, &inputs)?.map_err(|mode| {
-        let Mode { eigenvalue, direction, margin } = mode;
+        let Mode { eigenvalue, direction, margin, .. } = mode;
         LinalgError::Uncontrollable { eigenvalue, direction, margin }
     })?;
     let assigned = assign(a, b, &requested, units, Some(staircase))?;
@@ -200,7 +200,7 @@ fn observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resul
     let requested = RequestedPoles::new(poles, a.nrows())?;
     let units = Units::of(a, c);
     let staircase = observable(&units, a, c)?.map_err(|mode| {
-        let Mode { eigenvalue, direction, margin } = mode;
+        let Mode { eigenvalue, direction, margin, .. } = mode;
         LinalgError::Unobservable { eigenvalue, direction, margin }
     })?;
     place_observed(a, c, &requested, units, Some(staircase))

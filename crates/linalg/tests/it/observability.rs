@@ -50,6 +50,22 @@ fn the_double_integrator_from_either_state() {
 }
 
 /// A Jordan block seen through its last coordinate only hides the chain in front of it, all of it at one eigenvalue.
+/// `[A - 0 I; C]` of the double integrator has the columns (0, 0, 1) and (1, 0, 0): both directions are alike. With two
+/// different oscillators one output sees each mode in one direction alone; the same one twice, seen by two outputs, in
+/// two.
+#[test]
+fn directions_that_are_alike_are_counted() {
+    let seen = observability(&dmatrix![0.0, 1.0; 0.0, 0.0], &dmatrix![1.0, 0.0]).unwrap();
+    assert!(seen.modes.iter().all(|mode| mode.directions == 2), "{:?}", seen.modes);
+    let two = |stiffness: f64| dmatrix![0.0, 1.0, 0.0, 0.0; -1.0, 0.0, 0.0, 0.0; 0.0, 0.0, 0.0, 1.0; 0.0, 0.0, -stiffness, 0.0];
+    let (one, both) = (dmatrix![1.0, 0.0, 1.0, 0.0], dmatrix![1.0, 0.0, 0.0, 0.0; 0.0, 0.0, 1.0, 0.0]);
+    let counts = |a: &DMatrix<f64>, c: &DMatrix<f64>| {
+        observability(a, c).unwrap().modes.iter().map(|mode| mode.directions).collect::<Vec<_>>()
+    };
+    assert_eq!(counts(&two(4.0), &one), [1; 4]);
+    assert_eq!(counts(&two(1.0), &both), [2; 4]);
+}
+
 #[test]
 fn a_defective_hidden_part() {
     let a = dmatrix![-1.0, 1.0, 0.0; 0.0, -1.0, 1.0; 0.0, 0.0, -1.0];

@@ -599,8 +599,9 @@ where
         })
     }
 
-    /// [`step`](SampledObserver::step) without the update; columns of other lengths change nothing.
-    fn finish(&self, t: T, state: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>) {
+    /// [`step`](SampledObserver::step) without the [update](Self::update): the prediction over the period, and NaN
+    /// where it has no result. Columns of other lengths change nothing.
+    pub fn finish(&self, t: T, state: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>) {
         if self.fits(state, u) && !self.predict(t, state, u, self.h) {
             state.0 = state.0.lost();
         }

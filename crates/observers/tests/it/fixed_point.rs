@@ -138,7 +138,7 @@ fn what_does_not_fit_is_an_error() {
     let plant = |a: f64| StateSpace::new(dmatrix![a], dmatrix![1.0], dmatrix![1.0]).unwrap();
     let designed = |a: f64| DiscreteLinearObserver::new(plant(a), dmatrix![0.5], 0.1).unwrap();
     let error = FixedPointObserver::rounded(&designed(9.0), format(4, 12).into()).unwrap_err();
-    assert_eq!(error.to_string(), "A(1, 1) = 9 is beyond the range of Q4.12");
+    assert_eq!(error.to_string(), "A(1, 1) = 9 is beyond the range of Q4.12: it needs 5 bits before the point");
     // 7.9 + 1 + 0.5 are below 16 = 2^32 2^-28, and 3 * 7 + 0.5 are not.
     assert!(FixedPointObserver::rounded(&designed(7.9), format(4, 28).into()).is_ok());
     let wide =
@@ -151,7 +151,7 @@ fn what_does_not_fit_is_an_error() {
     assert!(matches!(FixedPointObserver::new(gains, format(4, 4).into()), Err(ObserverError::Matrix(_))));
     let gains = FixedPointGains { a: dmatrix![300], b: DMatrix::zeros(1, 0), c: dmatrix![1], d: None, l: dmatrix![1] };
     let error = FixedPointObserver::new(gains, format(4, 4).into()).unwrap_err();
-    assert_eq!(error.to_string(), "A(1, 1) = 18.75 is beyond the range of Q4.4");
+    assert_eq!(error.to_string(), "A(1, 1) = 18.75 is beyond the range of Q4.4: it needs 6 bits before the point");
 }
 
 #[test]

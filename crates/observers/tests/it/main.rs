@@ -33,6 +33,8 @@ mod numerical_kkl;
 #[cfg(all(feature = "alloc", feature = "dual"))]
 mod on_target;
 #[cfg(feature = "alloc")]
+mod partial;
+#[cfg(feature = "alloc")]
 mod particle;
 mod pendulum;
 #[cfg(feature = "alloc")]

@@ -363,7 +363,7 @@ fn damaged_files_of_these_observers_are_errors() {
     let error = refused::<FixedPoint>(&text, r#""integer_bits":2"#, r#""integer_bits":0"#);
     assert_eq!(error, "Q0.14: a format has 2 to 32 bits, at least one of them, the sign, before the point");
     let error = refused::<FixedPoint>(&text, "8192", "65536");
-    assert_eq!(error, "A(1, 1) = 4 is beyond the range of Q2.14");
+    assert_eq!(error, "A(1, 1) = 4 is beyond the range of Q2.14: it needs 4 bits before the point");
     let error = refused::<FixedPoint>(&text, "[8192,1638]", "[8192]");
     assert_eq!(error, "row 2 of A has 2 entries where row 1 has 1");
     assert!(refused::<FixedPoint>(&text, "8192", "0.5").contains("expected i32"));

@@ -52,7 +52,7 @@ pub use error::{Fault, FileError, Rejection};
 pub use evidence::{Certificate, Certified, ProvedTheorem, UnprovedTheorem};
 pub use fields::{LARGEST_ORDER, MOST_ENTRIES};
 pub use limits::{DEEPEST, LARGEST_FILE, MOST_MOTION, MOST_VALUES};
-pub use sentence::{ProvedSentence, Reading, Represented};
+pub use sentence::{NO_USEFUL_BOUND, ProvedSentence, Reading, Represented, is_useful};
 pub use theorem::*;
 
 use fields::Field;

@@ -50,7 +50,21 @@ pub struct Reading<'a> {
     pub plant: Represented<'a>,
     /// Whether it is the linearisation of a nonlinear plant at an operating point, in deviations from it.
     pub is_linearised: bool,
+    /// What bounds of the errors are judged by, see [`is_useful`]: entries in the order of `states`; those that are not
+    /// there or not positive are not judged.
+    pub scales: &'a [f64],
 }
+
+/// Whether a bound of the error of a state says more than a constant estimate would have: whether it is below `scale`,
+/// half of the range of that state. Where the scale is not positive there is nothing to compare with.
+///
+/// Without a unit, and the same whatever is added to the state.
+pub fn is_useful(bound: f64, scale: f64) -> bool {
+    bound < scale || scale.is_nan() || scale <= 0.0
+}
+
+/// What stands in the place of a bound that is not useful.
+pub const NO_USEFUL_BOUND: &str = "no useful bound";
 
 /// What the plant of a theorem is in a report.
 #[derive(Debug, Clone, Copy)]
@@ -140,9 +154,30 @@ impl Reading<'_> {
         self.is_linearised && is_linear
     }
 
-    /// `position 0.1 m, velocity 0.2 m/s`: bounds of the error that are concluded, each rounded up.
+    /// `position 0.1 m, velocity 0.2 m/s`: half-widths that are concluded, each rounded up.
     pub(super) fn errors_at_most(&self, values: &[f64]) -> String {
         self.listed(self.states, values.iter().map(|value| at_most(*value, 4)))
+    }
+
+    /// `position 0.1 m, velocity: no useful bound`: bounds of the error that are concluded, each rounded up to so many
+    /// digits, as far as they are useful.
+    pub(super) fn useful_bounds(&self, values: &[f64], digits: usize) -> String {
+        let scale = |k: usize| self.scales.get(k).copied().unwrap_or(0.0);
+        let one = |(k, value): (usize, &f64)| {
+            if is_useful(*value, scale(k)) {
+                let text =
+                    self.listed(&self.states[k.min(self.states.len())..], std::iter::once(at_most(*value, digits)));
+                // A state without a name is numbered among all.
+                return if k < self.states.len() {
+                    text
+                } else {
+                    format!("entry {} {}", k + 1, at_most(*value, digits))
+                };
+            }
+            let name = self.states.get(k).cloned().unwrap_or_else(|| format!("entry {}", k + 1));
+            format!("{name}: {NO_USEFUL_BOUND}")
+        };
+        values.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
     }
 
     /// Numbers with the names and units of what they bound.

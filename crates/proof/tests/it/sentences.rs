@@ -16,8 +16,15 @@ fn names(of: &[&str]) -> Vec<String> {
 /// The sentences of a certificate for a plant with these states.
 fn said(certificate: &Certificate, states: &[&str], plant: Represented<'_>) -> Vec<String> {
     let (states, none, units) = (names(states), Vec::new(), BTreeMap::new());
-    let reading =
-        Reading { states: &states, inputs: &none, outputs: &none, units: &units, plant, is_linearised: false };
+    let reading = Reading {
+        states: &states,
+        inputs: &none,
+        outputs: &none,
+        units: &units,
+        plant,
+        is_linearised: false,
+        scales: &[],
+    };
     certificate.sentences(&reading).iter().map(ProvedSentence::to_string).collect()
 }
 

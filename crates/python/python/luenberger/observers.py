@@ -129,7 +129,6 @@ class Observer:
         self._matrices: dict[str, Array] = {
             _short(entry["name"]): np.array(entry["rows"], dtype=np.float64) for entry in self._report["matrices"]
         }
-        self._matrices.update(self._design.matrices())
         for matrix in self._matrices.values():
             matrix.setflags(write=False)  # what is proved is proved of these
         self._started_with: tuple[Array | None, dict[str, Any]] = (None, {})
@@ -278,8 +277,9 @@ class Observer:
         duration : float
             The end time.
         u : optional
-            The input (default 0): numbers, expressions of t, or a pair `(t, U)` of times and an array (m, T), held
-            between them.
+            The input (default 0): numbers, expressions of t, an array (m, samples) with a column for each of the
+            `samples` times from 0 to `duration`, or a pair `(t, U)` of times and an array (m, T); both are held
+            from one time to the next. An array (m,) is constant, also where `samples` is m.
         samples : int, optional
             Number of output times.
         noise : float or array_like, (p,), optional
@@ -355,12 +355,14 @@ class Observer:
                 "seed": int(seed),
             }
         study = self._study(simulation=simulation)
-        drive = self._input(u, Path(folder))
+        drive = self._input(u, Path(folder), np.linspace(0.0, duration, int(samples)))
         if drive is not None:
             study["input"] = drive
         return study
 
-    def replay(self, t: npt.ArrayLike, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Trajectory:
+    def replay(
+        self, t: npt.ArrayLike, y: npt.ArrayLike, u: npt.ArrayLike | None = None, *, smooth: bool = False
+    ) -> Trajectory:
         """Run the observer on measured data.
 
         Parameters
@@ -371,11 +373,19 @@ class Observer:
             The measured outputs; NaN where nothing was measured.
         u : array_like, (m, T), optional
             The inputs (default 0).
+        smooth : bool, optional
+            Also give the estimates with the whole log, those after each time as well (Rauch, Tung and Striebel), of an
+            extended, iterated or unscented Kalman filter: `smoothed` and `smoothed_deviation` of the trajectory.
 
         Returns
         -------
         Trajectory
             The estimates; the states are NaN.
+
+        Raises
+        ------
+        NotApplicable
+            `smooth` of an observer without a covariance.
 
         Examples
         --------
@@ -386,6 +396,11 @@ class Observer:
         >>> bool(abs(run.xhat[1, -1] - 3) < 0.01)
         True
         """
+        if smooth:
+            known = json.loads(_luenberger.kinds())
+            smoothed = [kind["name"] for kind in known if any(key["name"] == "smooth" for key in kind["keys"])]
+            if self.kind not in smoothed:
+                raise NotApplicable(f"{self.name} is of the kind {self.kind}; smoothed are {', '.join(smoothed)}")
         times = vector("t", t)
         outputs = _signal("y", y, self.plant.noutputs, times.size, missing=True)
         count = self.plant.ninputs
@@ -396,13 +411,17 @@ class Observer:
             log: dict[str, Any] = {"file": "log.csv", "time": "t", "outputs": heads[1 + count :]}
             if count:
                 log["inputs"] = heads[1 : 1 + count]
-            return self._run(self._study(log=log), folder, on_log=True)
+            study = self._study(log=log)
+            if smooth:
+                study["observer"] = [{**self._spec, "smooth": True}]
+            return self._run(study, folder, on_log=True)
 
     def _run(self, study: dict[str, Any], folder: str, *, on_log: bool) -> Trajectory:
         found = self._design.run(as_json(study), folder, on_log)
         return trajectory(found, self.plant.states, self.plant.inputs, self.plant.outputs, self._turns)
 
-    def _input(self, u: Any, folder: Path) -> dict[str, Any] | None:
+    def _input(self, u: Any, folder: Path, at: Array) -> dict[str, Any] | None:
+        """The input of a study; of an array with a column for each of the times `at`, its table."""
         m = self.plant.ninputs
         if u is None:
             return None
@@ -410,6 +429,11 @@ class Observer:
             u = [u]
         if isinstance(u, (list, tuple)) and u and all(isinstance(row, str) for row in u):
             return {"expressions": list(u)}
+        if not isinstance(u, tuple):
+            # A row alone is that of a single input, unless it has one entry for each input.
+            shape = np.shape(u)
+            if (len(shape) == 2 and shape != (m, 1)) or (m == 1 and shape == (at.size,) and at.size != 1):
+                u = (at, u)
         if isinstance(u, tuple) and len(u) == 2 and np.ndim(u[0]) == 1 and np.size(u[0]) > 1:
             times = vector("the times of u", u[0])
             values = _signal("u", u[1], m, times.size)
@@ -465,8 +489,9 @@ class Observer:
         u : array_like, (m,) or (m, T), or None
             The input of this sample; several samples in columns.
         y : array_like, (p,) or (p, T), or None
-            The output of this sample; NaN, and None for all of it, where it was not measured. A filter with a covariance
-            then takes the other outputs, and only predicts without any; other observers take what they predict.
+            The output of this sample; NaN, and None for all of it, where it was not measured. A filter with a
+            covariance and an observer with a constant gain then take the other outputs, and only predict without any;
+            other observers take what they predict.
         dt : float, optional
             The sampling period of an observer in continuous time, needed at its first step. Of an observer at varying
             periods the time since the last sample, one or (T,) (default: the nominal period); u was held over it.

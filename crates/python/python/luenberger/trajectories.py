@@ -28,6 +28,8 @@ class Trajectory:
         The estimates; None for a plant alone.
     deviation : ndarray or None, (n, T)
         The standard deviations of the estimates, of a Kalman filter with a covariance.
+    smoothed, smoothed_deviation : ndarray or None, (n, T)
+        The estimates with the whole log, and their standard deviations, of `Observer.replay` with `smooth`.
     observer : str
         The name of the observer.
     states, inputs, outputs : list of str
@@ -55,6 +57,8 @@ class Trajectory:
     inputs: list[str]
     outputs: list[str]
     turns: list[float] | None = None
+    smoothed: Array | None = None
+    smoothed_deviation: Array | None = None
 
     @property
     def error(self) -> Array:
@@ -68,11 +72,13 @@ class Trajectory:
         return error
 
     def to_dict(self) -> dict[str, Array]:
-        """Columns by name, as `pandas.DataFrame` takes them: t, states, estimates `x_hat`, inputs, outputs."""
+        """Columns by name, as `pandas.DataFrame` takes them: t, states, `x_hat`, `x_smoothed`, inputs, outputs."""
         columns: dict[str, Array] = {"t": self.t}
         columns.update(zip(self.states, self.x))
         if self.xhat is not None:
             columns.update(zip((f"{name}_hat" for name in self.states), self.xhat))
+        if self.smoothed is not None:
+            columns.update(zip((f"{name}_smoothed" for name in self.states), self.smoothed))
         columns.update(zip(self.inputs, self.u))
         for name, row in zip(self.outputs, self.y):
             columns[name if name not in columns else f"{name}_measured"] = row
@@ -145,4 +151,6 @@ def trajectory(
         inputs=inputs,
         outputs=outputs,
         turns=turns,
+        smoothed=found["smoothed"],
+        smoothed_deviation=found["smoothed_deviation"],
     )

@@ -176,7 +176,7 @@ impl<'r> ReplayRun<'r> {
         observer.estimate(t, state, &self.u, &self.y, &mut estimate);
         self.predict_outputs(t, row, &estimate)?;
         let predicted = estimate.clone();
-        observer.correct(state, &self.u, &self.y, &mut estimate);
+        observer.correct(state, &self.u, &self.y, &self.measured, &mut estimate);
         self.note(t, row, &predicted, &estimate)
     }
 
@@ -255,7 +255,9 @@ impl<'r> ReplayRun<'r> {
             self.predict_outputs(t, Some(k), &estimate)?;
             let predicted = estimate.clone();
             if self.measured.contains(&true) {
-                observer.correct_at(&mut state, &self.u, &self.y, t - last);
+                let seen = |(y, is): (&f64, &bool)| if *is { *y } else { f64::NAN };
+                let y: Vec<f64> = self.y.iter().zip(&self.measured).map(seen).collect();
+                observer.correct_at(&mut state, &self.u, &y, t - last);
                 last = t;
             }
             observer.estimate(t, &state, &self.u, &self.y, &mut estimate);

@@ -2,16 +2,17 @@
 //! them.
 
 use luenberger_design::{Certificate, deployed_linear};
-use luenberger_proof::certificate::{DeployedObserver, Reading, Theorem};
-use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
+use luenberger_proof::certificate::{DeployedObserver, Reading, Theorem, is_useful};
+use luenberger_proof::statement::{Deployed, Format, Formats, NoErrorBallReason, Operation, Running, Step};
 use luenberger_proof::wording::{at_most, if_at_most, rounded};
 use luenberger_sim::Trajectory;
 use nalgebra::DMatrix;
 
 use super::feedback::magnitudes;
 use super::{Evidence, SampledDesign, proved_line};
-use crate::operation::MARGIN;
+use crate::operation::{MARGIN, half_ranges};
 use crate::study::{ObserverSpec, Study};
+use crate::synthesis::error_bound::no_useful_bound;
 use crate::trajectory;
 
 pub(super) fn evidence(
@@ -32,21 +33,28 @@ pub(super) fn evidence(
     // Disturbances that are estimated are states of this plant.
     let mut states = study.plant.states.clone();
     states.extend(observer.kind.estimated_disturbances());
-    let reading = Reading { states: &states, ..study.plant.reading() };
+    // With feedback the range of the loop is not known, but its magnitudes.
+    let scales = match (&operation, half_ranges(study)) {
+        (Some(operation), none) if none.is_empty() => operation.state.clone(),
+        (_, ranges) => ranges,
+    };
+    let reading = Reading { states: &states, scales: &scales, ..study.plant.reading() };
     let title = &observer.name;
     let proved = |found: &Certificate, of_what: &str| proved_line(of_what, &found.sentences(&reading));
     let not_covered = || format!("Rounding to {running} on the target is not covered.");
+    let largest = operation.iter().flat_map(|of| of.state.iter().chain(&of.input)).copied().fold(0.0, f64::max);
     let mut sentences = Vec::new();
     let file = match (on_target, operation) {
         (Some((found, own)), Some(operation)) => own.file(title).ok().inspect(|_| {
             sentences.extend(proved(&own, ""));
             sentences.extend(own.running_sentence(&reading).map(|sentence| sentence.to_string()));
+            sentences.extend(without_useful_bound(design, formats, (&operation, &found), &reading));
             if is_fixed(running) && operation.noise.iter().any(|bound| *bound > 0.0) {
                 let noiseless = Operation { noise: vec![0.0; operation.noise.len()], ..operation };
                 let own = deployed(design, formats, &noiseless).map(|(_, own)| own);
                 sentences.extend(own.and_then(|own| Some(own.noiseless_sentence(&reading)?.to_string())));
             }
-            sentences.push(rounding(&found, running));
+            sentences.push(rounding(&found, running, largest));
         }),
         // Coarse gains may not stabilise: of them the designed ones say nothing.
         _ if is_fixed(running) => of_stored_numbers(design, formats).and_then(|own| {
@@ -115,16 +123,71 @@ fn of_stored_numbers(design: &SampledDesign, formats: Formats) -> Option<Certifi
     Certificate::of([DeployedObserver { ball: None, ..theorem }]).ok().filter(Certificate::is_proved)
 }
 
-/// What is to be said beside the bound of the error with all rounding counted.
-fn rounding(deployed: &Deployed, format: Format) -> String {
+/// Which bounds of the error of a deployed observer are not useful, what makes them so large, and what may give better
+/// ones: found by the bounds without noise, and without the rounding of the format.
+fn without_useful_bound(
+    design: &SampledDesign,
+    formats: Formats,
+    (operation, found): (&Operation, &Deployed),
+    reading: &Reading<'_>,
+) -> Option<String> {
+    let not_useful = |found: &Deployed| -> Option<Vec<&str>> {
+        let Running::Within(ball) = &found.running else { return None };
+        let pairs = reading.states.iter().zip(ball.entries.iter().zip(reading.scales));
+        Some(pairs.filter(|(_, (bound, scale))| !is_useful(**bound, **scale)).map(|(name, _)| name.as_str()).collect())
+    };
+    let names = not_useful(found).filter(|names| !names.is_empty())?;
+    let quiet = Operation { noise: vec![0.0; operation.noise.len()], ..operation.clone() };
+    let helps = |formats, operation: &Operation| {
+        let found = deployed(design, formats, operation);
+        found.and_then(|(found, _)| not_useful(&found)).is_some_and(|names| names.is_empty())
+    };
+    let (running, wide) = (formats.running, Formats::from(Format::Binary64));
+    let bits = if is_fixed(running) { "a format with more bits after the point" } else { "--format f64" };
+    let slower = "a slower gain, which amplifies the noise less";
+    let (reason, remedy) = if helps(formats, &quiet) {
+        ("the measurement noise, at its bound in every sample".to_owned(), slower.to_owned())
+    } else if running != Format::Binary64 && helps(wide, operation) {
+        (format!("the rounding to {running}"), bits.to_owned())
+    } else if running != Format::Binary64 && helps(wide, &quiet) {
+        (format!("the measurement noise and the rounding to {running}"), format!("{slower}, and {bits}"))
+    } else {
+        (
+            "the decrease of V in a step, which is so small that noise and rounding add up over many of them"
+                .to_owned(),
+            "faster poles, poles that are nearer to each other, or a longer period".to_owned(),
+        )
+    };
+    Some(format!("{} It comes from {reason}. What may give one: {remedy}.", no_useful_bound(&names)))
+}
+
+/// The format with the bits before the point that a number of this size needs, and those after it that then have room.
+fn roomier(format: Format, (size, limit): (f64, f64)) -> Option<Format> {
+    let Format::Fixed { integer_bits, fraction_bits } = format else { return None };
+    let missing = (size / limit).log2().ceil().max(1.0);
+    let integer_bits = integer_bits + (missing <= 32.0).then_some(missing as u32)?;
+    let left = 32_u32.checked_sub(integer_bits)?;
+    Some(Format::Fixed { integer_bits, fraction_bits: fraction_bits.min(left) })
+}
+
+/// What is to be said beside the bound of the error with all rounding counted; `largest` is the largest state or input.
+fn rounding(deployed: &Deployed, format: Format, largest: f64) -> String {
     match &deployed.running {
         Running::Within(_) => {
             "The bounds are 1.2 times the magnitudes in the study's simulation, rounded up, with four standard deviations for Gaussian noise."
                 .to_owned()
         }
-        Running::Unproved(why) if is_fixed(format) => format!(
-            "Rounding to {format} on the target: no bound is proved, and saturation is not excluded ({why})."
-        ),
+        Running::Unproved(why) if is_fixed(format) => {
+            let remedy = match why {
+                NoErrorBallReason::Range { size, limit, .. } => match roomier(format, (size.max(largest), *limit)) {
+                    Some(roomier) => format!("; {roomier} has the bits before the point"),
+                    None => "; no format of 32 bits has so many before the point: scale the signals".to_owned(),
+                },
+                NoErrorBallReason::RoundingDominates { .. } => "; more bits after the point may help".to_owned(),
+                _ => String::new(),
+            };
+            format!("Rounding to {format} on the target: no bound is proved, and saturation is not excluded ({why}{remedy}).")
+        }
         Running::Unproved(_) => format!("Rounding to {format} on the target: no bound is proved."),
     }
 }

@@ -118,11 +118,13 @@ fn nonlinear(
         if let Ok(gramian) = empirical_gramian(model, &simulation.x0, input, span, &settings) {
             report.weakest = gramian.weakest().map(|v| v.as_slice().to_vec()).unwrap_or_default();
             let (rank, order) = (gramian.rank, gramian.scales.len());
-            let _ = write!(
-                report.words,
-                "\nempirical Gramian: rank {rank} of {order}, least observable direction {}",
-                study.plant.direction_in_words(&report.weakest)
-            );
+            // One of several directions would be one by chance. The eigenvalues are sorted, the largest first.
+            let is_repeated = matches!(gramian.eigenvalues[..], [.., next, least] if next - least <= 1e-7 * next);
+            let least = match is_repeated {
+                true => "several least observable directions alike".to_owned(),
+                false => format!("least observable direction {}", study.plant.direction_in_words(&report.weakest)),
+            };
+            let _ = write!(report.words, "\nempirical Gramian: rank {rank} of {order}, {least}");
             // Two ranks that differ are no contradiction, but each has to be read rightly.
             let least = lie.points.iter().map(|point| point.rank).min().unwrap_or(rank);
             if rank < least {
@@ -191,10 +193,16 @@ fn observability_at(
 
 fn report(study: &Study, mode: &Mode) -> ModeReport {
     let direction: DVector<f64> = mode.direction.map(|x| x.re);
+    // One of several directions would be one by chance.
+    let words = match (mode.directions, direction.len()) {
+        (0 | 1, _) => study.plant.direction_in_words(direction.as_slice()),
+        (count, order) if count == order => "every direction alike".to_owned(),
+        (count, _) => format!("{count} independent directions alike"),
+    };
     ModeReport {
         eigenvalue: [mode.eigenvalue.re, mode.eigenvalue.im],
         margin: mode.margin,
-        words: study.plant.direction_in_words(direction.as_slice()),
+        words,
         direction: direction.as_slice().to_vec(),
     }
 }

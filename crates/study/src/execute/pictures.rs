@@ -211,6 +211,16 @@ fn disturbances(runs: &Runs<'_>) -> Named {
     let names = estimated.map(|(names, _)| names).max_by_key(|names| names.len())?;
     let panel = |name: &String| {
         let mut panel = Panel::new(runs.time(), name.clone());
+        // That of the first observer that estimates it: others may have another E.
+        let of_plant = runs.shown().find_map(|(_, member, run)| {
+            let j = run.disturbance.as_ref()?.0.iter().position(|own| own == name)?;
+            Some((j, run, true_disturbance(runs.study, member, run)?))
+        });
+        for (j, run, truth) in of_plant.iter().filter(|(j, _, truth)| *j < truth.ncols()) {
+            for curve in lines("plant", run, &runs.rows(run), |k| truth[(k, *j)]) {
+                panel = panel.series(curve.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
+            }
+        }
         for (number, member, run) in runs.shown() {
             let Some((own, found)) = &run.disturbance else { continue };
             let Some(j) = own.iter().position(|own| own == name) else { continue };
@@ -220,8 +230,34 @@ fn disturbances(runs: &Runs<'_>) -> Named {
         }
         panel
     };
-    let panels = names.iter().map(panel).collect();
-    figure("disturbances", "Disturbances", "The estimates of the disturbances d of x' = A x + B u + E d.", panels)
+    let panels: Vec<Panel> = names.iter().map(panel).map(by_steady_part).collect();
+    let is_known = panels.iter().any(|panel| panel.series.iter().any(|series| series.name == "plant"));
+    let truth = if is_known { " Of the plant: what its own equations add to the model's along E." } else { "" };
+    let inset = if panels.iter().any(|panel| panel.inset) { INSET } else { "" };
+    let caption = format!("The estimates of the disturbances d of x' = A x + B u + E d.{truth}{inset}");
+    figure("disturbances", "Disturbances", &caption, panels)
+}
+
+/// The disturbances of a run, of which an observer estimates E d: `E^+ (f - f_model)` for the equations f of the
+/// simulated plant. None where it has no others than the model, changes, or differs by more than E d.
+fn true_disturbance(study: &Study, member: &Member<'_>, run: &Run) -> Option<DMatrix<f64>> {
+    let truth = study.truth.as_ref().filter(|truth| truth.events.is_empty())?;
+    let (plant, e) = (&truth.plant.as_ref()?.model, member.requested.kind.unknown_disturbance()?);
+    let inverse = e.clone().pseudo_inverse(1e-12).ok()?;
+    let mut found = DMatrix::zeros(run.t.len(), e.ncols());
+    for (k, t) in run.t.iter().enumerate() {
+        let of = |m: &DMatrix<f64>| DVector::from_iterator(m.ncols(), m.row(k).iter().copied());
+        let (x, u) = (of(&run.x), of(&run.u));
+        let (f, model) = (plant.derivative(*t, &x, &u), study.plant.model.derivative(*t, &x, &u));
+        let rest = &f - model;
+        let d = &inverse * &rest;
+        // Rounding of f, which the difference has.
+        if (rest - e * &d).amax() > 1e-6 * (1e-6 * f.amax()).max(d.amax()) {
+            return None;
+        }
+        found.row_mut(k).tr_copy_from(&d);
+    }
+    Some(found)
 }
 
 /// The probabilities of the models of each filter that has several.
@@ -363,7 +399,7 @@ fn errors(runs: &Runs<'_>) -> Named {
             panel = bands(panel, runs, (number, member, run), |_| 0.0, i);
             panel = smoothed(panel, runs, (number, member, run), |estimate, k| error(estimate[(k, i)], k));
         }
-        panel
+        by_steady_part(panel)
     };
     let sampled = runs.shown().any(|(_, member, _)| member.designed.runnable.period().is_some());
     let caption = if sampled && !runs.measured {
@@ -371,8 +407,40 @@ fn errors(runs: &Runs<'_>) -> Named {
     } else {
         "The errors e = x - xhat."
     };
-    let caption = format!("{caption}{}", shaded(runs));
-    figure("errors", "Errors", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
+    let panels: Vec<Panel> = runs.states().into_iter().map(panel).collect();
+    let inset = if panels.iter().any(|panel| panel.inset) { INSET } else { "" };
+    let caption = format!("{caption}{}{inset}", shaded(runs));
+    figure("errors", "Errors", &runs.caption(&caption), panels)
+}
+
+/// What an inset is, in a caption.
+const INSET: &str =
+    " The axis is that of the second half of the run where what is before is larger by far; inset: the whole run.";
+
+/// How many times the range of its second half a figure of errors has to have for an inset.
+const TRANSIENT: f64 = 5.0;
+
+/// The panel with the vertical axis of the second half of its curves, with room for an inset of the whole above, if the
+/// first half is larger by far. A steady part that is zero to rounding has no axis of its own.
+fn by_steady_part(panel: Panel) -> Panel {
+    let times = || panel.series.iter().flat_map(|series| series.x.iter().copied());
+    let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
+    let middle = f64::midpoint(first, last);
+    let range = |from: f64| {
+        let points = panel.series.iter().flat_map(|series| series.x.iter().zip(&series.y));
+        points.filter(|(t, _)| **t >= from).fold((0.0_f64, 0.0_f64), |(low, high), (_, y)| (low.min(*y), high.max(*y)))
+    };
+    let ((low, high), (least, largest)) = (range(middle), range(first));
+    let (steady, whole) = (high - low, largest - least);
+    if !(steady > 1e-9 * whole && whole > TRANSIENT * steady) {
+        return panel;
+    }
+    // Bands may be as wide again as the curves.
+    let bands = panel.areas.iter().flat_map(|area| area.x.iter().zip(area.low.iter().zip(&area.high)));
+    let ends = bands.filter(|(t, _)| **t >= middle).map(|(_, ends)| ends);
+    let (under, over) = ends.fold((low, high), |(under, over), (a, b)| (under.min(*a), over.max(*b)));
+    let (low, high) = (under.max(low - steady) - 0.1 * steady, over.min(high + steady) + 0.1 * steady);
+    panel.y_range(low, high + 0.75 * (high - low)).inset()
 }
 
 fn norm(runs: &Runs<'_>) -> Named {

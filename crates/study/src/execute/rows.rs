@@ -35,8 +35,8 @@ pub(super) struct Run {
 impl Run {
     /// As the results have it.
     pub(super) fn named(self, observer: &str, on_log: bool) -> ObserverRun {
-        let Self { t, x, u, y, estimate, deviation, functions, .. } = self;
+        let Self { t, x, u, y, estimate, deviation, smoothed, functions, .. } = self;
         let estimate = estimate.or(functions.map(|(_, _, estimate)| estimate));
-        ObserverRun { observer: observer.to_owned(), on_log, t, x, u, y, estimate, deviation }
+        ObserverRun { observer: observer.to_owned(), on_log, t, x, u, y, estimate, deviation, smoothed }
     }
 }

@@ -6,6 +6,7 @@ use luenberger_design::{
 use luenberger_live as live;
 use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
 use nalgebra::{DMatrix, Dyn};
 
 use super::declaration::{Declaration, Information, Rule, Tuning};
@@ -13,6 +14,7 @@ use super::keys::{ERROR_BOUNDS, GAINS, OF_GAIN, THETA};
 use super::settings::one_of;
 use super::{Kind, as_kind};
 use crate::designed::{At, NonlinearStep, Runnable, Running, SampledDesign, StepOf};
+use crate::operation::half_ranges;
 use crate::reader::{Given, Reader, gain};
 use crate::results::{DesignReport, NoObserver};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
@@ -186,7 +188,8 @@ pub(crate) fn report(
                 }
                 None => ErrorBound::cubic(design, &acting)?,
             };
-            Ok(bounded(designed, &bound, &study.plant.reading(), bounds))
+            let reading = Reading { scales: &half_ranges(study), ..study.plant.reading() };
+            Ok(bounded(designed, &bound, &reading, bounds))
         }
         None => Ok(designed),
     }

@@ -16,6 +16,7 @@ use super::Kind;
 use super::keys::{GAMMA, THETA};
 use super::{extended_state, proportional_integral};
 use crate::designed::{Runnable, Running, SampledDesign};
+use crate::operation::half_ranges;
 use crate::reader::tree::Node;
 use crate::reader::{Given, Reader, gain};
 use crate::results::{Advice, Cause, DesignReport, NoObserver, Quantity};
@@ -258,13 +259,14 @@ impl DisturbanceSpec {
         let Some(bounds) = &plan.requested.bounds else { return Ok(designed) };
         let acting = disturbances_with_sampled_rate(&acting(bounds), &self.rate, self.order(), dt);
         let bound = ErrorBound::discrete(&design.observer, &acting)?;
-        Ok(bounded(designed, &bound, &reading, bounds))
+        Ok(bounded(designed, &bound, &Reading { scales: &half_ranges(plan.study), ..reading }, bounds))
     }
 
     fn designed(&self, plan: &Plan<'_>, plant: &StateSpace) -> Result<Designed, NoObserver> {
         let names = self.estimated_disturbances();
         let acting = (plan.requested.bounds.as_ref(), self.rate.as_slice(), names.as_slice());
-        let plant = (plant, &plan.reading());
+        let scales = plan.requested.bounds.as_ref().map_or_else(Vec::new, |_| half_ranges(plan.study));
+        let plant = (plant, &Reading { scales: &scales, ..plan.reading() });
         let gain = (&self.linear, self.cubic.as_ref());
         designed(plant, (&self.e, self.chain), gain, acting, &plan.options())
     }

@@ -207,14 +207,6 @@ impl Kind for SampledCubic {
     }
 }
 
-impl SampledCubic {
-    /// The observer that runs, at varying periods that of the nominal one; none of another kind.
-    pub fn running(runnable: &Runnable) -> Option<&SampledCubicObserver<f64, Dyn, Dyn, Dyn>> {
-        let varying = || Some(runnable.of::<VaryingPeriods>()?.observer.inner().nominal());
-        runnable.of().or_else(varying)
-    }
-}
-
 /// The same gain with another strength; none for one that is given as S.
 pub(super) fn with_strength(correction: &CubicGain, gamma: f64) -> Option<CubicGain> {
     match correction {
@@ -317,7 +309,13 @@ fn report(design: &SampledCubicDesign, (plant, reading): (&StateSpace, &Reading<
         statement: proved_of(&design.certificate, reading)
             .remark(measurement(plant))
             .remark(format!("Computed: asymptotic factor of V {} per sample.", significant(slowest * slowest, 4))),
-        matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
+        matrices: vec![
+            matrix("L", design.observer.ld()),
+            matrix("N", design.observer.n()),
+            matrix("theta", design.observer.theta()),
+            matrix("P", &design.p),
+            matrix("S", &design.s),
+        ],
         poles: poles(&design.poles),
         numbers: vec![number(Quantity::Period, period), number(Quantity::LargestPole, slowest)],
         ..certified(&design.certificate, &[])

@@ -128,6 +128,8 @@ pub struct ObserverRun {
     pub estimate: Option<DMatrix<f64>>,
     /// The standard deviations of the estimates, of a filter.
     pub deviation: Option<DMatrix<f64>>,
+    /// The smoothed estimates with their standard deviations, of a filter with `smooth` on a log.
+    pub smoothed: Option<(DMatrix<f64>, DMatrix<f64>)>,
 }
 
 /// The plant.

@@ -64,15 +64,13 @@ pub enum StreamError {
         /// The column.
         name: String,
     },
-    /// An output without a value, where the step needs all of them.
+    /// No output has a value, where a row is a sample that has arrived.
     #[error(
-        "line {line}: the output `{name}` has no value, and a sample of an observer at varying periods has all outputs"
+        "line {line}: no output has a value, and a row of an observer at varying periods is a sample that has arrived"
     )]
     NoOutput {
         /// The line.
         line: u64,
-        /// The column.
-        name: String,
     },
     /// An estimate that is not finite.
     #[error(

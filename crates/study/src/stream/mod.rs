@@ -10,9 +10,10 @@
 //! A row is one sample. With the times of the rows the number of periods since the row before is known, to the nearest:
 //! samples in between are missed, as a row that is refused is. Without them each row is the next sample.
 //!
-//! At a missed sample, and for a missing value, a filter with a covariance only predicts; otherwise the predicted
-//! output takes the place of the missing one. A step that has no predicted output keeps the last value. An input that
-//! is missing keeps its value.
+//! At a missed sample, and for a missing value, a filter with a covariance only predicts, and observers with a constant
+//! gain leave the output out of their correction, as the exported code does; otherwise the predicted output takes the
+//! place of the missing one. A step that has no predicted output keeps the last value. An input that is missing keeps
+//! its value.
 
 mod error;
 mod position;
@@ -215,9 +216,8 @@ impl Stream {
                 None => {}
             }
         }
-        if self.step.takes_time() && row.outputs.contains(&None) {
-            let j = row.outputs.iter().position(Option::is_none).unwrap_or(0);
-            return Err(StreamError::NoOutput { line, name: self.columns.outputs[j].clone() });
+        if self.step.takes_time() && row.outputs.iter().all(Option::is_none) {
+            return Err(StreamError::NoOutput { line });
         }
         // Inputs are held until the row that has others.
         let applied = std::mem::replace(&mut next.inputs, self.position.inputs.clone());

@@ -209,7 +209,7 @@ impl StepOfStream {
         let mut state = state.to_vec();
         if self.any.is_filter() {
             let mut values = self.estimate(&state);
-            self.any.correct(&state, u, y, &mut values);
+            self.any.correct(&state, u, y, measured, &mut values);
             return Some((values, state));
         }
         self.any.update(t, &mut state, u, y, measured).then(|| (self.estimate(&state), state))

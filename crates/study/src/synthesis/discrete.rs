@@ -14,6 +14,7 @@ use super::linear::measurement;
 use super::noise_gain;
 use super::{Designed, asymptotic_factor, certified, deviations, matrix, number, poles, proved_of};
 use crate::designed::{Origin, Runnable, SampledDesign};
+use crate::operation::half_ranges;
 use crate::results::{Advice, DesignReport, NoObserver, Quantity};
 use crate::study::{GainSpec, LinearSpec};
 
@@ -89,7 +90,7 @@ fn linear(
     let designed = designed(runnable, report, design);
     let Some(bounds) = &plan.requested.bounds else { return Ok(designed) };
     let bound = ErrorBound::discrete(&design.observer, &acting(bounds))?;
-    Ok(bounded(designed, &bound, &reading, bounds))
+    Ok(bounded(designed, &bound, &Reading { scales: &half_ranges(plan.study), ..reading }, bounds))
 }
 
 /// An observer that runs, with the design that it is made of.

@@ -2,11 +2,13 @@
 
 use luenberger_design::{DesignError, ErrorBound, GainOptions, LinearDesign, UncertainBound};
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
 
 use super::Plan;
 use super::error_bound::{acting, bounded};
 use super::noise_gain::NoiseGain;
 use super::{Designed, asymptotic_rate, certified, deviations, matrix, number, poles, proved_of};
+use crate::operation::half_ranges;
 use crate::results::{DesignReport, NoObserver, Quantity};
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
@@ -84,7 +86,8 @@ pub(crate) fn linear_report(
                 }
                 None => ErrorBound::linear(&design.observer, &acting)?,
             };
-            Ok(bounded(designed, &bound, &study.plant.reading(), bounds))
+            let reading = Reading { scales: &half_ranges(study), ..study.plant.reading() };
+            Ok(bounded(designed, &bound, &reading, bounds))
         }
         None => Ok(designed),
     }

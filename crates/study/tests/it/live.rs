@@ -80,6 +80,24 @@ fn a_gain_that_is_too_small_is_not_certified() {
     assert!(matches!(&sampled, Some(GainVerdict::Open(why)) if why.contains("sampling period")), "{sampled:?}");
 }
 
+/// The servo's `A - g L C` has the polynomial `s^2 + (2 + g l1) s + g (l2 + 2 l1)` with l1, l2 > 0, which is Hurwitz
+/// for every factor g > 0 by Routh, and not for g = 0: where the P of the design does not prove it, another one does.
+#[test]
+fn a_gain_that_the_p_of_the_design_does_not_serve_gets_another_p() {
+    let (experiment, _) = page("servo", "another-p");
+    let experiment = experiment.unwrap();
+    let place = experiment.observers.iter().position(|observer| observer.name == "Luenberger").unwrap();
+    let verdict = |gain: f64| verify(&experiment, &Sliders { gain, ..Sliders::NEUTRAL })[place].clone();
+    assert!(matches!(verdict(1.0), Some(GainVerdict::Proved(_))), "{:?}", verdict(1.0));
+    for gain in [0.01, 0.3, 0.8, 1.2, 2.0, 10.0] {
+        let found = verdict(gain);
+        assert!(matches!(found, Some(GainVerdict::ProvedAnew(Some(margin))) if margin > 0.0), "{gain}: {found:?}");
+    }
+    assert!(matches!(verdict(0.0), Some(GainVerdict::Open(_))), "{:?}", verdict(0.0));
+    let json = serde_json::to_string(&verdict(2.0)).unwrap();
+    assert!(json.starts_with("{\"proved-anew\":"), "{json}");
+}
+
 /// A carriage with two sensors at instants of their own, and a place for its input.
 const CARRIAGE: &str = r#"
 [plant]
@@ -306,9 +324,12 @@ fn a_plant_in_discrete_time_gives_the_scores_of_the_study() {
         let said = design.design.as_ref().unwrap().verdict.word() == "proved";
         assert_eq!(matches!(verdict, Some(GainVerdict::Proved(_))), said, "{}: {verdict:?}", observer.name);
     }
-    // x+ = A x with A = 1 in its first entry: without correction nothing converges.
+    // Both eigenvalues of A have the square det A = 0.955, so that the error tends to 0 without correction too, which
+    // the P of the design does not prove. A - g L C has the trace 1.95 - 0.95 g: with g = 100 it is not Schur.
     let without = verify(&experiment, &Sliders { gain: 1e-3, ..Sliders::NEUTRAL });
-    assert!(matches!(&without[0], Some(GainVerdict::Open(_))), "{:?}", without[0]);
+    assert!(matches!(&without[0], Some(GainVerdict::ProvedAnew(_))), "{:?}", without[0]);
+    let large = verify(&experiment, &Sliders { gain: 100.0, ..Sliders::NEUTRAL });
+    assert!(matches!(&large[0], Some(GainVerdict::Open(_))), "{:?}", large[0]);
 }
 
 /// A law with the true state, with jumps.

@@ -77,4 +77,5 @@ mod tune_delays;
 mod tune_gains;
 mod units;
 mod unknown_input;
+mod useful_bounds;
 mod varying_periods;

@@ -224,8 +224,10 @@ fn a_plot_shows_what_is_chosen() {
         let folder = run(name, "", &format!("{PLANT}{OBSERVERS}{}{plot}", SIMULATION.split("[plot]").next().unwrap()));
         let figures = figures(&folder);
         let (_, curves) = figures.into_iter().find(|(id, _)| id == "errors").unwrap();
-        let [curve] = &curves[..] else { panic!("{}", curves.len()) };
+        let [curve, insets @ ..] = &curves[..] else { panic!("no curve") };
         assert_eq!((curve.label.as_str(), curve.name.as_str()), ("error of v", "gain"));
+        // The whole of it in the corner, where its beginning is larger by far.
+        assert!(insets.len() < 2 && insets.iter().all(|inset| inset.label.is_empty() && inset.name == "gain"));
         (curve.points[0].0, curve.points[curve.points.len() - 1].0)
     };
     let near = |found: (f64, f64), expected: (f64, f64)| {

@@ -199,7 +199,7 @@ fn at_samples(designed: &Designed, of: &ObserverSpec, samples: &Samples) -> Vec<
     let mut found = Vec::new();
     for (u, y) in samples {
         let mut xhat = vec![0.0; size.estimate];
-        runnable.any().correct(&state, u, y, &mut xhat);
+        runnable.any().correct(&state, u, y, &[], &mut xhat);
         state = runnable.motion(0.0, &state, u, y).unwrap();
         found.push([&xhat[..], &state[..state.len() - xhat.len()]].concat());
     }

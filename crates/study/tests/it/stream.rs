@@ -171,6 +171,67 @@ fn a_stream_of_a_log_is_the_run_on_it() {
     }
 }
 
+/// Observers with a constant gain, on the same log: one of two outputs is missing now and then, or both, from the first
+/// row on. The stream, the run on the log and the exported step with NaN have the same bits; the sums of a run are the
+/// same too, because it steps the same observer.
+#[test]
+fn a_constant_gain_leaves_out_what_is_missing() {
+    let linear = "[plant]
+states = [\"position\", \"speed\"]
+inputs = [\"force\"]
+outputs = [\"place\", \"rate\"]
+a = [[1, 0.25], [-0.05, 0.95]]
+b = [[0.02], [0.25]]
+c = [[1, 0.1], [0, 1]]
+d = [[0.05], [0.1]]
+dt = 0.25
+[log]
+file = \"log.csv\"
+[[observer]]
+name = \"observer\"
+initial = [0.5, 0]
+";
+    let csv = with_gaps().replacen("\n0,0,0,", "\n0,0,,", 1);
+    assert!(csv.lines().nth(1).unwrap().starts_with("0,0,,0.3,"), "the first row has one output");
+    for (keys, is_filter) in [
+        ("kind = \"luenberger\"\npoles = [0.5, 0.4]\n", false),
+        ("kind = \"kalman\"\nw = [1e-3, 1e-2]\nv = [0.04, 0.09]\n", false),
+        ("kind = \"kalman\"\nform = \"filter\"\nw = [1e-3, 1e-2]\nv = [0.04, 0.09]\n", true),
+    ] {
+        let folder = bench("constant-gain", &csv);
+        let text = format!("{linear}{keys}");
+        let study = study_in(&folder, &text);
+        let expected = trajectory(&folder, &text, "observer");
+        let predicted = answers(&mut opened(&study, &StreamOptions::default().predicted(!is_filter)), &csv);
+        let names: Vec<String> = predicted[0].as_ref().unwrap().trim_end().split(',').map(str::to_owned).collect();
+        let found = numbers(&predicted);
+        // A stream has the time for which the estimate is, as a run has.
+        let mut compared = 0;
+        for row in &found {
+            let t = row[0].unwrap();
+            let Some(its) = expected[1..].iter().find(|row| row[0].parse() == Ok(t)) else { continue };
+            for (name, value) in names.iter().zip(row).filter(|(name, _)| name.ends_with("_hat")) {
+                let column = expected[0].iter().position(|other| other == name).unwrap();
+                let its: f64 = its[column].parse().unwrap();
+                assert_eq!(value.unwrap().to_bits(), its.to_bits(), "{keys}, {name} at t = {t}");
+                compared += 1;
+            }
+        }
+        assert!(compared >= 2 * 45, "{compared}");
+        let options = ExportOptions { period: Some(0.25), ..ExportOptions::default() };
+        let mut step = golden::Stepper::new(&program(&study, None, &options, None).unwrap()).unwrap();
+        let mut last = 0.0;
+        for (k, row) in (0..20).zip(&found) {
+            let t = 0.25 * f64::from(k);
+            let place = if k % 3 == 1 || k == 0 { f64::NAN } else { (0.3 * t).sin() };
+            let rate = if k % 5 == 2 { f64::NAN } else { 0.3 * (0.3 * t).cos() };
+            last = if k % 7 == 3 { last } else { 0.1 * f64::from(k % 4) };
+            let its = step.step(&[last], &[place, rate]);
+            assert_eq!([row[1], row[2]], [Some(its[0]), Some(its[1])], "{keys}, row {k}");
+        }
+    }
+}
+
 /// Bounds of an interval observer hold while every measurement is there.
 #[test]
 fn bounds_and_constant_bands_end_where_a_measurement_is_missing() {

@@ -1,19 +1,13 @@
 /* The step of a filter with its functions update and predict, such as the extended Kalman filter. */
 #include "kalman.c"
 
-void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat)
+/* The update by the outputs that were measured; nothing without any. */
+static void take(observer_state *state, NUMBER t, const NUMBER *u, const NUMBER *y)
 {
-#if TIMED
-    const NUMBER t = (NUMBER)state->sample * PERIOD;
-#else
-    const NUMBER t = REAL(0.0);
-#endif
 #if PARTIAL
     int measured = 0;
-#endif
     int i;
 
-#if PARTIAL
     for (i = 0; i < OUTPUTS; ++i) {
         if (MAGNITUDE(y[i]) <= LARGEST) {
             measured = 1;
@@ -25,6 +19,18 @@ void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMB
 #else
     update(state, t, u, y);
 #endif
+}
+
+void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat)
+{
+#if TIMED
+    const NUMBER t = (NUMBER)state->sample * PERIOD;
+#else
+    const NUMBER t = REAL(0.0);
+#endif
+    int i;
+
+    take(state, t, u, y);
     predict(state, t, u);
     if (xhat != NULL) {
         for (i = 0; i < STATES; ++i) {

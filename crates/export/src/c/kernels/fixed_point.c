@@ -34,7 +34,8 @@ void observer_reset(observer_state *state)
     observer_init(state, INITIAL);
 }
 
-void observer_step(observer_state *state, const int32_t *u, const int32_t *y, int32_t *xhat)
+void observer_step_partial(observer_state *state, const int32_t *u, const int32_t *y, const uint8_t *measured,
+                           int32_t *xhat)
 {
     int32_t innovation[OUTPUTS];
     int32_t next[STATES];
@@ -45,16 +46,19 @@ void observer_step(observer_state *state, const int32_t *u, const int32_t *y, in
     (void)u;
 #endif
     for (i = 0; i < OUTPUTS; ++i) {
-        int64_t sum = (int64_t)y[i] * ONE;
-        for (j = 0; j < STATES; ++j) {
-            sum = sum - ((int64_t)C[i][j] * (int64_t)state->xhat[j]);
-        }
+        innovation[i] = 0;
+        if ((measured == NULL) || (measured[i] != 0u)) {
+            int64_t sum = (int64_t)y[i] * ONE;
+            for (j = 0; j < STATES; ++j) {
+                sum = sum - ((int64_t)C[i][j] * (int64_t)state->xhat[j]);
+            }
 #if HAS_FEEDTHROUGH
-        for (j = 0; j < INPUTS; ++j) {
-            sum = sum - ((int64_t)D[i][j] * (int64_t)u[j]);
-        }
+            for (j = 0; j < INPUTS; ++j) {
+                sum = sum - ((int64_t)D[i][j] * (int64_t)u[j]);
+            }
 #endif
-        innovation[i] = rounded(sum, &state->saturations);
+            innovation[i] = rounded(sum, &state->saturations);
+        }
     }
     for (i = 0; i < STATES; ++i) {
         int64_t sum = 0;
@@ -77,4 +81,9 @@ void observer_step(observer_state *state, const int32_t *u, const int32_t *y, in
             xhat[i] = next[i];
         }
     }
+}
+
+void observer_step(observer_state *state, const int32_t *u, const int32_t *y, int32_t *xhat)
+{
+    observer_step_partial(state, u, y, NULL, xhat);
 }

@@ -11,17 +11,9 @@ void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMB
     NUMBER next[STATES];
     int i;
 
-#if FILTER_FORM
-    advance(t, state->prediction, u, y, state->xhat, next);
-#else
     advance(t, state->xhat, u, y, next);
-#endif
     for (i = 0; i < STATES; ++i) {
-#if FILTER_FORM
-        state->prediction[i] = next[i];
-#else
         state->xhat[i] = next[i];
-#endif
         if (xhat != NULL) {
             xhat[i] = state->xhat[i];
         }

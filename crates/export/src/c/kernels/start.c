@@ -11,6 +11,9 @@ void observer_init(observer_state *state, const NUMBER *xhat)
     for (i = 0; i < STATES; ++i) {
         state->prediction[i] = xhat[i];
     }
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->innovation[i] = REAL(0.0);
+    }
 #endif
 #if HAS_COVARIANCE
     for (i = 0; i < STATES; ++i) {

@@ -258,6 +258,7 @@ typedef struct {
     NUMBER S[STATES][STATES];
     NUMBER z[TARGETS];
     NUMBER prediction[STATES];
+    NUMBER innovation[OUTPUTS];
     NUMBER prior[STATES];
     NUMBER prior_P[STATES][STATES];
     observer_sample samples[WINDOW];
@@ -276,12 +277,13 @@ void motion(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
 /* h, and its Jacobian row by row after it. */
 void measurement(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
 
-/* A recorded step: the next state, in filter form the estimate at the sample before it. */
-#if FILTER_FORM
-void advance(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *xhat, NUMBER *next);
-#else
+/* A recorded step: the next state; of a stationary filter y is the innovation. */
 void advance(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *next);
-#endif
+
+/* Innovation and update of a stationary filter. */
+void innovate(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *innovation);
+void updated(NUMBER t, const NUMBER *x, const NUMBER *innovation, NUMBER *xhat);
+
 /* What is recorded of an observer at varying periods. */
 void first_term(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *tau, const NUMBER *degree, NUMBER *next);
 void next_term(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *tau, const NUMBER *degree, NUMBER *next);

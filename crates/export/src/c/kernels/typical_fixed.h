@@ -37,5 +37,7 @@ typedef struct {
 void observer_init(observer_state *state, const int32_t *xhat);
 void observer_reset(observer_state *state);
 void observer_step(observer_state *state, const int32_t *u, const int32_t *y, int32_t *xhat);
+void observer_step_partial(observer_state *state, const int32_t *u, const int32_t *y, const uint8_t *measured,
+                           int32_t *xhat);
 
 #endif

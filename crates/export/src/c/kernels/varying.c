@@ -39,24 +39,35 @@ void observer_predict(observer_state *state, const NUMBER *u, NUMBER dt)
     }
 }
 
-void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER dt, NUMBER *xhat)
+void observer_update(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER dt)
 {
     NUMBER known[INPUTS + 1];
     NUMBER next[STATES];
     int i;
 
-    observer_predict(state, u, dt);
 #if HAS_INPUTS
     for (i = 0; i < INPUTS; ++i) {
         known[i] = u[i];
     }
+#else
+    (void)u;
 #endif
     known[INPUTS] = dt;
     corrected(REAL(0.0), state->xhat, known, y, next);
     for (i = 0; i < STATES; ++i) {
         state->xhat[i] = next[i];
-        if (xhat != NULL) {
-            xhat[i] = next[i];
+    }
+}
+
+void observer_step(observer_state *state, const NUMBER *u, const NUMBER *y, NUMBER dt, NUMBER *xhat)
+{
+    int i;
+
+    observer_predict(state, u, dt);
+    observer_update(state, u, y, dt);
+    if (xhat != NULL) {
+        for (i = 0; i < STATES; ++i) {
+            xhat[i] = state->xhat[i];
         }
     }
 }

@@ -28,7 +28,7 @@ use crate::statement::{
 };
 use crate::verdict::{UndecidedReason, Verdict};
 #[cfg(feature = "all-theorems")]
-use crate::wording::{at_most, if_at_most};
+use crate::wording::if_at_most;
 
 /// The largest order of a plant in such a file: the powers of the error map are summed with outward rounding, which
 /// takes seconds here.
@@ -126,8 +126,7 @@ impl DeployedObserver {
     #[cfg(feature = "all-theorems")]
     pub(crate) fn noiseless_sentence(&self, reading: &Reading<'_>) -> Option<String> {
         let ball = self.ball.as_ref().filter(|_| self.operation.noise.iter().all(|bound| *bound == 0.0))?;
-        let limits = reading.listed(reading.states, ball.entries.iter().map(|bound| at_most(*bound, 3)));
-        Some(format!("Without measurement noise it is at most {limits}."))
+        Some(format!("Without measurement noise it is at most {}.", reading.useful_bounds(&ball.entries, 3)))
     }
 
     /// The claim about the running observer in a report, if there is one.
@@ -148,7 +147,7 @@ impl DeployedObserver {
             "Rounding and noise{}: for inputs held over each period, and while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
             if operation.deviation.is_some() { ", and every deviation of A within `bounds`" } else { "" },
             bounds.join(", "),
-            reading.listed(reading.states, ball.entries.iter().map(|bound| at_most(*bound, 3))),
+            reading.useful_bounds(&ball.entries, 3),
             if matches!(format, Format::Fixed { .. }) { ": nothing saturates" } else { "" }
         ))
     }

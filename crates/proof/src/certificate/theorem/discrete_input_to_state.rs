@@ -109,7 +109,7 @@ impl Statement for DiscreteInputToStateStability {
         };
         Some(format!(
             "Under all noise and disturbances within `bounds`{uncertain}, the error in the end is at most {}, approached like {}^k.",
-            reading.errors_at_most(&self.limsup),
+            reading.useful_bounds(&self.limsup, 4),
             at_most(self.factor, 4)
         ))
     }

@@ -271,7 +271,7 @@ impl Statement for InputToStateStability {
         };
         Some(format!(
             "Under all noise and disturbances within `bounds`{uncertain}, the error in the end is at most {}, approached like exp(-{} t).",
-            reading.errors_at_most(&self.limsup),
+            reading.useful_bounds(&self.limsup, 4),
             at_least(self.rate, 4)
         ))
     }
