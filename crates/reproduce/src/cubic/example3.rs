@@ -211,7 +211,9 @@ pub(super) fn kernel() -> KernelRefutation {
         claim: "cubic.ex3.sign-of-n",
         file: |claim| {
             let (plant, l) = (plant(), observer_gain());
-            let data = [&plant.a, &plant.c, &l, &(&l * 10.0), &dmatrix![THETA]].map(as_printed);
+            // 10 L to the three decimals that L has, which the product rounds.
+            let n = l.map(|entry| (entry * 1e4).round() / 1e3);
+            let data = [&plant.a, &plant.c, &l, &n, &dmatrix![THETA]].map(as_printed);
             let [Some(a), Some(c), Some(l), Some(n), Some(theta)] = &data else { return Err("not finite".into()) };
             Ok(wrong_sign(claim, &WrongSign { a, c, l, n, theta })?)
         },

@@ -211,14 +211,13 @@ fn either(_: &Context) -> Result<Outcome, CheckError> {
     Ok(Evidence::Readings(vec![("one", Value::Truth(true)), ("the other", Value::Truth(false))]).into())
 }
 
-/// A theorem whose check agrees is proved if its row names a proof, and else consistent with the instances tried.
 /// A claim with a refutation for Coq is marked with the theorems of the file that was written; one that is not refuted
 /// cannot have any.
 #[test]
 fn a_refutation_for_coq_is_written_and_marked() {
     let refutation =
         |claim| KernelRefutation { claim, file: |said| Ok(luenberger_proof::coq::cubic_paper::never_strict(said)) };
-    let misprint = |id, check| Claim { class: Class::Misprint, ..claim(id, "1 2; 3 4", check) };
+    let misprint = |id, check| Claim { class: Class::Misprint, ..claim(id, "1 2; 3 5", check) };
     let with = |kernel| Paper {
         kernel,
         ..paper(vec![misprint("demo.not-so", wrong), claim("demo.third", "0.33", right)], vec![], vec![])
@@ -232,7 +231,10 @@ fn a_refutation_for_coq_is_written_and_marked() {
     let written = fs::read_to_string(out.join("coq/demo_not_so.v")).unwrap();
     assert!(written.starts_with("(** demo.not-so is false: a number < its bound (Example 1)\n"), "{written}");
     assert!(written.contains("\nTheorem inequality_13_is_never_strict :\n"));
-    assert!(read_page(&out).contains("<dt>Refuted in Coq</dt><dd><code>inequality_13_is_never_strict</code>"));
+    let page = read_page(&out);
+    for part in ["<dt>Refuted in Coq", "<code>inequality_13_is_never_strict</code> of <a href=\"coq/demo_not_so.v\">"] {
+        assert!(page.contains(part), "{part}");
+    }
     for (claim, error) in [
         ("demo.third", "it has a refutation for Coq and is not refuted"),
         ("demo.other", "a refutation for Coq belongs to no claim"),
@@ -243,6 +245,7 @@ fn a_refutation_for_coq_is_written_and_marked() {
     }
 }
 
+/// A theorem whose check agrees is proved if its row names a proof, and else consistent with the instances tried.
 #[test]
 fn a_theorem_is_proved_or_consistent_or_neither() {
     let theorem = |id, check| Claim::holds(Class::Theorem, id, "Theorem 1", "it converges", &[], check);
