@@ -11,7 +11,8 @@ Local Open Scope R_scope.
 Local Open Scope lazy_bool_scope.
 
 (** Bounds of the entries of A and of C. *)
-Record box : Type := Box { A_low : list (list Q); A_high : list (list Q); C_low : list (list Q); C_high : list (list Q) }.
+Record box : Type := Box { A_low : list (list Q); A_high : list (list Q); C_low : list (list Q); C_high : list (list
+  Q) }.
 
 Definition no_box : box := Box [] [] [] [].
 

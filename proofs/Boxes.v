@@ -211,10 +211,12 @@ Proof.
   set (E := fun i j => minus A (product p (real L) C) i j - F0 i j).
   set (D := deviation p A_low A_high C_low C_high L).
   assert (EF : equals n n (middle_error n p A_low A_high C_low C_high L) F0).
-  { apply shortened_correct, subtracted_correct; [apply middle_correct; assumption|]. apply times_correct; [apply fits_equals, FL|].
+  { apply shortened_correct, subtracted_correct; [apply middle_correct; assumption|]. apply times_correct; [apply
+    fits_equals, FL|].
     apply middle_correct; assumption. }
   assert (ED : equals n n (deviation_numbers n p A_low A_high C_low C_high L) D).
-  { apply shortened_correct, added_correct; [apply radius_correct; assumption|]. apply times_correct; [apply absolute_correct,
+  { apply shortened_correct, added_correct; [apply radius_correct; assumption|]. apply times_correct; [apply
+    absolute_correct,
     fits_equals, FL|].
     apply radius_correct; assumption. }
   assert (Near : forall i j, (i < n)%nat -> (j < n)%nat -> Rabs (E i j) <= D i j).

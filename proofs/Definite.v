@@ -435,7 +435,8 @@ Proof.
   destruct ((Z.shiftl (Zpos (snd Y)) k =? Zpos (snd X))%Z
     &&& all n (fun i => all m (fun j => Z.shiftl (get (fst Y) i j) k =? get (fst X) i j)%Z) &&& (0 <=? k)%Z) eqn:H;
     [|exact E].
-  apply both in H. destruct H as [H K]. apply both in H. destruct H as [Denominator Entries]. apply Z.leb_le in K. apply Z.eqb_eq in Denominator.
+  apply both in H. destruct H as [H K]. apply both in H. destruct H as [Denominator Entries]. apply Z.leb_le in K.
+    apply Z.eqb_eq in Denominator.
   intros i j I J. rewrite <- (E i j I J). unfold value.
   apply (all_correct _ _ i) in Entries; [|exact I]. apply (all_correct _ _ j) in Entries; [|exact J].
   apply Z.eqb_eq in Entries. rewrite <- Entries, <- Denominator, !Z.shiftl_mul_pow2, !mult_IZR by exact K.
