@@ -412,18 +412,50 @@ Proof.
   unfold scale, identity, Q2R, Rdiv. destruct (Nat.eqb i j); ring.
 Qed.
 
+(** ** Shorter numbers *)
+
+Fixpoint trailing_zeros (p : positive) : Z := match p with xO r => 1 + trailing_zeros r | _ => 0 end%Z.
+
+(** The numbers without the powers of two that they have in common: products and sums multiply denominators. *)
+Definition shortened (n m : nat) (X : numbers) : numbers :=
+  let zeros z := match z with Z0 => None | Zpos p => Some (trailing_zeros p) | Zneg p => Some (trailing_zeros p) end in
+  let least k z := match zeros z with None => k | Some l => Z.min k l end in
+  let k := fold_left (fun k i => fold_left (fun k j => least k (get (fst X) i j)) (seq 0 m) k) (seq 0 n)
+             (trailing_zeros (snd X)) in
+  let Y := (table n m (fun i j => Z.shiftr (get (fst X) i j) k), Z.to_pos (Z.shiftr (Zpos (snd X)) k)) in
+  if (Z.shiftl (Zpos (snd Y)) k =? Zpos (snd X))%Z
+       &&& all n (fun i => all m (fun j => Z.shiftl (get (fst Y) i j) k =? get (fst X) i j)%Z)
+       &&& (0 <=? k)%Z
+  then Y else X.
+
+Lemma shortened_correct n m X A : equals n m X A -> equals n m (shortened n m X) A.
+Proof.
+  intros E. unfold shortened. set (k := fold_left _ _ _).
+  set (Y := (table n m (fun i j => Z.shiftr (get (fst X) i j) k), Z.to_pos (Z.shiftr (Zpos (snd X)) k))). cbv zeta.
+  destruct ((Z.shiftl (Zpos (snd Y)) k =? Zpos (snd X))%Z
+    &&& all n (fun i => all m (fun j => Z.shiftl (get (fst Y) i j) k =? get (fst X) i j)%Z) &&& (0 <=? k)%Z) eqn:H;
+    [|exact E].
+  apply both in H. destruct H as [H K]. apply both in H. destruct H as [Denominator Entries]. apply Z.leb_le in K.
+    apply Z.eqb_eq in Denominator.
+  intros i j I J. rewrite <- (E i j I J). unfold value.
+  apply (all_correct _ _ i) in Entries; [|exact I]. apply (all_correct _ _ j) in Entries; [|exact J].
+  apply Z.eqb_eq in Entries. rewrite <- Entries, <- Denominator, !Z.shiftl_mul_pow2, !mult_IZR by exact K.
+  assert (0 < IZR (2 ^ k)) by (apply IZR_lt, Z.pow_pos_nonneg; lia). pose proof (denominator_positive Y).
+  field. split; lra.
+Qed.
+
 (** ** Inequalities *)
 
 (** [X >= q I] *)
 Definition at_least (n : nat) (X : numbers) (q : Q) : bool :=
-  semidefinite n (subtracted n n X (multiple_of_identity n q)).
+  semidefinite n (shortened n n (subtracted n n (shortened n n X) (multiple_of_identity n q))).
 
 Lemma at_least_correct n X M q :
   equals n n X M -> at_least n X q = true -> forall v, Q2R q * square n v <= form n M v.
 Proof.
   intros E H v.
-  pose proof (semidefinite_correct n _ _ (subtracted_correct _ _ _ _ _ _ E (multiple_of_identity_correct n q)) H v)
-    as K.
+  pose proof (semidefinite_correct n _ _ (shortened_correct _ _ _ _ (subtracted_correct _ _ _ _ _ _
+    (shortened_correct _ _ _ _ E) (multiple_of_identity_correct n q))) H v) as K.
   unfold form in K. rewrite bilinear_minus, bilinear_scale in K. fold (form n M v) (form n identity v) in K.
   rewrite form_identity in K. lra.
 Qed.

@@ -14,6 +14,25 @@ Local Open Scope lazy_bool_scope.
 (** [x(k+1) = f(k)] for the first n entries. *)
 Definition recursion (n : nat) (x f : nat -> vector) : Prop := forall k i, (i < n)%nat -> x (S k) i = f k i.
 
+(** V that falls by [factor^2] at each step. *)
+Theorem falls_at_each_step n P (f : R) lower upper overshoot (Between : is_between n P lower upper overshoot = true) :
+  0 <= f -> forall e : nat -> vector,
+  (forall k, quadratic n P (e (S k)) <= f ^ 2 * quadratic n P (e k)) ->
+  (forall k, quadratic n P (e (S k)) <= f ^ 2 * quadratic n P (e k))
+  /\ (forall k, quadratic n P (e k) <= f ^ (2 * k) * quadratic n P (e 0%nat))
+  /\ (forall k, norm n (e k) <= Q2R overshoot * f ^ k * norm n (e 0%nat)).
+Proof.
+  intros Sign e Step.
+  assert (Steps : forall k, quadratic n P (e k) <= f ^ (2 * k) * quadratic n P (e 0%nat)).
+  { induction k as [|k IH]; [simpl; lra|]. apply Rle_trans with (1 := Step k).
+    replace (f ^ (2 * S k)) with (f ^ 2 * f ^ (2 * k)) by (rewrite <- pow_add; f_equal; lia).
+    rewrite Rmult_assoc. apply Rmult_le_compat_l; [apply pow_le, Sign|exact IH]. }
+  split; [exact Step|split; [exact Steps|]]. intros k.
+  apply (norm_of_form n P lower upper overshoot Between); [apply pow_le; exact Sign|].
+  specialize (Steps k). rewrite !quadratic_form in Steps by apply (is_between_shape _ _ _ _ _ Between).
+  replace (f ^ k * f ^ k) with (f ^ (2 * k)); [exact Steps|]. rewrite <- pow_add. f_equal. lia.
+Qed.
+
 Definition contracts (n p : nat) (A C L P : list (list Q)) (factor lower upper overshoot : Q) : bool :=
   is_between n P lower upper overshoot &&& Qle_bool 0 factor &&& shrinks n p A C L P factor 0.
 
@@ -44,21 +63,11 @@ Section Error.
     /\ (forall k, norm n (e k) <= Q2R overshoot * Q2R factor ^ k * norm n (e 0%nat)).
   Proof.
     intros E. destruct parts as (Between & Sign & Shrinks). destruct shapes as (HA & HC & HL & HP).
-    set (f := Q2R factor) in *.
-    assert (Step : forall k, form n (real P) (e (S k)) <= f * f * form n (real P) (e k)).
-    { intros k. pose proof (shrinks_form _ _ _ _ _ _ _ _ Shrinks (e k)) as K. rewrite Q2R_zero in K. fold f in K.
-      rewrite (form_ext n (real P) (real P) (e (S k)) (apply n (error_matrix p A C L) (e k))); [lra|easy|].
-      intros i I. rewrite (E k i I). apply (error_apply n p); assumption. }
-    assert (Steps : forall k, form n (real P) (e k) <= f ^ k * f ^ k * form n (real P) (e 0%nat)).
-    { induction k as [|k IH]; [simpl; lra|]. apply Rle_trans with (1 := Step k). simpl pow.
-      replace (f * f ^ k * (f * f ^ k) * form n (real P) (e 0%nat)) with (f * f * (f ^ k * f ^ k * form n (real P)
-        (e 0%nat))) by ring.
-      apply Rmult_le_compat_l; [apply Rle_0_sqr|exact IH]. }
-    split; [|split]; intros k.
-    - rewrite !quadratic_form by exact HP. replace (f ^ 2) with (f * f) by ring. apply Step.
-    - rewrite !quadratic_form by exact HP. replace (f ^ (2 * k)) with (f ^ k * f ^ k); [apply Steps|].
-      rewrite <- pow_add. f_equal. lia.
-    - apply (norm_of_form n P lower upper overshoot Between); [apply pow_le; exact Sign|apply Steps].
+    apply (falls_at_each_step n P (Q2R factor) lower upper overshoot Between Sign). intros k.
+    rewrite !quadratic_form by exact HP.
+    pose proof (shrinks_form _ _ _ _ _ _ _ _ Shrinks (e k)) as K. rewrite Q2R_zero in K.
+    rewrite (form_ext n (real P) (real P) (e (S k)) (apply n (error_matrix p A C L) (e k))); [lra|easy|].
+    intros i I. rewrite (E k i I). apply (error_apply n p); assumption.
   Qed.
 
   (** The same of the error of plant and observer, for every input. *)

@@ -9,12 +9,12 @@ Local Open Scope lazy_bool_scope.
 
 (** [A - L C] *)
 Definition error_numbers (n p : nat) (A C L : list (list Q)) : numbers :=
-  subtracted n n (numbers_of n n A) (times n p n (numbers_of n p L) (numbers_of p n C)).
+  shortened n n (subtracted n n (numbers_of n n A) (times n p n (numbers_of n p L) (numbers_of p n C))).
 
 (** [F'P + P F + 2 a P] *)
 Definition lyapunov_numbers (n : nat) (F P : numbers) (a : Q) : numbers :=
   let PF := times n n n P F in
-  added n n (added n n (times n n n (turned n n F) P) PF) (multiple n n (2 * a) P).
+  shortened n n (added n n (added n n (times n n n (turned n n F) P) PF) (multiple n n (2 * a) P)).
 
 Definition error_matrix (p : nat) (A C L : list (list Q)) : matrix :=
   minus (real A) (product p (real L) (real C)).
@@ -42,7 +42,7 @@ Lemma error_numbers_correct n p A C L :
   fits n n A = true -> fits p n C = true -> fits n p L = true ->
   equals n n (error_numbers n p A C L) (error_matrix p A C L).
 Proof.
-  intros HA HC HL. apply subtracted_correct; [apply fits_equals, HA|].
+  intros HA HC HL. apply shortened_correct, subtracted_correct; [apply fits_equals, HA|].
   apply times_correct; apply fits_equals; assumption.
 Qed.
 
@@ -53,7 +53,7 @@ Lemma lyapunov_numbers_correct n F P a MF MP :
   equals n n F MF -> equals n n P MP -> equals n n (lyapunov_numbers n F P a) (lyapunov_matrix n MF MP (Q2R a)).
 Proof.
   intros HF HP. unfold lyapunov_matrix. rewrite <- two_times. unfold lyapunov_numbers.
-  apply added_correct; [apply added_correct|].
+  apply shortened_correct, added_correct; [apply added_correct|].
   - apply times_correct; [apply turned_correct|]; assumption.
   - apply times_correct; assumption.
   - apply multiple_correct. assumption.
@@ -239,6 +239,22 @@ Proof.
   apply fits_shape, H.
 Qed.
 
+(** [lower s <= V <= c^2 W] and [W <= upper r] imply [sqrt s <= overshoot c sqrt r]. *)
+Lemma root_of_bound lower upper overshoot c V W s r :
+  0 < lower -> 0 <= overshoot -> upper <= overshoot * overshoot * lower -> 0 <= c -> 0 <= s -> 0 <= r ->
+  lower * s <= V -> V <= c * c * W -> W <= upper * r -> sqrt s <= overshoot * c * sqrt r.
+Proof.
+  intros Positive Sign Big Hc Hs Hr Low K High.
+  rewrite <- (sqrt_square (overshoot * c)) by (apply Rmult_le_pos; assumption).
+  rewrite <- sqrt_mult; [|apply Rle_0_sqr|exact Hr]. apply sqrt_le_1; [exact Hs|apply Rmult_le_pos; [apply Rle_0_sqr|
+    exact Hr]|].
+  apply Rmult_le_reg_l with lower; [exact Positive|].
+  apply Rle_trans with (c * c * (upper * r)).
+  - apply Rle_trans with (1 := Low), Rle_trans with (1 := K). apply Rmult_le_compat_l; [apply Rle_0_sqr|exact High].
+  - replace (lower * (overshoot * c * (overshoot * c) * r)) with (c * c * (overshoot * overshoot * lower * r)) by ring.
+    apply Rmult_le_compat_l; [apply Rle_0_sqr|]. apply Rmult_le_compat_r; assumption.
+Qed.
+
 Section Between.
   Variables (n : nat) (P : list (list Q)) (lower upper overshoot : Q).
   Hypothesis Checked : is_between n P lower upper overshoot = true.
@@ -273,18 +289,7 @@ Section Between.
     0 <= c -> form n (real P) e <= c * c * form n (real P) d -> norm n e <= Q2R overshoot * c * norm n d.
   Proof.
     intros Hc K. destruct between_numbers as (Positive & Sign & Big).
-    unfold norm. rewrite <- (sqrt_square (Q2R overshoot * c)) by (apply Rmult_le_pos; assumption).
-    rewrite <- sqrt_mult; [|apply Rle_0_sqr|apply square_nonnegative]. apply sqrt_le_1.
-    - apply square_nonnegative.
-    - apply Rmult_le_pos; [apply Rle_0_sqr|apply square_nonnegative].
-    - pose proof (between_lower e). pose proof (between_upper d). pose proof (square_nonnegative n d).
-      apply Rmult_le_reg_l with (Q2R lower); [exact Positive|].
-      apply Rle_trans with (c * c * (Q2R upper * square n d)).
-      + apply Rle_trans with (form n (real P) e); [assumption|].
-        apply Rle_trans with (c * c * form n (real P) d); [exact K|].
-        apply Rmult_le_compat_l; [apply Rle_0_sqr|assumption].
-      + replace (Q2R lower * (Q2R overshoot * c * (Q2R overshoot * c) * square n d))
-          with (c * c * (Q2R overshoot * Q2R overshoot * Q2R lower * square n d)) by ring.
-        apply Rmult_le_compat_l; [apply Rle_0_sqr|]. apply Rmult_le_compat_r; assumption.
+    apply (root_of_bound _ _ _ _ (form n (real P) e) (form n (real P) d) _ _ Positive Sign Big Hc);
+      try apply square_nonnegative; try apply between_lower; try apply between_upper. exact K.
   Qed.
 End Between.

@@ -7,8 +7,11 @@
 //!   to be among [`AXIOMS`], those of Coq's real numbers.
 //! - Of each file some numbers are changed so that it becomes false ([`forgeries`]): the checker has to refuse it.
 //! - Of each certificate two false ones are made, with digests that fit: their refutations have to be accepted.
+//! - Random designs of each theorem are compiled, and of their mutants in `cargo xtask stress theorems` that are refuted
+//!   some are forged, with and without margins (`luenberger-tests`, `falsify::forged`): the checker has to refuse them.
+//! - The refutations of the papers' claims that the ledger marks (`luenberger-reproduce --coq`) have to be accepted.
 
-use crate::step::{Failure, build_command, built, is_installed, program, root};
+use crate::step::{Failure, build, build_command, built, is_installed, program, root};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -36,11 +39,31 @@ const WITHOUT: [&str; 3] = ["cuk-table-1", "duffing", "van-der-pol"];
 /// Longer files, in bytes, take minutes: they are named and left out.
 const LARGEST: usize = 60_000;
 
-/// Up to this length a file is forged, too.
-const LARGEST_FORGED: usize = 20_000;
+/// Up to this length a file is forged, too: one of twenty states takes as long as twenty of two.
+const LARGEST_FORGED: usize = 17_000;
 
 /// The margins that are forged.
-const MARGINS: [&str; 6] = ["margin_P", "margin_12", "margin_12_1", "margin_F", "margin_theta", "margin_S"];
+const MARGINS: [&str; 12] = [
+    "margin_P",
+    "margin_P1",
+    "margin_12",
+    "margin_12_1",
+    "margin_13",
+    "margin_25",
+    "margin_F",
+    "margin_F_1",
+    "margin_w",
+    "margin_theta",
+    "margin_S",
+    "margin",
+];
+
+/// Refuted mutants of each theorem, and the seed.
+const MUTANTS: &str = "2";
+const SEED: &str = "2019";
+
+/// Claims of the papers with a refutation for Coq.
+const CLAIMS: usize = 3;
 
 pub(crate) fn run() -> Result<(), Failure> {
     if !is_installed("coqc") {
@@ -64,11 +87,24 @@ pub(crate) fn run() -> Result<(), Failure> {
     for line in &left_out {
         eprintln!("── left out: {line}");
     }
+    let mutants = mutants(&folder)?;
+    eprintln!("── {} files of random designs and forged from their mutants", mutants.len());
+    jobs.extend(mutants);
+    let claims = claims(&folder)?;
+    let of_claims: Vec<String> = claims.iter().map(|job| shown(&job.path, "refuted")).collect();
+    eprintln!("── claims of the papers: {}", of_claims.join(", "));
+    if claims.len() < CLAIMS {
+        return Err(Failure::Kernel(format!("only {} refutations of claims of the papers", claims.len())));
+    }
+    for claim in &claims {
+        jobs.extend(forged_jobs(&claim.path, &claim.text));
+    }
+    jobs.extend(claims);
     let count = |kind: fn(&Expected) -> bool| jobs.iter().filter(|job| kind(&job.expected)).count();
     let proved = count(|expected| matches!(expected, Expected::Proved));
     let refuted = count(|expected| matches!(expected, Expected::Refuted));
     let forged = count(|expected| matches!(expected, Expected::Refused));
-    if proved < 20 || refuted < proved || forged < 3 * proved {
+    if proved < 40 || refuted < 40 || forged < 3 * proved {
         return Err(Failure::Kernel(format!("only {proved} files, {refuted} refutations and {forged} forgeries")));
     }
     every(&jobs, &theory)?;
@@ -210,8 +246,10 @@ fn jobs_of(certificate: &Path, text: &str) -> Result<Vec<Job>, Failure> {
     if text.len() > LARGEST_FORGED {
         return Ok(jobs);
     }
-    for (name, forged) in forgeries(text) {
-        jobs.push(Job { path: path(&format!("_{name}")), text: forged, expected: Expected::Refused });
+    jobs.extend(forged_jobs(&path(""), text));
+    // Of data between bounds there are no refutations.
+    if text.contains("Definition A_low") {
+        return Ok(jobs);
     }
     for (name, pointers, number) in [("indefinite", INDEFINITE, "-0x1p40"), ("unstable", UNSTABLE, "0x1p40")] {
         let source = fs::read_to_string(certificate).map_err(|source| Failure::io(certificate, source))?;
@@ -224,6 +262,47 @@ fn jobs_of(certificate: &Path, text: &str) -> Result<Vec<Job>, Failure> {
         jobs.push(Job { path: path(&format!("_{name}")), text: with_assumptions(&text), expected: Expected::Refuted });
     }
     Ok(jobs)
+}
+
+/// Random designs of each theorem, and files forged from their refuted mutants.
+fn mutants(folder: &Path) -> Result<Vec<Job>, Failure> {
+    let (package, name, forged) = ("luenberger-tests", "falsify", folder.join("forged"));
+    build(package, "--bin", name)?;
+    let arguments = ["--coq", &forged.to_string_lossy(), "--mutants", MUTANTS, "--seed", SEED];
+    program(built(name)).arguments(&arguments).quiet_output("forged files")?;
+    let mut jobs = jobs_in(&forged.join("designs"), || Expected::Proved, with_assumptions)?;
+    for part in ["mutants", "without_margins"] {
+        jobs.extend(jobs_in(&forged.join(part), || Expected::Refused, ToOwned::to_owned)?);
+    }
+    Ok(jobs)
+}
+
+/// The refutations of the papers' claims.
+fn claims(folder: &Path) -> Result<Vec<Job>, Failure> {
+    let (name, refutations) = ("luenberger-reproduce", folder.join("papers"));
+    build(name, "--bin", name)?;
+    program(built(name)).arguments(&["--coq", &refutations.to_string_lossy()]).quiet_output("refutations")?;
+    jobs_in(&refutations, || Expected::Refuted, with_assumptions)
+}
+
+/// A job for each file of a folder.
+fn jobs_in(folder: &Path, expected: fn() -> Expected, text: fn(&str) -> String) -> Result<Vec<Job>, Failure> {
+    let found = fs::read_dir(folder).map_err(|source| Failure::io(folder, source))?;
+    let mut paths: Vec<PathBuf> = found.flatten().map(|file| file.path()).collect();
+    paths.sort();
+    let job = |path: PathBuf| {
+        let read = fs::read_to_string(&path).map_err(|source| Failure::io(&path, source))?;
+        Ok(Job { path, text: text(&read), expected: expected() })
+    };
+    paths.into_iter().map(job).collect()
+}
+
+/// The forgeries of a file, beside it.
+fn forged_jobs(path: &Path, text: &str) -> Vec<Job> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let beside = |name: &str| path.with_file_name(format!("{stem}_{name}.v"));
+    let job = |(name, text): (String, String)| Job { path: beside(&name), text, expected: Expected::Refused };
+    forgeries(text).into_iter().map(job).collect()
 }
 
 /// P with a negative entry on its diagonal, and a plant that grows.
@@ -256,8 +335,9 @@ fn with_assumptions(text: &str) -> String {
     format!("{text}\nDefinition theorems := ({names}).\nPrint Assumptions theorems.\n")
 }
 
-/// Files that are false: each margin doubled, the first entry of P negative, a plant that grows, V that falls faster
-/// than it does, an overshoot of 1 where P is not a multiple of I.
+/// Files that are false: each margin doubled, the first entry of P or P1 negative, a plant that grows, other gains K and
+/// N, a cubic flow that is too slow, V that falls faster than it does, an overshoot of 1 where P is not a multiple of I.
+/// Of the papers' claims another error, or another direction of it, that does not stand still.
 fn forgeries(text: &str) -> Vec<(String, String)> {
     let mut forged = Vec::new();
     let blocks: Vec<&str> = text.split("\n\n").collect();
@@ -278,9 +358,16 @@ fn forgeries(text: &str) -> Vec<(String, String)> {
             Some(format!("{head}[\n  [{number}{}", &tail[end..]))
         };
         match name {
-            "P" => change("P", block, entry("-0x1p0").unwrap_or_default()),
-            "A" | "A_1" => change("A", block, entry("0x1p40").unwrap_or_default()),
-            "decay" => change("decay", block, format!("Definition {name} : Q := 0x1p40.")),
+            "P" | "P1" => change(name, block, entry("-0x1p0").unwrap_or_default()),
+            "A" | "A_1" | "A_high" | "A_high_1" => change("A", block, entry("0x1p40").unwrap_or_default()),
+            "decay" | "decay_loop" | "decay_stored_loop" => {
+                change(name, block, format!("Definition {name} : Q := 0x1p40."));
+            }
+            "N" => change("N", block, entry("-0x1p40").unwrap_or_default()),
+            "e0" => change("e0", block, entry("0x1p0").unwrap_or_default()),
+            "K" => change("K", block, entry("0x1p60").unwrap_or_default()),
+            "w" if line.contains(" : Q := ") => change("w", block, format!("Definition {name} : Q := 0x1p-60.")),
+            "w" => change("w", block, entry("0x1p40").unwrap_or_default()),
             "contraction" => change("contraction", block, format!("Definition {name} : Q := 0x0p0.")),
             "overshoot" if value("lower") != value("upper") => {
                 change("overshoot", block, format!("Definition {name} : Q := 0x1p0."));

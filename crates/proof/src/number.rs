@@ -107,6 +107,23 @@ impl Number {
         Exact::from_f64(x).map(Self::Dyadic)
     }
 
+    /// The fraction that the shortest decimal of a binary64 number is, as a paper prints it: 267/1000 for 0.267. `None`
+    /// for NaN and infinities.
+    /// ```
+    /// use luenberger_proof::certificate::Number;
+    /// assert_eq!(Number::of_decimal(-0.267).unwrap().to_string(), "-267/1000");
+    /// assert_eq!(Number::of_decimal(2.5e3).unwrap().to_string(), "0x1.388p11");
+    /// ```
+    pub fn of_decimal(x: f64) -> Option<Self> {
+        let text = format!("{x:e}");
+        let (digits, exponent) = text.split_once('e')?;
+        let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
+        let numerator = IBig::from_str_radix(&[whole, part].concat(), 10).ok()?;
+        let places = exponent.parse::<i64>().ok()? - part.len().cast_signed() as i64;
+        let power = UBig::from(10_u8).pow(places.unsigned_abs() as usize);
+        Some(if places < 0 { Self::fraction(numerator, power) } else { Self::fraction(numerator * power, UBig::ONE) })
+    }
+
     /// The binary64 number that this is, if it is one.
     pub fn to_f64(&self) -> Option<f64> {
         let exact = self.exact()?;

@@ -203,6 +203,15 @@ impl From<Evidence> for Outcome {
     }
 }
 
+/// The refutation of a claim as a file for Coq.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct KernelTheorems {
+    /// The file, below the folder of the run.
+    pub file: String,
+    /// Its theorems.
+    pub theorems: Vec<String>,
+}
+
 /// A claim after its check: one entry of `claims.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
@@ -237,6 +246,9 @@ pub struct Record {
     /// The proof of a theorem, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub proof: Option<DocProof>,
+    /// The theorems of the refutation for Coq, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kernel: Option<KernelTheorems>,
     /// Assumptions.
     pub assumptions: Vec<String>,
     /// The quotation and its interpretation.
@@ -349,6 +361,7 @@ impl Claim {
             standing: None,
             instances: None,
             proof: self.proof,
+            kernel: None,
             assumptions: self.assumptions.iter().map(|&a| a.to_owned()).collect(),
             quote: self.quote,
             hypotheses: Vec::new(),

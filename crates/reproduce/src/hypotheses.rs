@@ -5,6 +5,7 @@ use luenberger_design::enclosure::{IntervalDual, enclose};
 use luenberger_linalg::lyapunov;
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::Plant;
+use luenberger_proof::certificate::Number;
 use luenberger_proof::statement::hurwitz;
 use luenberger_proof::{Direction, Exact, Interval, Matrix, ProofError, Ring, Verdict, definite};
 use nalgebra::DMatrix;
@@ -16,6 +17,13 @@ use crate::value::short;
 /// The same numbers, exactly.
 fn exact(m: &DMatrix<f64>) -> Result<Matrix<Exact>, ProofError> {
     Matrix::embed(&proof_matrix(m), "the data")
+}
+
+/// The decimals that a paper prints, as fractions; none where one is not finite.
+pub(crate) fn as_printed(m: &DMatrix<f64>) -> Option<Matrix<Number>> {
+    let rows = (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| (i, j)));
+    let entries: Option<Vec<Number>> = rows.map(|(i, j)| Number::of_decimal(m[(i, j)])).collect();
+    Matrix::from_row_major(m.nrows(), m.ncols(), entries?).ok()
 }
 
 /// `(A, C)` is observable.

@@ -1,10 +1,10 @@
 //! Runs the claims and figures of the papers and writes the results.
 
-use crate::claim::{CheckError, Class, Record};
+use crate::claim::{CheckError, Class, KernelTheorems, Record};
 use crate::context::Context;
 use crate::evidence::Verdict;
 use crate::figure::{Figure, static_figure};
-use crate::paper::{Dataset, Drawing, Finding, Kind, Paper, Plate};
+use crate::paper::{Dataset, Drawing, Finding, KernelRefutation, Kind, Paper, Plate};
 use crate::progress::Progress;
 use crate::report;
 use crate::summary::{Drawn, Live};
@@ -100,6 +100,14 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
                 Err(error) => summary.failures.push(Failure { id: example.id.to_owned(), error: error.to_string() }),
             }
         }
+        for refutation in &paper.kernel {
+            match refuted_in_coq(refutation, paper, &summary.records, out) {
+                Ok((record, theorems)) => summary.records[record].kernel = Some(theorems),
+                Err(error) => {
+                    summary.failures.push(Failure { id: refutation.claim.to_owned(), error: error.to_string() })
+                }
+            }
+        }
         for finding in &paper.findings {
             if let Some(error) = unsupported(finding, &summary.records) {
                 summary.failures.push(Failure { id: finding.title.to_owned(), error });
@@ -135,6 +143,52 @@ fn write_numbers(id: &str, data: &Table, context: &Context) -> Result<(), CheckE
     let mut csv = Vec::new();
     data.write_csv(&mut csv)?;
     Ok(write(&context.out().join("data").join(format!("{id}.csv")), &csv)?)
+}
+
+/// The place of the record that a refutation for Coq belongs to, and what is written of it.
+fn refuted_in_coq(
+    refutation: &KernelRefutation,
+    paper: &Paper,
+    records: &[Record],
+    out: &Path,
+) -> Result<(usize, KernelTheorems), CheckError> {
+    let of_claim = records.iter().position(|record| record.id == refutation.claim);
+    let record = of_claim.ok_or("a refutation for Coq belongs to no claim")?;
+    if records[record].verdict != Some(Verdict::Refuted) {
+        return Err("it has a refutation for Coq and is not refuted".into());
+    }
+    Ok((record, write_refutation(refutation, paper, &out.join(COQ))?))
+}
+
+/// The folder of the refutations for Coq, below that of the run.
+const COQ: &str = "coq";
+
+/// Writes the file of a refutation into this folder.
+fn write_refutation(refutation: &KernelRefutation, paper: &Paper, folder: &Path) -> Result<KernelTheorems, CheckError> {
+    let claim = paper.claims.iter().find(|claim| claim.id == refutation.claim);
+    let claim = claim.ok_or("a refutation for Coq belongs to no claim")?;
+    let name = refutation.file_name();
+    let said = format!("{} is false: {} ({})", claim.id, claim.statement, claim.place);
+    let file = (refutation.file)(&said)?;
+    let path = folder.to_path_buf();
+    fs::create_dir_all(folder).map_err(|source| ReproduceError::Write { path, source })?;
+    write(&folder.join(&name), file.text.as_bytes())?;
+    Ok(KernelTheorems { file: format!("{COQ}/{name}"), theorems: file.theorems })
+}
+
+/// Writes the refutations for Coq of every paper into this folder, without checking a claim; how many there are.
+///
+/// # Errors
+/// A file that could not be computed or written.
+pub fn write_refutations(papers: &[Paper], folder: &Path) -> Result<usize, CheckError> {
+    let mut count = 0;
+    for paper in papers {
+        for refutation in &paper.kernel {
+            write_refutation(refutation, paper, folder)?;
+            count += 1;
+        }
+    }
+    Ok(count)
 }
 
 /// Why the claims named by a finding do not support it, if they do not.

@@ -28,12 +28,12 @@ mod summary;
 pub mod terminal;
 pub mod value;
 
-pub use claim::{CheckError, Claim, Class, DocProof, NoteTable, Outcome, Quote, Record};
+pub use claim::{CheckError, Claim, Class, DocProof, KernelTheorems, NoteTable, Outcome, Quote, Record};
 pub use context::Context;
 pub use evidence::{Counterexample, Evidence, Hypothesis, Standing, Tolerance, Verdict};
-pub use ledger::{ReproduceError, Summary, run_papers};
+pub use ledger::{ReproduceError, Summary, run_papers, write_refutations};
 pub use luenberger_figures::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series, Table, figure, table};
-pub use paper::{Dataset, Drawing, Finding, Kind, LiveExample, Paper, Plate};
+pub use paper::{Dataset, Drawing, Finding, KernelRefutation, Kind, LiveExample, Paper, Plate};
 pub use value::{Printed, Value};
 
 use std::path::Path;

@@ -28,10 +28,25 @@ struct Arguments {
     /// Fail unless this page holds the counts of the run, line by line
     #[arg(long, value_name = "PAGE")]
     counted_in: Option<PathBuf>,
+    /// Only write the refutations for Coq into this folder, and check no claim
+    #[arg(long, value_name = "FOLDER")]
+    coq: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
-    let Arguments { out, class: classes, verdict: verdicts, counted_in } = Arguments::parse();
+    let Arguments { out, class: classes, verdict: verdicts, counted_in, coq } = Arguments::parse();
+    if let Some(folder) = coq {
+        return match luenberger_reproduce::write_refutations(&luenberger_reproduce::papers(), &folder) {
+            Ok(count) => {
+                println!("{count} refutations for Coq: {}", folder.display());
+                ExitCode::SUCCESS
+            }
+            Err(error) => {
+                eprintln!("error: {error}");
+                ExitCode::FAILURE
+            }
+        };
+    }
     match luenberger_reproduce::run(&out) {
         Ok(summary) => {
             println!("{}", terminal::table(&summary, &Filter { classes, verdicts }, std::io::stdout().is_terminal()));

@@ -22,6 +22,7 @@
 //! ```
 
 use luenberger_live::Experiment;
+use luenberger_proof::coq::CoqFile;
 
 use crate::claim::{CheckError, Claim};
 use crate::context::Context;
@@ -47,8 +48,27 @@ pub struct Paper {
     pub datasets: Vec<Dataset>,
     /// Experiments that the page of the report runs itself.
     pub live: Vec<LiveExample>,
+    /// Refutations that the kernel of Coq checks.
+    pub kernel: Vec<KernelRefutation>,
     /// What it comes to: what holds, what is a slip of the pen, what is wrong.
     pub findings: Vec<Finding>,
+}
+
+/// The refutation of a claim as a file for the proof assistant Coq, whose theorems are about the claim's own numbers.
+/// `cargo xtask kernel` writes these files and has each checked; the ledger marks the claims.
+#[derive(Debug, Clone, Copy)]
+pub struct KernelRefutation {
+    /// The id of the claim, which has to be refuted.
+    pub claim: &'static str,
+    /// Writes the file; the text is for its head.
+    pub file: fn(&str) -> Result<CoqFile, CheckError>,
+}
+
+impl KernelRefutation {
+    /// The name of the file, `cubic_thm2_strict.v` for the claim `cubic.thm2.strict`: that of a module.
+    pub fn file_name(&self) -> String {
+        format!("{}.v", self.claim.replace(['.', '-'], "_"))
+    }
 }
 
 /// An experiment with sliders.

@@ -16,6 +16,7 @@ mod document;
 pub mod exact;
 mod families;
 mod filters;
+mod forged;
 mod intervals;
 mod kkl;
 mod labels;
@@ -31,6 +32,7 @@ use serde_json::Value;
 use adversary::Found;
 use document::hexadecimal;
 
+pub use forged::{Forged, forged};
 pub use labels::{Changed, Noticed, changed_labels};
 
 type Generator = fn(&mut Random) -> Option<CertificateFile>;

@@ -69,6 +69,23 @@ impl Rational {
     }
 }
 
+impl From<&Number> for Rational {
+    fn from(x: &Number) -> Self {
+        match x {
+            Number::Dyadic(exact) => Self::from(exact),
+            Number::Fraction { numerator, denominator } => {
+                Self { numerator: numerator.clone(), denominator: denominator.clone() }
+            }
+        }
+    }
+}
+
+impl From<Rational> for Number {
+    fn from(x: Rational) -> Self {
+        Self::fraction(x.numerator, x.denominator)
+    }
+}
+
 impl From<&Exact> for Rational {
     fn from(x: &Exact) -> Self {
         let shift = x.exponent().unsigned_abs() as usize;

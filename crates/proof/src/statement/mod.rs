@@ -57,7 +57,7 @@ pub enum TimeDomain {
 }
 
 /// Upper bound of the Frobenius norm, hence of the spectral norm; 0 for the zero matrix.
-fn norm_bound(m: &Matrix<Interval>) -> f64 {
+pub(crate) fn norm_bound(m: &Matrix<Interval>) -> f64 {
     let square = m.as_slice().iter().fold(0.0_f64, |sum, x| {
         let x = x.magnitude();
         if x == 0.0 { sum } else { (sum + (x * x).next_up()).next_up() }

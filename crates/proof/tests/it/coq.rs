@@ -2,9 +2,11 @@
 
 use luenberger_proof::Matrix;
 use luenberger_proof::certificate::{
-    CertificateFile, CubicConvergence, DiscreteConvergence, HurwitzStability, LinearConvergence, PlantMatrices,
-    PlantWithin, Region, Rejection, digest,
+    CertificateFile, CubicConvergence, CubicTheorem1, DiscreteConvergence, DiscreteJacobianPolytope, FeedbackLoop,
+    HurwitzStability, LinearConvergence, Number, PlantMatrices, PlantPolytope, PlantWithin, Region, Rejection,
+    SampledCubicConvergence, StructuredCubicConvergence, Vertex, digest,
 };
+use luenberger_proof::coq::cubic_paper::{WrongSign, wrong_sign};
 use luenberger_proof::coq::{CoqError, CoqFile, theorems};
 use luenberger_proof::interval::Interval;
 
@@ -27,7 +29,7 @@ fn linear(rate: f64) -> LinearConvergence {
 fn defined(file: &CoqFile, name: &str) -> f64 {
     let start = format!("Definition {name} : Q := ");
     let line = file.text.lines().find_map(|line| line.strip_prefix(&start)).expect(name);
-    let number: luenberger_proof::certificate::Number = line.trim_end_matches('.').parse().unwrap();
+    let number: Number = line.trim_end_matches('.').parse().unwrap();
     number.to_f64().unwrap()
 }
 
@@ -46,7 +48,7 @@ fn a_linear_observer_has_its_numbers_and_a_theorem_for_each_claim() {
     let file = CertificateFile::prove("of \"one\" state (* and *) more", linear(0.0)).unwrap();
     let coq = theorems(&file).unwrap();
     assert!(!coq.is_refuted);
-    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12", "every_error", "observer"]);
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12", "every_error", "observer", "errors_exist"]);
     for (name, entry) in [("A", "-0x1p0"), ("B", "0x1p0"), ("C", "0x1p0"), ("L", "0x1p0"), ("P", "0x1.8p1")] {
         assert!(coq.text.contains(&format!("Definition {name} : list (list Q) := [\n  [{entry}]].\n")), "{name}");
     }
@@ -140,8 +142,16 @@ fn what_is_not_proved_in_coq_is_named() {
     let a = Matrix::from_rows([[Interval::new(-1.5, -1.0).unwrap()]]);
     let [b, c] = [1.0, 1.0].map(|x| Matrix::from_rows([[Interval::new(x, x).unwrap()]]));
     within.plant = PlantWithin::within(&a, &b, &c).unwrap();
-    let error = theorems(&CertificateFile::prove("within", within).unwrap()).unwrap_err();
-    assert_eq!(error, CoqError::Bounds { matrix: "A" });
+    // A from -3/2 to -1: F'P + PF = 6 F is at most -12.
+    let file = CertificateFile::prove("within", within).unwrap();
+    let coq = theorems(&file).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12", "every_error", "observer"]);
+    assert!(coq.text.contains("Definition A_low : list (list Q) := [\n  [-0x1.8p0]].\n"));
+    assert!(coq.text.contains("Definition A_high : list (list Q) := [\n  [-0x1p0]].\n"));
+    assert!((0.0..1e-9).contains(&(2.0 - defined(&coq, "decay"))));
+    // P = -3: nothing is said of which A.
+    let error = theorems(&changed(&file, "[\"0x1.8p1\"]", "[\"-0x1.8p1\"]")).unwrap_err();
+    assert_eq!(error, CoqError::Bounds { matrix: "the plant" });
 }
 
 /// N = -1/3 rounded, P = 3, S = 1: `P N + C'S` is not 0, and another P has the structure exactly.
@@ -167,6 +177,144 @@ fn a_stored_cubic_gain_has_a_lyapunov_matrix_of_its_own() {
     let exact = CubicConvergence { p: one(4.0), ..cubic(one(-0.25), Region::Everywhere) };
     let coq = theorems(&CertificateFile::prove("cubic", exact).unwrap()).unwrap();
     assert!(coq.text.contains("Definition P_stored : list (list Q) := [\n  [0x1p2]]."));
-    let within = CertificateFile::prove("cubic", cubic(n, Region::Within(1.0))).unwrap();
-    assert_eq!(theorems(&within).unwrap_err(), CoqError::Region);
+    // From an ellipsoid: F'P + PF = -12 and S + S' = 2, P itself.
+    let coq = theorems(&CertificateFile::prove("cubic", cubic(n, Region::Within(1.0))).unwrap()).unwrap();
+    assert_eq!(coq.theorems.last().map(String::as_str), Some("stored_gain_every_error"));
+    for (name, value) in [("q", 12.0), ("mu", 2.0), ("t", 1.0), ("kappa", 1.0), ("level", 1.0), ("decay_stored", 2.0)] {
+        assert!((defined(&coq, name) / value - 1.0).abs() < 1e-9, "{name}");
+    }
+    assert!((0.0..1e-16).contains(&defined(&coq, "rho")));
+}
+
+/// P = 4, S = 1, N = -1/4: `P N = -C'S` exactly, of the plant `x' = -x + u` with the gain 1.
+fn cubic() -> CubicConvergence {
+    CubicConvergence {
+        plant: plant(),
+        l: one(1.0),
+        n: one(-0.25),
+        theta: one(1.0),
+        p: one(4.0),
+        s: one(1.0),
+        rate: 0.0,
+        region: Region::Everywhere,
+    }
+}
+
+/// With K = 1 and P1 = 1, (25) is [-4, 1; 1, -16]; `[-4 + 2a, 1; 1, -16 + 8a] <= 0` up to 16 (2 - a)^2 = 1, a = 7/4.
+#[test]
+fn a_loop_has_a_rate_of_its_own_and_two_theorems() {
+    let feedback = |p1: f64| FeedbackLoop { observer: cubic(), k: one(1.0), p1: one(p1) };
+    let file = CertificateFile::prove("loop", feedback(1.0)).unwrap();
+    let coq = theorems(&file).unwrap();
+    let expected = [
+        "P_is_positive_definite",
+        "inequality_12",
+        "theta_is_positive_semidefinite",
+        "S_is_positive_semidefinite",
+        "real_gain_exists",
+        "real_gain_every_error",
+        "real_gain_observer",
+        "stored_gain_every_error",
+        "stored_gain_observer",
+        "P1_is_positive_definite",
+        "inequality_25",
+        "real_gain_loop",
+        "stored_gain_loop",
+    ];
+    assert_eq!(coq.theorems, expected);
+    for name in ["decay_loop", "decay_stored_loop"] {
+        assert!((1.74..=1.75).contains(&defined(&coq, name)), "{name} {}", defined(&coq, name));
+    }
+    // P1 = 1 and P = 4: |x|^2 + |e|^2 <= W <= 4 (|x|^2 + |e|^2).
+    assert!((0.0..1e-12).contains(&(defined(&coq, "overshoot_loop") - 2.0)));
+    // P1 = 100: [-400, 100; 100, -16] has the determinant -3600.
+    let coq = theorems(&changed(&file, "\"P1\": [\n      [\"0x1p0\"]", "\"P1\": [\n      [\"0x1.9p6\"]")).unwrap();
+    assert!(coq.is_refuted);
+    assert_eq!(coq.theorems.last().map(String::as_str), Some("inequality_25_is_false"));
+}
+
+/// `F = 1/4`, `w A + A N C = 3/4` with w = 1: V falls by 9/16 at least.
+#[test]
+fn a_sampled_cubic_observer_contracts_by_the_slower_end() {
+    let [a, b, c] = [0.5, 1.0, 1.0].map(one);
+    let sampled = SampledCubicConvergence {
+        plant: PlantMatrices { a, b, c },
+        l: one(0.25),
+        n: one(0.5),
+        theta: one(1.0),
+        w: 1.0,
+        period: 0.125,
+        p: one(1.0),
+    };
+    let file = CertificateFile::prove("sampled", sampled).unwrap();
+    let coq = theorems(&file).unwrap();
+    assert_eq!(
+        coq.theorems,
+        ["P_is_positive_definite", "stein_inequality", "inequality_at_the_end", "every_error", "observer"]
+    );
+    assert!((0.0..1e-12).contains(&(defined(&coq, "contraction") - 0.75)));
+    // N = 8: w A + A N C = 4.5.
+    let coq = theorems(&changed(&file, "\"N\": [\n      [\"0x1p-1\"]", "\"N\": [\n      [\"0x1p3\"]")).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "stein_inequality", "inequality_at_the_end_is_false"]);
+}
+
+/// `P N C + C'N'P = -2` with P = 4 and N = -1/4; with S it is `-C'(S + S')C`, too.
+#[test]
+fn a_gain_that_dissipates_has_its_theorem() {
+    let CubicConvergence { plant, l, n, theta, p, s, .. } = cubic();
+    let stored = CubicTheorem1 { plant: plant.clone(), l: l.clone(), n, theta: theta.clone(), p: p.clone() };
+    let coq = theorems(&CertificateFile::prove("theorem 1", stored).unwrap()).unwrap();
+    assert_eq!(coq.theorems[3..], ["inequality_13", "stored_gain_every_error", "stored_gain_observer"]);
+    assert!((0.0..1e-5).contains(&(2.0 - defined(&coq, "margin_13"))));
+    let real = StructuredCubicConvergence { plant, l, theta, p, s, rate: 0.0 };
+    let coq = theorems(&CertificateFile::prove("structured", real).unwrap()).unwrap();
+    assert_eq!(coq.theorems[3..], ["inequality_13", "real_gain_exists", "real_gain_every_error", "real_gain_observer"]);
+    assert!((0.0..1e-5).contains(&(2.0 - defined(&coq, "margin_S"))));
+}
+
+/// F = 1/4 and F = 0: the block [1, 1/4; 1/4, 1] is at least 3/4, from which V falls by 1/4.
+#[test]
+fn a_polytope_in_discrete_time_has_an_inequality_for_each_vertex() {
+    let vertex = |a: f64| Vertex::exactly(&one(a), &one(1.0)).unwrap();
+    let polytope = |factor: f64| DiscreteJacobianPolytope {
+        vertices: vec![vertex(0.5), vertex(0.25)],
+        l: one(0.25),
+        p: one(1.0),
+        factor,
+    };
+    let coq = theorems(&CertificateFile::prove("hull", polytope(1.0)).unwrap()).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_1", "inequality_2", "every_error"]);
+    assert!((0.0..1e-6).contains(&(defined(&coq, "contraction") - 0.5)));
+    let coq = theorems(&CertificateFile::prove("hull", polytope(0.5)).unwrap()).unwrap();
+    assert_eq!(defined(&coq, "contraction"), 0.5);
+}
+
+/// x' = -x/10, y = x, L = 1/5, N = 2: (A - L C)w = N for w = -20/3.
+#[test]
+fn a_gain_of_the_wrong_sign_is_refuted_with_the_decimals_of_the_paper() {
+    let [a, c, l, n, theta] =
+        [-0.1, 1.0, 0.2, 2.0, 10.0].map(|x| Matrix::from_rows([[Number::of_decimal(x).unwrap()]]));
+    let data = WrongSign { a: &a, c: &c, l: &l, n: &n, theta: &theta };
+    let coq = wrong_sign("a claim", &data).unwrap();
+    assert_eq!(coq.theorems, ["no_matrix_for_13", "error_stands_still"]);
+    for (name, entry) in [("A", "-1/10"), ("L", "1/5"), ("N", "0x1p1"), ("w", "-20/3")] {
+        assert!(coq.text.contains(&format!("Definition {name} : list (list Q) := [\n  [{entry}]].\n")), "{name}");
+    }
+}
+
+/// Two boxes: A from -3/2 to -1, and A = -2; F'P + PF = 6 F is at most -12, and -18.
+#[test]
+fn a_polytope_of_boxes_has_the_bounds_of_each() {
+    let interval = |lo, hi| Matrix::from_rows([[Interval::new(lo, hi).unwrap()]]);
+    let vertices = [(-1.5, -1.0), (-2.0, -2.0)]
+        .map(|(lo, hi)| Vertex::within(&interval(lo, hi), &interval(1.0, 1.0)).unwrap())
+        .to_vec();
+    let polytope = PlantPolytope { vertices, l: one(1.0), p: one(3.0), rate: 0.0 };
+    let coq = theorems(&CertificateFile::prove("boxes", polytope).unwrap()).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12_1", "inequality_12_2", "every_error"]);
+    for (name, entry) in [("A_low_1", "-0x1.8p0"), ("A_high_1", "-0x1p0"), ("A_low_2", "-0x1p1"), ("C_high_2", "0x1p0")]
+    {
+        assert!(coq.text.contains(&format!("Definition {name} : list (list Q) := [\n  [{entry}]].\n")), "{name}");
+    }
+    assert!((0.0..1e-9).contains(&(2.0 - defined(&coq, "decay"))));
 }

@@ -7,6 +7,7 @@ use luenberger_linalg::{kalman_gain, lqr};
 use luenberger_live::{self as live, Experiment, ObserverKind};
 use luenberger_observers::{CubicObserver, LinearObserver, Observer};
 use luenberger_plants::{StateSpace, third_order};
+use luenberger_proof::coq::cubic_paper::{WrongSign, wrong_sign};
 use luenberger_sim::{Integrand, Scenario, Signal, SimError, Trajectory};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
@@ -14,8 +15,8 @@ use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
 use crate::evidence::{Counterexample, Evidence, Hypothesis, Tolerance};
 use crate::figure::{Figure, Panel, Series};
-use crate::hypotheses;
-use crate::paper::{Drawing, LiveExample, Plate};
+use crate::hypotheses::{self, as_printed};
+use crate::paper::{Drawing, KernelRefutation, LiveExample, Plate};
 use crate::table::Table;
 use crate::value::{Printed, Value, short};
 
@@ -202,6 +203,21 @@ fn sign_of_n(_: &Context) -> Result<Outcome, CheckError> {
         Ok(_) => {}
     }
     Ok(Outcome::new(Evidence::Counterexamples(cases)).note(note))
+}
+
+/// The first two witnesses as theorems for Coq, about the numbers as printed.
+pub(super) fn kernel() -> KernelRefutation {
+    KernelRefutation {
+        claim: "cubic.ex3.sign-of-n",
+        file: |claim| {
+            let (plant, l) = (plant(), observer_gain());
+            // 10 L to the three decimals that L has, which the product rounds.
+            let n = l.map(|entry| (entry * 1e4).round() / 1e3);
+            let data = [&plant.a, &plant.c, &l, &n, &dmatrix![THETA]].map(as_printed);
+            let [Some(a), Some(c), Some(l), Some(n), Some(theta)] = &data else { return Err("not finite".into()) };
+            Ok(wrong_sign(claim, &WrongSign { a, c, l, n, theta })?)
+        },
+    }
 }
 
 /// A solution v != 0 of `F v + theta (Cv)^2 N C v = 0`: with `w = F^-1 N`, v = -theta y^3 w and `y = C v`, hence

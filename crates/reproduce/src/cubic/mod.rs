@@ -46,6 +46,7 @@ pub(crate) fn paper() -> Paper {
         figures: [example1::figures(), example2::figures(), example3::figures(), noise::figures()].concat(),
         datasets: Vec::new(),
         live: vec![example1::live(), example2::live(), example3::live()],
+        kernel: vec![theorems::kernel(), example3::kernel(), robustness::kernel()],
         findings: findings::findings(),
     }
 }

@@ -4,9 +4,12 @@ use luenberger_design::robust::{
     PolytopicDesign, fixed_gain_margin, fixed_lyapunov_margin, input_to_state_gain, theorem5_bound,
 };
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
+use luenberger_linalg::{lambda_max, lambda_min};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, Observer};
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Number;
+use luenberger_proof::coq::cubic_paper::{self, AtEquality};
 use luenberger_proof::statement::{decay_rate, lyapunov_decrease};
 use luenberger_sim::{Scenario, Trajectory};
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -17,7 +20,8 @@ use super::{FORCING, example1};
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::{Evidence, Hypothesis};
-use crate::hypotheses::{self};
+use crate::hypotheses::{self, as_printed};
+use crate::paper::KernelRefutation;
 use crate::value::{Value, short};
 
 const TWO_ERRORS: &str = "the error is that of the proof's dynamics, or x - x̂ of an observer that runs the nominal A";
@@ -332,11 +336,58 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
 
 /// At ε = 1 the error dynamics of A - LC = -I are the cubic term alone, which an error that θ does not weigh does not
 /// feel.
+/// The matrices of the counterexample to (23) with equality, and an error that stands still.
+struct AtTheBound {
+    a: DMatrix<f64>,
+    c: DMatrix<f64>,
+    l: DMatrix<f64>,
+    n: DMatrix<f64>,
+    p: DMatrix<f64>,
+    q: DMatrix<f64>,
+    theta: DMatrix<f64>,
+    error: [f64; 2],
+}
+
+fn at_the_bound() -> AtTheBound {
+    let one = DMatrix::<f64>::identity(2, 2);
+    AtTheBound {
+        a: -&one,
+        c: one.clone(),
+        l: DMatrix::zeros(2, 2),
+        n: -&one,
+        p: one.clone(),
+        q: one * 2.0,
+        theta: dmatrix![1.0, 0.0; 0.0, 0.0],
+        error: [0.0, 1.0],
+    }
+}
+
+/// The counterexample as a theorem for Coq.
+pub(super) fn kernel() -> KernelRefutation {
+    KernelRefutation {
+        claim: "cubic.thm5.equality",
+        file: |claim| {
+            let AtTheBound { a, c, l, n, p, q, theta, error } = at_the_bound();
+            let [eps, largest, least] = [theorem5_bound(&p, &q)?, lambda_max(&p)?, lambda_min(&q)?];
+            let margin = lambda_min(&-(&p * &n * &c + c.transpose() * n.transpose() * &p))?;
+            let error = DMatrix::from_column_slice(2, 1, &error);
+            let matrices = [&a, &c, &l, &n, &p, &q, &theta, &error].map(as_printed);
+            let numbers = [eps, lambda_min(&p)?, least, largest, margin].map(Number::of_decimal);
+            let (
+                [Some(a), Some(c), Some(l), Some(n), Some(p), Some(q), Some(theta), Some(error)],
+                [Some(eps), Some(positive), Some(least), Some(largest), Some(margin)],
+            ) = (&matrices, &numbers)
+            else {
+                return Err("not finite".into());
+            };
+            let data = AtEquality { a, c, l, n, p, q, theta, eps, positive, least, largest, margin, error };
+            Ok(cubic_paper::equality(claim, &data))
+        },
+    }
+}
+
 fn equality(_: &Context) -> Result<Outcome, CheckError> {
-    let [a, c, p, theta] =
-        [-DMatrix::identity(2, 2), DMatrix::identity(2, 2), DMatrix::identity(2, 2), dmatrix![1.0, 0.0; 0.0, 0.0]];
-    let (l, n, q) =
-        (DMatrix::<f64>::zeros(2, 2), -DMatrix::<f64>::identity(2, 2), DMatrix::<f64>::identity(2, 2) * 2.0);
+    let AtTheBound { a, c, l, n, p, q, theta, error } = at_the_bound();
     // Small integers: no product below is rounded.
     let f = &a - &l * &c;
     let cubic_form = &p * &n * &c + c.transpose() * n.transpose() * &p;
@@ -357,12 +408,12 @@ fn equality(_: &Context) -> Result<Outcome, CheckError> {
     ];
     let at_bound = StateSpace::new(&a + DMatrix::identity(2, 2) * eps, DMatrix::zeros(2, 0), c)?;
     let observer = CubicObserver::of(at_bound.clone(), l, n, theta)?;
-    let run = Scenario::new(at_bound).observer("cubic", observer, &[0.0, -1.0]).until(END, 2).run()?;
+    let run = Scenario::new(at_bound).observer("cubic", observer, &error.map(|x| -x)).until(END, 2).run()?;
     let left = late_error(&run)?;
     Ok(Outcome::new(Evidence::counterexample(
         "from e(0) = (0, 1) the error is what is left of it at t = 60, less 1e-9",
         left - 1e-9,
-        Some(Value::from([0.0, 1.0])),
+        Some(Value::from(error)),
         hypotheses,
     ))
     .note(format!(

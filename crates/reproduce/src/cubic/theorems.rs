@@ -11,6 +11,7 @@ use luenberger_lmi::proof_matrix;
 use luenberger_observers::{LinearObserver, Observer};
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
+use luenberger_proof::coq::cubic_paper::never_strict;
 use luenberger_proof::statement;
 use luenberger_sim::{Integrand, Scenario, metrics};
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -21,6 +22,7 @@ use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::{Evidence, Hypothesis};
 use crate::hypotheses::{self, in_each};
+use crate::paper::KernelRefutation;
 use crate::value::{Value, short};
 
 /// Where the theorems of this paper are stated as properties.
@@ -212,6 +214,11 @@ pub(super) fn claims() -> Vec<Claim> {
         )
         .proved_in("theory-cubic.md", "## Output feedback", TESTS, "the_loop_is_certified_for_every_stabilising_feedback"),
     ]
+}
+
+/// That (13) is never strict, for all matrices, as a theorem for Coq.
+pub(super) fn kernel() -> KernelRefutation {
+    KernelRefutation { claim: "cubic.thm2.strict", file: |claim| Ok(never_strict(claim)) }
 }
 
 pub(super) fn seeded(what: &str) -> String {

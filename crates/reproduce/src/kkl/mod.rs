@@ -41,6 +41,7 @@ pub(crate) fn paper() -> Paper {
         figures: [prop6::figures(), prop7::figures(), converter::figures(), duffing::figures()].concat(),
         datasets: Vec::new(),
         live: Vec::new(),
+        kernel: Vec::new(),
         findings: findings::findings(),
     }
 }

@@ -42,6 +42,7 @@ pub(crate) fn paper() -> Paper {
         .concat(),
         datasets: runs::datasets(),
         live: Vec::new(),
+        kernel: Vec::new(),
         findings: findings::findings(),
     }
 }

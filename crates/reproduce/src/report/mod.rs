@@ -274,6 +274,16 @@ fn rows(record: &Record) -> String {
     if let Some(known) = known(record) {
         let _ = write!(page, "<dt>Known</dt><dd>{known}</dd>");
     }
+    if let Some(kernel) = &record.kernel {
+        let theorems: Vec<String> =
+            kernel.theorems.iter().map(|name| format!("<code>{}</code>", escape(name))).collect();
+        let _ = write!(
+            page,
+            "<dt>Refuted in Coq</dt><dd>{} of <a href=\"{file}\"><code>{file}</code></a>, which <code>cargo xtask kernel</code> has Coq's kernel check</dd>",
+            theorems.join(", "),
+            file = escape(&kernel.file)
+        );
+    }
     for (name, value) in
         [("Printed", &record.printed), ("Computed", &record.computed), ("Tolerance", &record.tolerance)]
     {

@@ -4,9 +4,9 @@
 #![allow(clippy::unnecessary_wraps)]
 
 use luenberger_reproduce::{
-    CheckError, Claim, Class, Context, Dataset, Drawing, Evidence, Figure, Finding, Hypothesis, Kind, Outcome, Panel,
-    Paper, Plate, Printed, Quote, ReproduceError, Series, Standing, Summary, Table, Tolerance, Value, Verdict,
-    run_papers, terminal,
+    CheckError, Claim, Class, Context, Dataset, Drawing, Evidence, Figure, Finding, Hypothesis, KernelRefutation, Kind,
+    Outcome, Panel, Paper, Plate, Printed, Quote, ReproduceError, Series, Standing, Summary, Table, Tolerance, Value,
+    Verdict, run_papers, terminal,
 };
 use serde_json::{Value as Json, json};
 use std::fs;
@@ -63,7 +63,7 @@ fn nothing(_: &Context) -> Result<Plate, CheckError> {
 
 fn paper(claims: Vec<Claim>, figures: Vec<Drawing>, findings: Vec<Finding>) -> Paper {
     let (key, title, short, citation) = ("demo", "A paper", "a demo", "Nobody, 2000");
-    Paper { key, title, short, citation, claims, figures, datasets: vec![], live: vec![], findings }
+    Paper { key, title, short, citation, claims, figures, datasets: vec![], live: vec![], kernel: vec![], findings }
 }
 
 /// Runs in a folder of its own, which is removed by the next run.
@@ -209,6 +209,40 @@ fn many(_: &Context) -> Result<Outcome, CheckError> {
 
 fn either(_: &Context) -> Result<Outcome, CheckError> {
     Ok(Evidence::Readings(vec![("one", Value::Truth(true)), ("the other", Value::Truth(false))]).into())
+}
+
+/// A claim with a refutation for Coq is marked with the theorems of the file that was written; one that is not refuted
+/// cannot have any.
+#[test]
+fn a_refutation_for_coq_is_written_and_marked() {
+    let refutation =
+        |claim| KernelRefutation { claim, file: |said| Ok(luenberger_proof::coq::cubic_paper::never_strict(said)) };
+    let misprint = |id, check| Claim { class: Class::Misprint, ..claim(id, "1 2; 3 5", check) };
+    let with = |kernel| Paper {
+        kernel,
+        ..paper(vec![misprint("demo.not-so", wrong), claim("demo.third", "0.33", right)], vec![], vec![])
+    };
+    let (summary, out) = run("kernel", with(vec![refutation("demo.not-so")]));
+    let summary = summary.unwrap();
+    assert!(summary.is_complete(), "{:?}", summary.failures);
+    let ledger: Json = serde_json::from_slice(&fs::read(out.join("claims.json")).unwrap()).unwrap();
+    let expected = json!({ "file": "coq/demo_not_so.v", "theorems": ["inequality_13_is_never_strict"] });
+    assert_eq!((&ledger[0]["kernel"], &ledger[1]["kernel"]), (&expected, &Json::Null));
+    let written = fs::read_to_string(out.join("coq/demo_not_so.v")).unwrap();
+    assert!(written.starts_with("(** demo.not-so is false: a number < its bound (Example 1)\n"), "{written}");
+    assert!(written.contains("\nTheorem inequality_13_is_never_strict :\n"));
+    let page = read_page(&out);
+    for part in ["<dt>Refuted in Coq", "<code>inequality_13_is_never_strict</code> of <a href=\"coq/demo_not_so.v\">"] {
+        assert!(page.contains(part), "{part}");
+    }
+    for (claim, error) in [
+        ("demo.third", "it has a refutation for Coq and is not refuted"),
+        ("demo.other", "a refutation for Coq belongs to no claim"),
+    ] {
+        let (summary, _) = run("kernel", with(vec![refutation(claim)]));
+        let failures: Vec<String> = summary.unwrap().failures.into_iter().map(|failure| failure.error).collect();
+        assert_eq!(failures, [error]);
+    }
 }
 
 /// A theorem whose check agrees is proved if its row names a proof, and else consistent with the instances tried.

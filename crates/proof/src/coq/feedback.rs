@@ -1,0 +1,215 @@
+//! `feedback-loop`: the cubic observer and `u = -K xhat`.
+
+use super::cubic::{REAL_GAIN, STORED, StoredGain, structured_gain};
+use super::{Between, CoqError, Out, points};
+use crate::certificate::{Fact, FeedbackLoop, Region};
+use crate::label::Names;
+use crate::matrix::Matrix;
+use crate::number::Number;
+use crate::statement::{largest_eigenvalue_bound, positive};
+
+/// (25) with a rate of decay.
+const DECREASES: &str = "[(A - BK)'P1 + P1(A - BK) + 2 decay P1, P1 B K; *, (A - LC)'P + P(A - LC) + 2 decay P] <= 0";
+
+/// By how much smaller than P a matrix P1 is tried, as a power of 4.
+const SMALLEST: i32 = 12;
+
+/// A rate at which `x'P1 x + e'Pe` falls, near the largest; 0 if there is none.
+fn rate(theorem: &FeedbackLoop, p1: &Matrix<f64>, p: &Matrix<f64>) -> Result<f64, CoqError> {
+    let (plant, names) = (&theorem.observer.plant, Names::new());
+    let names = names.matrix("A", &plant.a).matrix("B", &plant.b).matrix("C", &plant.c).matrix("K", &theorem.k);
+    let names = names.matrix("L", &theorem.observer.l).symmetric("P", p).symmetric("P1", p1);
+    let falls = |decay: f64| -> Result<bool, CoqError> {
+        Ok(decay.is_finite() && names.clone().number("decay", decay).decide(DECREASES)?.is_proved())
+    };
+    // The size of the matrices sets the scale; a number that is too large is halved.
+    let largest = |m: &Matrix<f64>| m.as_slice().iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let mut high = largest(&plant.a).max(f64::MIN_POSITIVE) * 2.0 * plant.a.rows() as f64;
+    let mut low = high;
+    for _ in 0..60 {
+        if falls(low)? {
+            break;
+        }
+        (low, high) = (low / 2.0, low);
+    }
+    if !falls(low)? {
+        return Ok(0.0);
+    }
+    for _ in 0..8 {
+        let middle = f64::midpoint(low, high);
+        if falls(middle)? { low = middle } else { high = middle }
+    }
+    // Some room, so that the kernel need not decide what is nearly singular.
+    Ok(low * (1.0 - 1.0 / 1024.0))
+}
+
+/// Bounds of the eigenvalues of two matrices.
+fn of_both(p1: [f64; 2], p: [f64; 2]) -> Between {
+    let (lower, upper) = (p1[0].min(p[0]), p1[1].max(p[1]));
+    let overshoot = (upper / lower).next_up().sqrt().next_up();
+    Between { lower, upper, overshoot }
+}
+
+fn bounds(p: &Matrix<f64>) -> Result<[f64; 2], CoqError> {
+    Ok([positive(p)?.margin().unwrap_or(0.0), largest_eigenvalue_bound(p)])
+}
+
+impl Out {
+    pub(super) fn feedback(
+        &mut self,
+        theorem: &FeedbackLoop,
+        facts: &[Fact],
+        claimed: &[Number],
+    ) -> Result<(), CoqError> {
+        let FeedbackLoop { observer, k, p1 } = theorem;
+        let Some((of_loop, of_observer)) = facts.split_last_chunk::<2>().map(|(first, last)| (last, first)) else {
+            return Ok(());
+        };
+        let [positive, block] = of_loop;
+        if observer.region != Region::Everywhere && facts.iter().all(|fact| fact.verdict.is_proved()) {
+            return Err(CoqError::Region);
+        }
+        let stored = self.cubic(observer, of_observer, claimed)?;
+        let (n, inputs, outputs) = (observer.plant.a.rows(), observer.plant.b.cols(), observer.plant.c.rows());
+        self.matrix("K", &points(k)?, &format!("The feedback gain, {inputs} x {n}."));
+        self.matrix("P1", &points(p1)?, "The matrix of x'P1 x.");
+        self.positive(n, "P1", positive, claimed.get(of_observer.len()))?;
+        self.block((n, inputs, outputs), block, claimed.get(of_observer.len() + 1))?;
+        let Some(stored) = stored.filter(|_| of_loop.iter().all(|fact| fact.verdict.is_proved())) else {
+            return Ok(());
+        };
+        let between = of_both(bounds(p1)?, bounds(&observer.p)?);
+        let decay = rate(theorem, p1, &observer.p)?;
+        if !(between.lower > 0.0 && decay > 0.0) {
+            return Err(CoqError::NoMargin { inequality: block.inequality.clone() });
+        }
+        self.loop_numbers(&between, decay, "_loop")?;
+        let checked = |p1: &str, p: &str, suffix: &str| {
+            format!(
+                "loop_decays {n} {inputs} {outputs} A B C K L {p1} {p} theta\n  decay{suffix} lower{suffix} upper{suffix} overshoot{suffix}"
+            )
+        };
+        self.lemma("decided_loop", &checked("P1", "P", "_loop"));
+        self.closed(
+            (n, outputs),
+            ["real_gain_loop", REAL_GAIN, &structured_gain(n, outputs), "N0"],
+            ["P1", "P", "_loop"],
+            "intros N0 structure. ",
+            "N0 (structure_dissipates _ _ _ _ _ _ accretive_S structure)",
+        );
+        let (p1, between, decay) = near(theorem, &stored)?;
+        self.matrix(
+            "P1_stored",
+            &points(&p1)?,
+            "The matrix of x'P1_stored x for the gains as stored: P1, up to a factor.",
+        );
+        self.loop_numbers(&between, decay, "_stored_loop")?;
+        self.lemma("decided_stored_loop", &checked("P1_stored", "P_stored", "_stored_loop"));
+        self.closed(
+            (n, outputs),
+            ["stored_gain_loop", "With the gains K, L and N exactly as stored", "", "(real N)"],
+            ["P1_stored", "P_stored", "_stored_loop"],
+            "",
+            STORED,
+        );
+        Ok(())
+    }
+
+    /// Bounds and rate of `x'P1 x + e'Pe`.
+    fn loop_numbers(&mut self, between: &Between, decay: f64, suffix: &str) -> Result<(), CoqError> {
+        let name = |name: &str| format!("{name}{suffix}");
+        self.float(&name("lower"), between.lower, "All eigenvalues of both matrices are at least this.")?;
+        self.float(&name("upper"), between.upper, "All eigenvalues of both matrices are at most this.")?;
+        self.float(
+            &name("overshoot"),
+            between.overshoot,
+            &format!("At least the square root of upper{suffix} / lower{suffix}."),
+        )?;
+        self.float(
+            &name("decay"),
+            decay,
+            &format!("The sum of both functions falls at least like exp(-2 decay{suffix} t)."),
+        )
+    }
+
+    /// (25), proved or refuted.
+    fn block(
+        &mut self,
+        (n, inputs, outputs): (usize, usize, usize),
+        fact: &Fact,
+        claimed: Option<&Number>,
+    ) -> Result<(), CoqError> {
+        let flows = "let f := (A * v - B * (K * v) + B * (K * w))%vector in\n  \
+                     let g := (A * w - L * (C * w))%vector in\n  ";
+        let form = format!(
+            "inner {n} f (P1 * v)%vector + inner {n} v (P1 * f)%vector + inner {n} g (P * w)%vector + inner {n} w (P * g)%vector"
+        );
+        let squares = format!("square {n} v + square {n} w");
+        let arguments = format!("{n} {inputs} {outputs} A B C K L P1 P");
+        if fact.verdict.is_proved() {
+            self.margin("margin_25", fact, claimed)?;
+            self.theorem(
+                "inequality_25",
+                "(25) at (v, w): the form of [He((A - BK)'P1), P1 B K; *, He((A - LC)'P)] is at most minus the margin times\n    \
+                 |v|^2 + |w|^2. It is the derivative of x'P1 x + e'Pe along the linear loop, x = v and e = w.",
+                &format!("0 < margin_25 /\\ forall v w : vector,\n  {flows}{form}\n    <= - margin_25 * ({squares})"),
+                &format!("apply (loop_inequality {arguments} margin_25). vm_cast_no_check (eq_refl true)."),
+            );
+        } else if self.witness("v_25", fact)? {
+            self.theorem(
+                "inequality_25_is_false",
+                "(25) is false: its form is not negative at some (v, w).",
+                &format!("exists v w : vector, 0 < {squares} /\\\n  {flows}0 <= {form}"),
+                &format!("apply (no_loop_inequality {arguments} v_25). vm_cast_no_check (eq_refl true)."),
+            );
+        }
+        Ok(())
+    }
+
+    /// The theorem about the loop, for one gain.
+    fn closed(
+        &mut self,
+        (n, outputs): (usize, usize),
+        [name, what, quantified, gain]: [&str; 4],
+        [p1, p, suffix]: [&str; 3],
+        proof: &str,
+        dissipates: &str,
+    ) {
+        self.theorem(
+            name,
+            &format!(
+                "{what}: x and e = x - xhat of the plant x' = A x + B u, y = C x with u = -K xhat\n    \
+                 and the observer xhat' = A xhat + B u + L r - (r'theta r) N r, r = y - C xhat, from every x(0) and xhat(0)."
+            ),
+            &format!(
+                "{quantified}forall (T : R) (x xhat : R -> vector),\n  \
+                 solution T {n} x (fun t => A * x t - B * (K * xhat t))%vector ->\n  \
+                 solution T {n} xhat (fun t => let r := (C * x t - C * xhat t)%vector in\n    \
+                 (A * xhat t - B * (K * xhat t) + L * r - quadratic {outputs} theta r .* apply {outputs} {gain} r)%vector) ->\n  \
+                 let e t := (x t - xhat t)%vector in\n  \
+                 (forall s t, 0 <= s -> s <= t -> t < T ->\n    \
+                 quadratic {n} {p1} (x t) + quadratic {n} {p} (e t)\n      \
+                 <= exp (- (2 * decay{suffix}) * (t - s)) * (quadratic {n} {p1} (x s) + quadratic {n} {p} (e s)))\n  \
+                 /\\ (forall t, 0 <= t -> t < T ->\n    \
+                 norm_of_pair {n} (x t) (e t) <= overshoot{suffix} * exp (- decay{suffix} * t) * norm_of_pair {n} (x 0) (e 0))"
+            ),
+            &format!("{proof}exact (loop_decay _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided{suffix} {dissipates})."),
+        );
+    }
+}
+
+/// For the matrix of the stored gain a multiple of P1 with which (25) holds: it does for every one that is small
+/// enough.
+fn near(theorem: &FeedbackLoop, stored: &StoredGain) -> Result<(Matrix<f64>, Between, f64), CoqError> {
+    let trace = |m: &Matrix<f64>| (0..m.rows()).map(|i| m[(i, i)]).sum::<f64>();
+    let factor = trace(&stored.p) / trace(&theorem.observer.p);
+    for k in 0..=SMALLEST {
+        let scale = factor * 4.0_f64.powi(-k);
+        let p1 = theorem.p1.map(|entry| entry * scale);
+        let (decay, between) = (rate(theorem, &p1, &stored.p)?, of_both(bounds(&p1)?, [stored.lower, stored.upper]));
+        if between.lower > 0.0 && decay > 2.0 * stored.slower {
+            return Ok((p1, between, decay - stored.slower));
+        }
+    }
+    Err(CoqError::StoredGain)
+}
