@@ -295,7 +295,7 @@ impl Subject<'_> {
             let next = designed.runnable.motion(0.0, &state, u.as_slice(), y.as_slice());
             let Some(next) = next else { return Ok(Held::Unchecked) };
             let mut xhat = vec![0.0; x.len()];
-            designed.runnable.any().correct(&state, u.as_slice(), y.as_slice(), &mut xhat);
+            designed.runnable.any().correct(&state, u.as_slice(), y.as_slice(), &[], &mut xhat);
             last = (&x - DVector::from_vec(xhat)).norm();
             (transient, largest) = (transient.max(last), largest.max(x.norm()));
             state = next;
