@@ -69,7 +69,7 @@ const PARTS: [(&str, &str, &str); 22] = [
 ];
 
 /// Blocks that no test of this file runs, by their page and first line, with the reason.
-const ELSEWHERE: [(&str, &str, &str); 26] = [
+const ELSEWHERE: [(&str, &str, &str); 27] = [
     ("../README.md", "import control", "crates/python/tests/test_pages.py runs it"),
     ("../README.md", "cargo xtask reproduce", "continuous integration runs it; a test of xtask reads the arguments"),
     ("certificates.md", "cargo run --example certificate ", "builds programs that the tests of luenberger-proof run"),
