@@ -7,8 +7,9 @@
 //!   to be among [`AXIOMS`], those of Coq's real numbers.
 //! - Of each file some numbers are changed so that it becomes false ([`forgeries`]): the checker has to refuse it.
 //! - Of each certificate two false ones are made, with digests that fit: their refutations have to be accepted.
-//! - Random designs of each theorem are compiled, and of their mutants in `cargo xtask stress theorems` that are refuted
-//!   some are forged, with and without margins (`luenberger-tests`, `falsify::forged`): the checker has to refuse them.
+//! - Random designs of each theorem are compiled, and of their mutants in `cargo xtask stress theorems` that are
+//!   refuted some are forged, with and without margins (`luenberger-tests`, `falsify::forged`): the checker has to
+//!   refuse them.
 //! - The refutations of the papers' claims that the ledger marks (`luenberger-reproduce --coq`) have to be accepted.
 
 use crate::step::{Failure, build, build_command, built, is_installed, program, root};
@@ -335,9 +336,9 @@ fn with_assumptions(text: &str) -> String {
     format!("{text}\nDefinition theorems := ({names}).\nPrint Assumptions theorems.\n")
 }
 
-/// Files that are false: each margin doubled, the first entry of P or P1 negative, a plant that grows, other gains K and
-/// N, a cubic flow that is too slow, V that falls faster than it does, an overshoot of 1 where P is not a multiple of I.
-/// Of the papers' claims another error, or another direction of it, that does not stand still.
+/// Files that are false: each margin doubled, the first entry of P or P1 negative, a plant that grows, other gains K
+/// and N, a cubic flow that is too slow, V that falls faster than it does, an overshoot of 1 where P is not a multiple
+/// of I. Of the papers' claims another error, or another direction of it, that does not stand still.
 fn forgeries(text: &str) -> Vec<(String, String)> {
     let mut forged = Vec::new();
     let blocks: Vec<&str> = text.split("\n\n").collect();

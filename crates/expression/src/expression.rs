@@ -38,8 +38,8 @@ impl Expression {
         Self::of(text, parse::parse(text, scope)?)
     }
 
-    /// The difference that is not positive where an inequality holds: of `a <= b` and `a < b` it is `a - b`, of `a >= b`
-    /// and `a > b` it is `-(a - b)`. The limits are those of [`parse`](Self::parse).
+    /// The difference that is not positive where an inequality holds: of `a <= b` and `a < b` it is `a - b`, of
+    /// `a >= b` and `a > b` it is `-(a - b)`. The limits are those of [`parse`](Self::parse).
     ///
     /// ```
     /// use luenberger_expression::{Expression, Scope};

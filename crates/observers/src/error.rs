@@ -253,7 +253,7 @@ pub enum ObserverError {
         "{what}({}, {}) = {value} is beyond the range of Q{integer_bits}.{fraction_bits}: it needs {} bits before the point",
         row + 1,
         column + 1,
-        crate::fixed_point::integer_bits_of(*value, *integer_bits)
+        integer_bits_of(*value, *integer_bits)
     )]
     FixedPointRange {
         /// Name of the matrix.
@@ -360,4 +360,14 @@ pub(crate) fn check_bounds<T: RealField + Copy>(
         }
     }
     Ok(())
+}
+
+/// The bits before the point, the sign among them, that a number beyond the range of a format with `too_few` needs.
+fn integer_bits_of(value: f64, too_few: u32) -> u32 {
+    // A bit more than in the format that does not hold it; up to the largest numbers of binary64.
+    let (mut bits, mut end) = (too_few + 1, (1_u64 << too_few.min(32)) as f64);
+    while !(-end..end).contains(&value) && end.is_finite() {
+        (bits, end) = (bits + 1, 2.0 * end);
+    }
+    bits
 }

@@ -90,16 +90,6 @@ impl FixedPointFormat {
     }
 }
 
-/// The bits before the point, the sign among them, that a number beyond the range of a format with `too_few` needs.
-pub(crate) fn integer_bits_of(value: f64, too_few: u32) -> u32 {
-    // A bit more than in the format that does not hold it; up to the largest numbers of binary64.
-    let (mut bits, mut end) = (too_few + 1, (1_u64 << too_few.min(32)) as f64);
-    while !(-end..end).contains(&value) && end.is_finite() {
-        (bits, end) = (bits + 1, 2.0 * end);
-    }
-    bits
-}
-
 /// `1.5 2^52`: the spacing of the numbers around it is 1, so that adding it rounds to an integer, ties to even.
 const INTEGERS: f64 = 6_755_399_441_055_744.0;
 

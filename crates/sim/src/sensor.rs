@@ -11,8 +11,8 @@
 //! | one in continuous time | takes the measurement, which moves with the model until the next one is due | takes the output that it predicts |
 //!
 //! It is the same with logs ([`replay`](crate::replay)). A measurement between two samples of a sampled observer is not
-//! used. An observer of some states only predicts no output, and holds the last one; so does every one in continuous
-//! time with [`Scenario::hold_measurements`](crate::Scenario::hold_measurements).
+//! used. An observer of some states only predicts no output, and holds the last one, unless its correction leaves out
+//! what was not measured; so does every one in continuous time with [`Scenario::hold_measurements`](crate::Scenario::hold_measurements).
 
 use luenberger_random::Purpose;
 

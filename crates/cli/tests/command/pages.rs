@@ -39,7 +39,7 @@ const PEBO: &str = "[plant]\nstates = [\"x1\", \"x2\"]\nf = [\"x2\", \"-x1\"]\nh
 
 /// Blocks of TOML without a name are parts of studies. Each is found by its page and a line, and is read behind the
 /// lines of the third column.
-const PARTS: [(&str, &str, &str); 22] = [
+const PARTS: [(&str, &str, &str); 21] = [
     ("commands/design.md", "max_gain = 50", LIMITED_GAIN),
     ("cubic-or-linear.md", "kind = \"optimal-cubic\"", SECOND_ORDER),
     ("disturbances.md", "kind = \"cubic\"", SECOND_ORDER),
@@ -56,7 +56,6 @@ const PARTS: [(&str, &str, &str); 22] = [
     ),
     ("feedback.md", "[input]", SECOND_ORDER),
     ("filters.md", "kind = \"ukf\"", SECOND_ORDER),
-    ("frequency.md", "[frequency]", SECOND_ORDER),
     ("filters.md", "kind = \"extended-kalman\"", BATTERY),
     ("filters.md", "kind = \"iterated-extended-kalman\"", SECOND_ORDER),
     ("filters.md", "kind = \"mhe\"", SECOND_ORDER),

@@ -136,8 +136,8 @@ impl<const N: usize> Domain<N> {
         shares.map(|share| self.point(|i| share[i]))
     }
 
-    /// As many points as a grid with `per_axis` of them on each axis has: the grid of a box, and in a part of one points
-    /// that fill it evenly.
+    /// As many points as a grid with `per_axis` of them on each axis has: the grid of a box, and in a part of one
+    /// points that fill it evenly.
     pub(crate) fn grid(&self, per_axis: usize) -> Vec<SVector<f64, N>> {
         let count = per_axis.pow(N as u32);
         if !self.inequalities.is_empty() {

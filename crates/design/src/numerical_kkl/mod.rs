@@ -1,8 +1,8 @@
 //! The numerical Kazantzis-Kravaris-Luenberger observer: for a plant `x' = f(x)`, `y = h(x)` whose T has no closed
 //! form.
 //!
-//! `z' = D z + B y` ([`TargetSystem`]); T by simulation backward in time ([`Transform`]) over a box or a part of it ([`Domain`]); T^-L
-//! in two forms, both of `luenberger-observers`:
+//! `z' = D z + B y` ([`TargetSystem`]); T by simulation backward in time ([`Transform`]) over a box or a part of it
+//! ([`Domain`]); T^-L in two forms, both of `luenberger-observers`:
 //!
 //! - *embedded*: xhat straight from z by a tree of small polynomials, for a microcontroller;
 //! - *interpolated*: T by cubic splines, xhat by Gauss-Newton steps on `min |T(x) - z|`.

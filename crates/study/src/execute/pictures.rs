@@ -420,8 +420,12 @@ const INSET: &str =
 /// How many times the range of its second half a figure of errors has to have for an inset.
 const TRANSIENT: f64 = 5.0;
 
-/// The panel with the vertical axis of the second half of its curves, with room for an inset of the whole above, if the
-/// first half is larger by far. A steady part that is zero to rounding has no axis of its own.
+/// The share of the range of the second half that its last half has at least where the curves are steady.
+const STEADY: f64 = 0.5;
+
+/// The panel with the vertical axis of the second half of its curves and bands, with room for an inset of the whole
+/// above, if the first half of the curves is larger by far. A part that still decays is not steady, and zero to
+/// rounding has no axis of its own.
 fn by_steady_part(panel: Panel) -> Panel {
     let times = || panel.series.iter().flat_map(|series| series.x.iter().copied());
     let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
@@ -430,16 +434,19 @@ fn by_steady_part(panel: Panel) -> Panel {
         let points = panel.series.iter().flat_map(|series| series.x.iter().zip(&series.y));
         points.filter(|(t, _)| **t >= from).fold((0.0_f64, 0.0_f64), |(low, high), (_, y)| (low.min(*y), high.max(*y)))
     };
-    let ((low, high), (least, largest)) = (range(middle), range(first));
-    let (steady, whole) = (high - low, largest - least);
+    let height = |(low, high): (f64, f64)| high - low;
+    let (second_half, whole) = (range(middle), height(range(first)));
+    if height(range(f64::midpoint(middle, last))) < STEADY * height(second_half) {
+        return panel;
+    }
+    let bands = panel.areas.iter().flat_map(|area| area.x.iter().zip(area.low.iter().zip(&area.high)));
+    let ends = bands.filter(|(t, _)| **t >= middle).map(|(_, ends)| ends);
+    let (low, high) = ends.fold(second_half, |(low, high), (under, over)| (low.min(*under), high.max(*over)));
+    let steady = high - low;
     if !(steady > 1e-9 * whole && whole > TRANSIENT * steady) {
         return panel;
     }
-    // Bands may be as wide again as the curves.
-    let bands = panel.areas.iter().flat_map(|area| area.x.iter().zip(area.low.iter().zip(&area.high)));
-    let ends = bands.filter(|(t, _)| **t >= middle).map(|(_, ends)| ends);
-    let (under, over) = ends.fold((low, high), |(under, over), (a, b)| (under.min(*a), over.max(*b)));
-    let (low, high) = (under.max(low - steady) - 0.1 * steady, over.min(high + steady) + 0.1 * steady);
+    let (low, high) = (low - 0.1 * steady, high + 0.1 * steady);
     panel.y_range(low, high + 0.75 * (high - low)).inset()
 }
 

@@ -241,7 +241,9 @@ fn a_region_that_is_no_box_is_given_by_inequalities() {
     let (results, bound) = simulated(WELL);
     let error = error_of_run(&results, (10.0, 20.0));
     assert!(error < bound && bound < 0.01, "{error:e} {bound:e}");
-    assert_eq!(results.warnings, Vec::<String>::new());
+    // The transient of the estimate leaves the region, the state does not.
+    let [warning] = &results.warnings[..] else { panic!("{:?}", results.warnings) };
+    assert!(warning.contains("where the estimate does not satisfy (a + b)^4/4 - 2*a*b <= -0.05"), "{warning}");
 
     let whole = study(&WELL.replace("inside = [\"(a + b)^4/4 - 2*a*b <= -0.05\", \"a + b >= 0\"]\n", ""));
     let refused = design(&whole, &whole.observers[0], &AtomicBool::new(false)).unwrap_err();

@@ -237,6 +237,21 @@ fn a_plot_shows_what_is_chosen() {
     near(chosen("from", "from = 3.95\nto = 3.99\n"), (0.0, 4.0));
 }
 
+/// Measurement noise up to 0.01 and a first error of 1: the axis is that of the noise, with the whole in the corner. An
+/// error that decays for all of the run has no steady part.
+#[test]
+fn errors_have_the_axis_of_their_steady_part() {
+    let insets = |name: &str, noise: &str| {
+        let simulation = format!("[simulation]\nx0 = [1, 0]\nduration = 10\nsamples = 401\n{noise}");
+        let observer = "[[observer]]\nkind = \"luenberger\"\npoles = [-2, -3]\n";
+        let folder = run(name, "", &format!("{PLANT}{observer}{simulation}"));
+        let (_, curves) = figures(&folder).into_iter().find(|(id, _)| id == "errors").unwrap();
+        curves.iter().filter(|curve| curve.label.is_empty()).count()
+    };
+    let noise = "noise = { amplitude = [0.01], period = 0.05, seed = 3 }\n";
+    assert_eq!((insets("steady", noise), insets("decaying", "")), (2, 0));
+}
+
 /// A log with a gap of six periods, whose curves are in two parts, with the true values of one state.
 #[test]
 fn the_curves_of_a_log_end_at_its_gaps() {

@@ -65,8 +65,8 @@ crate::keys! { |size|
         domain: Vec<(f64, f64)> as Bounds => |key, given, reader| {
             finite_bounds(given.node.get(key.name)?, key.name, (given.size().states, "state"), reader)
         },
-        /// Inequalities of the states that hold in the part of `domain` that is the region, each as the difference that is
-        /// not positive there.
+        /// Inequalities of the states that hold in the part of `domain` that is the region, each as the difference that
+        /// is not positive there.
         inside: Vec<Expression> as &INSIDE => |key, given, reader| {
             maps::inequalities(given.node, key.name, MapNames::new(given.plant, 0).states(), reader)
         },
