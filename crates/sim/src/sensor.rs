@@ -12,7 +12,8 @@
 //!
 //! It is the same with logs ([`replay`](crate::replay)). A measurement between two samples of a sampled observer is not
 //! used. An observer of some states only predicts no output, and holds the last one, unless its correction leaves out
-//! what was not measured; so does every one in continuous time with [`Scenario::hold_measurements`](crate::Scenario::hold_measurements).
+//! what was not measured; so does every one in continuous time with
+//! [`Scenario::hold_measurements`](crate::Scenario::hold_measurements).
 
 use luenberger_random::Purpose;
 
