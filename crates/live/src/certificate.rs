@@ -137,9 +137,10 @@ fn another_p(f: &DMatrix<f64>, before: &DMatrix<f64>, is_discrete: bool) -> Opti
         return None;
     }
     let (of, one) = (f.transpose(), DMatrix::<f64>::identity(n, n));
-    let equation = match is_discrete {
-        true => of.kronecker(&of) - DMatrix::identity(n * n, n * n),
-        false => one.kronecker(&of) + of.kronecker(&one),
+    let equation = if is_discrete {
+        of.kronecker(&of) - DMatrix::identity(n * n, n * n)
+    } else {
+        one.kronecker(&of) + of.kronecker(&one)
     };
     let q = DMatrix::from_diagonal(&before.diagonal());
     let solution = equation.lu().solve(&DVector::from_column_slice((-q).as_slice()))?;

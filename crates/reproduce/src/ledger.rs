@@ -104,7 +104,7 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
             match refuted_in_coq(refutation, paper, &summary.records, out) {
                 Ok((record, theorems)) => summary.records[record].kernel = Some(theorems),
                 Err(error) => {
-                    summary.failures.push(Failure { id: refutation.claim.to_owned(), error: error.to_string() })
+                    summary.failures.push(Failure { id: refutation.claim.to_owned(), error: error.to_string() });
                 }
             }
         }

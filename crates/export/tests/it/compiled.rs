@@ -478,7 +478,9 @@ fn a_missing_output_leaves_its_column_of_the_gain_out() {
     let ExportableObserver::Linear(observer) = program(5, (3, 1, 2), false, true) else { unreachable!("linear") };
     let without = |columns: &[usize]| {
         let mut l = observer.l().clone();
-        columns.iter().for_each(|column| l.column_mut(*column).fill(0.0));
+        for column in columns {
+            l.column_mut(*column).fill(0.0);
+        }
         DiscreteLinearObserver::new(observer.plant().clone(), l, 0.05).unwrap()
     };
     let (start, u) = (DVector::from_column_slice(&[0.3, -0.2, 0.7]), DVector::from_element(1, 0.1));

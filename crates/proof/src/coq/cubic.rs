@@ -94,7 +94,7 @@ struct Gain<'a> {
     /// What is assumed of it.
     quantified: &'a str,
     /// The matrix.
-    gain: &'a str,
+    matrix: &'a str,
     /// The beginning of the proof.
     proof: &'a str,
     /// The matrix and the proof that it dissipates.
@@ -158,13 +158,13 @@ impl Out {
                 suffix: "",
                 what: REAL_GAIN,
                 quantified: &structured_gain(n, outputs),
-                gain: "N0",
+                matrix: "N0",
                 proof: "intros N0 structure. ",
                 dissipates: "N0 (structure_dissipates _ _ _ _ _ _ accretive_S structure)",
             },
         );
         if stored.is_none() {
-            self.from_region(n, outputs);
+            self.over_region(n, outputs);
             return Ok(None);
         }
         self.lemma(
@@ -183,7 +183,7 @@ impl Out {
                 suffix: "_stored",
                 what: "With the gains L and N exactly as stored",
                 quantified: "",
-                gain: "(real N)",
+                matrix: "(real N)",
                 proof: "",
                 dissipates: STORED,
             },
@@ -221,7 +221,7 @@ impl Out {
     }
 
     /// The theorem about the stored gain from an ellipsoid.
-    fn from_region(&mut self, n: usize, outputs: usize) {
+    fn over_region(&mut self, n: usize, outputs: usize) {
         let numbers = "q lower upper overshoot mu t rho kappa level decay_stored";
         self.lemma("decided_region", &format!("region_decays {n} {outputs} A C L N P theta S {numbers}"));
         self.theorem(
@@ -255,7 +255,7 @@ impl Out {
 
     /// The two theorems about trajectories, for one gain.
     fn observed(&mut self, n: usize, outputs: usize, gain: &Gain<'_>) {
-        let Gain { name, suffix, what, quantified, gain, proof, dissipates } = *gain;
+        let Gain { name, suffix, what, quantified, matrix: gain, proof, dissipates } = *gain;
         let says = says(n, suffix);
         let proof = |result: &str, more: &str| {
             format!("{proof}exact ({result} _ _ _ _ _ _ _ _ _ _ _ decided{suffix} {dissipates}{more}).")
@@ -346,7 +346,7 @@ impl Out {
                 suffix: "",
                 what: REAL_GAIN,
                 quantified: &structured_gain(n, outputs),
-                gain: "N0",
+                matrix: "N0",
                 proof: "intros N0 structure. ",
                 dissipates: "N0 (structure_on_outputs_dissipates _ _ _ _ _ _ _ accretive_S structure)",
             },
@@ -416,7 +416,7 @@ impl Out {
                 suffix: "",
                 what: "With the gains L and N exactly as stored",
                 quantified: "",
-                gain: "(real N)",
+                matrix: "(real N)",
                 proof: "",
                 dissipates: "_ (stored_dissipates _ _ _ _ _ _ dissipates_N)",
             },

@@ -35,9 +35,9 @@ impl Out {
         // Of boxes there are no refutations: which matrices between refute them is not known.
         let are_boxes = all && data.flat_map(Matrix::as_slice).any(|datum| !datum.is_point());
         if are_boxes {
-            self.boxes(vertices)?
+            self.boxes(vertices)?;
         } else {
-            self.vertices(vertices)?
+            self.vertices(vertices)?;
         }
         self.matrix("L", &points(l)?, "The gain of the observer.");
         self.matrix("P", &points(p)?, "The matrix of V = e'Pe.");

@@ -120,9 +120,10 @@ fn nonlinear(
             let (rank, order) = (gramian.rank, gramian.scales.len());
             // One of several directions would be one by chance. The eigenvalues are sorted, the largest first.
             let is_repeated = matches!(gramian.eigenvalues[..], [.., next, least] if next - least <= 1e-7 * next);
-            let least = match is_repeated {
-                true => "several least observable directions alike".to_owned(),
-                false => format!("least observable direction {}", study.plant.direction_in_words(&report.weakest)),
+            let least = if is_repeated {
+                "several least observable directions alike".to_owned()
+            } else {
+                format!("least observable direction {}", study.plant.direction_in_words(&report.weakest))
             };
             let _ = write!(report.words, "\nempirical Gramian: rank {rank} of {order}, {least}");
             // Two ranks that differ are no contradiction, but each has to be read rightly.
