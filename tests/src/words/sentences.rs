@@ -757,9 +757,12 @@ pub fn rate(decay: &str) -> Option<f64> {
 /// `x1 0.5, x2 2`: the numbers, of units too.
 pub fn listed(list: &str) -> Vec<f64> {
     // Where no useful bound is stated, every number is one.
-    let number = |one: &str| match one.ends_with(NO_USEFUL_BOUND) {
-        true => Some(f64::INFINITY),
-        false => one.split_whitespace().find_map(|word| word.parse().ok()),
+    let number = |one: &str| {
+        if one.ends_with(NO_USEFUL_BOUND) {
+            Some(f64::INFINITY)
+        } else {
+            one.split_whitespace().find_map(|word| word.parse().ok())
+        }
     };
     list.split(", ").filter_map(number).collect()
 }
