@@ -364,6 +364,8 @@ fn forgeries(text: &str) -> Vec<(String, String)> {
             "decay" | "decay_loop" | "decay_stored_loop" => {
                 change(name, block, format!("Definition {name} : Q := 0x1p40."));
             }
+            // With this sign the counterexample of a paper would stay one.
+            "N" if value("eps").is_some() => change("N", block, entry("0x1p40").unwrap_or_default()),
             "N" => change("N", block, entry("-0x1p40").unwrap_or_default()),
             "e0" => change("e0", block, entry("0x1p0").unwrap_or_default()),
             "K" => change("K", block, entry("0x1p60").unwrap_or_default()),

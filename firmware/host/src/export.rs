@@ -52,7 +52,9 @@ pub fn write(observer: &impl Exported, folder: &Path, name: &str, number: &str, 
     // As in `luenberger_golden::Run::sample`.
     let (small, large) = if amplitude > 1.0 { (1.0, 1e3) } else { (amplitude, amplitude) };
     files(folder, name, export(observer, name, scalar).c().expect("an export"));
-    case(folder, name, &format!("#define NUMBER {number}\n#define SMALL {small:?}\n#define LARGE {large:?}\n"));
+    let leaves_out = u8::from(observer.exportable().leaves_out_missing());
+    let numbers = format!("#define NUMBER {number}\n#define SMALL {small:?}\n#define LARGE {large:?}\n");
+    case(folder, name, &format!("{numbers}#define LEAVES_OUT {leaves_out}\n"));
 }
 
 /// The observer as designed, with the first estimate of the golden programs.
