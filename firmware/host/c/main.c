@@ -78,8 +78,8 @@ static int is_finite(const NUMBER *xhat)
     return result;
 }
 
-/* A value of u that is not finite makes the estimate not finite, until the observer is started again; one of y too, unless
- * the observer leaves it out (LEAVES_OUT): then the estimate stays finite. */
+/* A value of u that is not finite makes the estimate not finite, until the observer is started again; one of y too,
+ * unless the observer leaves it out (LEAVES_OUT): then the estimate stays finite. */
 static void check_not_finite(void)
 {
     const NUMBER bad[3] = { (NUMBER)NAN, (NUMBER)INFINITY, (NUMBER)-INFINITY };
