@@ -14,6 +14,7 @@
 
 use luenberger_linalg::{
     HInfinityNorm, LoopMargins, LoopTransfer, RealMatrixView, Realization, h_infinity_norm, invariant_zeros,
+    sensitivity,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::counted;
@@ -138,17 +139,18 @@ pub fn loop_transfer_recovery<'a>(
     q.iter().map(one).collect()
 }
 
-/// The H-infinity norm of the difference of `(I + L)^-1` of two stable loops without feedthrough.
+/// The H-infinity norm of the difference of the sensitivities of two loops that are stable when they are closed.
 fn difference_of_sensitivities(one: &Realization, other: &Realization) -> Result<HInfinityNorm, DesignError> {
+    let (one, other) = (sensitivity(one)?, sensitivity(other)?);
     let (n, m) = (one.a.nrows(), one.b.ncols());
     let all = n + other.a.nrows();
     let mut a = DMatrix::zeros(all, all);
-    a.view_mut((0, 0), (n, n)).copy_from(&(&one.a - &one.b * &one.c));
-    a.view_mut((n, n), other.a.shape()).copy_from(&(&other.a - &other.b * &other.c));
+    a.view_mut((0, 0), (n, n)).copy_from(&one.a);
+    a.view_mut((n, n), other.a.shape()).copy_from(&other.a);
     let (mut b, mut c) = (DMatrix::zeros(all, m), DMatrix::zeros(m, all));
     b.rows_mut(0, n).copy_from(&one.b);
     b.rows_mut(n, all - n).copy_from(&other.b);
-    c.columns_mut(0, n).copy_from(&-&one.c);
-    c.columns_mut(n, all - n).copy_from(&other.c);
-    Ok(h_infinity_norm(&a, &b, &c, &DMatrix::zeros(m, m))?)
+    c.columns_mut(0, n).copy_from(&one.c);
+    c.columns_mut(n, all - n).copy_from(&-&other.c);
+    Ok(h_infinity_norm(&a, &b, &c, &(&one.d - &other.d))?)
 }

@@ -346,11 +346,11 @@ fn with_outputs(c: &DMatrix<f64>, e: &DMatrix<f64>, f: &DMatrix<f64>) -> Result<
     })
 }
 
-/// `S^+`, for S of full column rank. The upper rows of S have the unit of y' and the lower ones that of y, so that in
-/// some units of time S'S is singular to working precision. Householder reflections with the larger rows first and
+/// A left inverse `S^+ S = I`, for S of full column rank whose rows have units of their own, so that in some of them S'S
+/// is singular to working precision; none where R is. Householder reflections with the larger rows first and
 /// pivoted columns have errors that are small in each row (A. J. Cox and N. J. Higham, Stability of Householder QR
 /// factorization for weighted least squares problems, 1998).
-fn left_inverse(s: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+pub fn left_inverse(s: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let mut order: Vec<usize> = (0..s.nrows()).collect();
     order.sort_by(|i, j| s.row(*j).amax().total_cmp(&s.row(*i).amax()));
     let (q, r, columns) = s.select_rows(&order).col_piv_qr().unpack();

@@ -53,7 +53,7 @@ pub(crate) fn step(export: &Export) -> Result<Option<Routine>, ExportError> {
 }
 
 /// The programs of a stationary Kalman filter with the gain K of the update: the innovation, a function of the
-/// prediction and of (u, y), the estimate with it, a function of the prediction and the innovation, and the next
+/// prediction and of (u, y, innovation of the outputs that arrived before), the estimate with it, a function of the prediction and the innovation, and the next
 /// prediction, a function of the prediction and of (u, innovation).
 ///
 /// # Errors
@@ -71,9 +71,10 @@ pub(crate) fn stationary(
         let k = recording.matrix(ExportedMatrix::Update.name(), k);
         let same = StationaryKalmanFilter::new(same, k).map_err(refused)?;
         let column = DVector::<Recorded>::from_column_slice;
-        let innovation = recording.program((state, inputs + outputs), |_, x, known| {
-            let (u, y) = known.split_at(inputs);
-            same.innovation(&column(x), &column(u), &column(y)).as_slice().to_vec()
+        let innovation = recording.program((state, inputs + 2 * outputs), |_, x, known| {
+            let (u, rest) = known.split_at(inputs);
+            let (y, before) = rest.split_at(outputs);
+            same.joined_innovation(&column(before), &column(x), &column(u), &column(y)).as_slice().to_vec()
         });
         let filtered =
             recording.program((state, outputs), |_, x, z| same.update(&column(x), &column(z)).as_slice().to_vec());

@@ -26,6 +26,8 @@
 //! | `x' = A x + B u` to `x+ = Ad x + Bd u` and back: zero- and first-order hold, Tustin, impulse, matched | [`c2d`], [`d2c`], [`c2d_matched`], [`logm`] |
 //! | `V = R h`, `Qd = int_0^h e^{As} W e^{A's} ds`: noise in continuous and discrete time | [`measurement_intensity`], [`discrete_process_noise`] and their inverses |
 //! | `C (jw I - A)^-1 B + D`, singular values | [`FrequencyResponse`] |
+//! | frequencies in radians per unit of time, with or without a sampling period | [`FrequencyAxis`] |
+//! | `S = (I + L)^-1` | [`sensitivity`] |
 //! | `1 + L = 0`: gain, phase, delay and modulus margins | [`stability_margins`], [`discrete_stability_margins`] |
 //! | `(y, u)` to xhat, `v` to e; loops `u = -K xhat`, S and T | [`ObserverTransfer`], [`LoopTransfer`], [`LoopMargins`] |
 //! | poles from settling time and damping, of prototype filters | [`poles_from`] |
@@ -105,6 +107,7 @@ mod error_estimate;
 mod exactly_singular;
 pub mod factored;
 mod forward_error;
+mod frequency_axis;
 pub mod frequency_response;
 pub mod functional_observer;
 mod functional_order;
@@ -147,12 +150,15 @@ pub use discretize::{ZeroOrderHold, ZeroOrderHoldObserver, expm, zero_order_hold
 pub use distance::{UnobservabilityDistance, distance_to_unobservability};
 pub use error::LinalgError;
 pub use factored::{Factored, lyapunov_factor, stein_factor};
+pub use frequency_axis::FrequencyAxis;
 pub use frequency_response::{FrequencyResponse, unwrapped_phase};
 pub use functional_observer::{FunctionalObserver, functional_observer, reduced_order_observer};
 pub use functional_order::{LeastFunctionalObserver, least_functional_observer};
 pub use generalized::{GeneralizedLyapunov, GeneralizedStein, generalized_lyapunov, generalized_stein};
 pub use lyapunov::{Lyapunov, LyapunovEquation, SymmetricEquation, lyapunov};
-pub use margins::{GainMargin, PhaseMargin, StabilityMargins, discrete_stability_margins, stability_margins};
+pub use margins::{
+    GainMargin, PhaseMargin, StabilityMargins, discrete_stability_margins, sensitivity, stability_margins,
+};
 pub use nalgebra;
 pub use observability::{
     Detectability, Mode, Observability, StabilityRegion, detectability, discrete_detectability, observability,
@@ -174,7 +180,7 @@ pub use sylvester::{
     sylvester,
 };
 pub use system_norm::{HInfinityNorm, discrete_h_infinity_norm, discrete_h2_norm, h_infinity_norm, h2_norm};
-pub use transfer::{LoopMargins, LoopTransfer, ObserverTransfer, discrete_frequencies, frequencies};
+pub use transfer::{LoopMargins, LoopTransfer, ObserverTransfer};
 pub use zeros::{InvariantZeros, invariant_zeros};
 
 /// The result of this crate's functions. With another error it is the standard one, so that a glob import does not

@@ -16,6 +16,7 @@
 use nalgebra::{Complex, DMatrix};
 use std::f64::consts::{PI, TAU};
 
+use crate::argument::shaped;
 use crate::system_norm::{block_diagonal, frequencies_of_singular_value};
 use crate::{
     Discretization, FrequencyResponse, HInfinityNorm, LinalgError, Realization, Result, d2c, discrete_h_infinity_norm,
@@ -148,30 +149,48 @@ fn margins(
     if open.d.shape() != (1, 1) {
         return Err(LinalgError::DimensionMismatch { what: "the loop", expected: (1, 1), found: open.d.shape() });
     }
-    let sensitivity = sensitivity(open)?;
-    let poles = eigenvalues(&sensitivity.a)?;
-    let is_discrete = response.is_discrete();
+    let (poles, sensitivity) = peak_if_stable(&sensitivity(open)?, response.is_discrete())?;
+    let axis = Axis { response, is_mirrored: continued.is_some_and(|(_, is_mirrored)| is_mirrored) };
+    let (gain, phase) = axis.crossovers(continued.map_or(open, |(continued, _)| continued))?;
+    Ok(StabilityMargins { is_stable: sensitivity.is_some(), poles, gain, phase, sensitivity })
+}
+
+/// The sensitivity `S = (I + L)^-1` of a loop L with as many inputs as outputs, negative feedback:
+/// `(I + D)^-1 - (I + D)^-1 C (s I - A + B (I + D)^-1 C)^-1 B (I + D)^-1`, in either time.
+///
+/// # Errors
+/// Those of [`Realization::new`]; [`LinalgError::DimensionMismatch`] for a loop that is not square,
+/// [`LinalgError::Singular`] where `I + D` is.
+pub fn sensitivity(open: &Realization) -> Result<Realization> {
+    open.check()?;
+    let Realization { a, b, c, d } = open;
+    shaped("the loop", d, b.ncols(), b.ncols())?;
+    let inverse = return_difference(d)?;
+    let input = b * &inverse;
+    Ok(Realization { a: a - &input * c, c: -(&inverse * c), b: input, d: inverse })
+}
+
+/// `(I + D)^-1`.
+pub(crate) fn return_difference(d: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    let singular = LinalgError::Singular { what: "I + D", condition: f64::INFINITY };
+    let inverse = (DMatrix::identity(d.nrows(), d.nrows()) + d).try_inverse();
+    inverse.filter(|m| m.iter().all(|x| x.is_finite())).ok_or(singular)
+}
+
+/// The poles of a system, and its H-infinity norm if it is stable.
+pub(crate) fn peak_if_stable(
+    system: &Realization,
+    is_discrete: bool,
+) -> Result<(Vec<Complex<f64>>, Option<HInfinityNorm>)> {
+    let Realization { a, b, c, d } = system;
+    let poles = eigenvalues(a)?;
     let is_stable = poles.iter().all(|pole| if is_discrete { pole.norm() < 1.0 } else { pole.re < 0.0 });
-    let Realization { a, b, c, d } = &sensitivity;
-    let norm = match (is_stable, is_discrete) {
+    let peak = match (is_stable, is_discrete) {
         (false, _) => None,
         (true, false) => Some(h_infinity_norm(a, b, c, d)?),
         (true, true) => Some(discrete_h_infinity_norm(a, b, c, d)?),
     };
-    let axis = Axis { response, is_mirrored: continued.is_some_and(|(_, is_mirrored)| is_mirrored) };
-    let (gain, phase) = axis.crossovers(continued.map_or(open, |(continued, _)| continued))?;
-    Ok(StabilityMargins { is_stable, poles, gain, phase, sensitivity: norm })
-}
-
-/// `(1 + L)^-1` of a loop with one input.
-fn sensitivity(open: &Realization) -> Result<Realization> {
-    let Realization { a, b, c, d } = open;
-    let difference = 1.0 + d[(0, 0)];
-    if difference == 0.0 {
-        return Err(LinalgError::Singular { what: "1 + D", condition: f64::INFINITY });
-    }
-    let input = b / difference;
-    Ok(Realization { a: a - &input * c, c: -c / difference, b: input, d: d.map(|_| difference.recip()) })
+    Ok((poles, peak))
 }
 
 /// The frequencies of a loop as those of continuous time.

@@ -17,12 +17,11 @@
 //! (Zhou, Doyle and Glover 1996, section 9.6; Skogestad and Postlethwaite 2005, section 2.4.3).
 
 use nalgebra::{Complex, DMatrix};
-use std::f64::consts::PI;
 
 use crate::argument::{RealMatrixView, owned, shaped};
+use crate::margins::{peak_if_stable, return_difference};
 use crate::{
-    HInfinityNorm, LinalgError, Realization, Result, StabilityMargins, discrete_h_infinity_norm,
-    discrete_stability_margins, eigenvalues, h_infinity_norm, stability_margins,
+    HInfinityNorm, Realization, Result, StabilityMargins, discrete_stability_margins, sensitivity, stability_margins,
 };
 
 /// Transfer functions of a linear observer.
@@ -49,7 +48,7 @@ impl ObserverTransfer {
     /// # Ok::<(), luenberger_linalg::LinalgError>(())
     /// ```
     /// # Errors
-    /// [`LinalgError::DimensionMismatch`] and [`LinalgError::NotFinite`] for L; those of [`Realization::new`].
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) and [`LinalgError::NotFinite`](crate::LinalgError::NotFinite) for L; those of [`Realization::new`].
     pub fn new<'a>(plant: &Realization, l: impl Into<RealMatrixView<'a>>) -> Result<Self> {
         let none = DMatrix::zeros(plant.a.nrows(), plant.c.nrows());
         Self::of(plant, &owned(l), &none)
@@ -107,7 +106,7 @@ impl LoopTransfer {
     /// Those of `plant` with the observer gain `l`, n x p, and the feedback gain `k`, m x n.
     ///
     /// # Errors
-    /// [`LinalgError::DimensionMismatch`] and [`LinalgError::NotFinite`] for L and K; those of [`Realization::new`].
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) and [`LinalgError::NotFinite`](crate::LinalgError::NotFinite) for L and K; those of [`Realization::new`].
     pub fn new<'a>(
         plant: &Realization,
         l: impl Into<RealMatrixView<'a>>,
@@ -176,7 +175,7 @@ impl LoopMargins {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`LinalgError::DimensionMismatch`] for a loop that is not square, [`LinalgError::Singular`] where `I + D` is
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) for a loop that is not square, [`LinalgError::Singular`](crate::LinalgError::Singular) where `I + D` is
     /// singular; those of [`stability_margins`].
     pub fn continuous(open: &Realization) -> Result<Self> {
         Self::new(open, false)
@@ -192,30 +191,18 @@ impl LoopMargins {
 
     fn new(open: &Realization, is_discrete: bool) -> Result<Self> {
         open.check()?;
-        let Realization { a, b, c, d } = open;
-        let count = b.ncols();
-        shaped("the loop", d, count, count)?;
+        let count = open.b.ncols();
+        shaped("the loop", &open.d, count, count)?;
         let mut channels = Vec::new();
         for i in 0..count {
             let one = with_others_closed(open, i)?;
             channels.push(if is_discrete { discrete_stability_margins(&one)? } else { stability_margins(&one)? });
         }
-        // S = (I + D)^-1 - (I + D)^-1 C (s I - A + B (I + D)^-1 C)^-1 B (I + D)^-1, T = I - S.
-        let inverse = return_difference(d)?;
-        let (input, output) = (b * &inverse, &inverse * c);
-        let closed = a - &input * c;
-        let poles = eigenvalues(&closed)?;
-        let is_stable = poles.iter().all(|pole| if is_discrete { pole.norm() < 1.0 } else { pole.re < 0.0 });
-        let norm = |c: &DMatrix<f64>, d: &DMatrix<f64>| {
-            if is_discrete {
-                discrete_h_infinity_norm(&closed, &input, c, d)
-            } else {
-                h_infinity_norm(&closed, &input, c, d)
-            }
-        };
-        let sensitivity = if is_stable { Some(norm(&-&output, &inverse)?) } else { None };
-        let direct = DMatrix::identity(count, count) - &inverse;
-        let complementary = if is_stable { Some(norm(&output, &direct)?) } else { None };
+        let s = sensitivity(open)?;
+        let (poles, sensitivity) = peak_if_stable(&s, is_discrete)?;
+        // T = I - S.
+        let t = Realization { c: -&s.c, d: DMatrix::identity(count, count) - &s.d, ..s };
+        let (_, complementary) = peak_if_stable(&t, is_discrete)?;
         Ok(Self { channels, poles, sensitivity, complementary })
     }
 
@@ -231,13 +218,6 @@ impl LoopMargins {
     }
 }
 
-/// `(I + D)^-1`.
-fn return_difference(d: &DMatrix<f64>) -> Result<DMatrix<f64>> {
-    let singular = LinalgError::Singular { what: "I + D", condition: f64::INFINITY };
-    let inverse = (DMatrix::identity(d.nrows(), d.nrows()) + d).try_inverse();
-    inverse.filter(|m| m.iter().all(|x| x.is_finite())).ok_or(singular)
-}
-
 /// The loop opened at channel i, from 0, with the others closed.
 fn with_others_closed(open: &Realization, i: usize) -> Result<Realization> {
     let Realization { a, b, c, d } = open;
@@ -250,54 +230,4 @@ fn with_others_closed(open: &Realization, i: usize) -> Result<Realization> {
     let output = c.rows(i, 1) - &passed * &to_others;
     let rest = a - &others * &inverse * &to_others;
     Realization::new(&rest, &input, &output, &(d.view((i, i), (1, 1)) - passed * from))
-}
-
-/// Frequencies, equally spaced in their logarithm, that show a response in continuous time with these poles and zeros.
-///
-/// Where an end of the range is not given, it is a decade below the slowest or above the fastest of them, those at 0
-/// left out. `points` is two or more. Beside them stand the frequencies of lightly damped poles and zeros, at which
-/// peaks are.
-pub fn frequencies(features: &[Complex<f64>], range: [Option<f64>; 2], points: usize) -> Vec<f64> {
-    let (from, to) = around(features).map_or((0.1, 10.0), |(slowest, fastest)| (0.1 * slowest, 10.0 * fastest));
-    let (from, to) = match range {
-        [Some(first), Some(last)] => (first, last),
-        [Some(first), None] => (first, to.max(100.0 * first)),
-        [None, Some(last)] => (from.min(0.01 * last), last),
-        [None, None] => (from, to),
-    };
-    spaced(from, to, points, features)
-}
-
-/// The same in discrete time, in radians per sample: up to pi at most, where the end is not given.
-pub fn discrete_frequencies(features: &[Complex<f64>], range: [Option<f64>; 2], points: usize) -> Vec<f64> {
-    // A pole of discrete time is one of continuous time by its logarithm, at most pi from the axis.
-    let features: Vec<Complex<f64>> = features.iter().filter(|z| z.norm() > 0.0).map(|z| z.ln()).collect();
-    let slowest = around(&features).map_or(0.1, |(slowest, _)| slowest);
-    let (from, to) = match range {
-        [Some(first), Some(last)] => (first, last),
-        [Some(first), None] => (first, PI),
-        [None, last] => ((0.1 * slowest).min(0.01 * last.unwrap_or(10.0)), last.unwrap_or(PI)),
-    };
-    spaced(from, to, points, &features)
-}
-
-/// The slowest and the fastest, those at 0 left out.
-fn around(features: &[Complex<f64>]) -> Option<(f64, f64)> {
-    let fastest = features.iter().map(|s| s.norm()).fold(0.0, f64::max);
-    // What is nearer to 0 is there but for rounding.
-    let moving = features.iter().map(|s| s.norm()).filter(|size| *size > 1e-9 * fastest);
-    let slowest = moving.fold(f64::INFINITY, f64::min);
-    slowest.is_finite().then_some((slowest, fastest))
-}
-
-fn spaced(from: f64, to: f64, points: usize, features: &[Complex<f64>]) -> Vec<f64> {
-    let steps = points.max(2) - 1;
-    let ratio = to / from;
-    let mut all: Vec<f64> = (0..steps).map(|k| from * ratio.powf(k as f64 / steps as f64)).collect();
-    all.push(to);
-    let peaks = features.iter().filter(|s| s.re.abs() < 0.5 * s.im.abs()).map(|s| s.im.abs());
-    all.extend(peaks.filter(|w| *w > from && *w < to));
-    all.sort_by(f64::total_cmp);
-    all.dedup();
-    all
 }

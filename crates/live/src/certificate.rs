@@ -130,7 +130,8 @@ fn with_another_p(theorem: Theorem) -> Option<Theorem> {
     })
 }
 
-/// The solution of one of these equations, by its Kronecker form.
+/// The solution of one of these equations, by its Kronecker form: the solvers of `luenberger-linalg` would be a large
+/// part of the module of a page. Whatever P is, the theorem decides.
 fn another_p(f: &DMatrix<f64>, before: &DMatrix<f64>, is_discrete: bool) -> Option<Matrix<f64>> {
     let n = f.nrows();
     if n > LARGEST_ORDER {

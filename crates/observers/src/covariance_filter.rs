@@ -48,8 +48,12 @@ pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool;
 
     /// [`advance`](Self::advance), and the covariance of the errors before and after it, `E e(t) e(t + duration)'`, n x
-    /// n by columns: the gain of a smoother is that times the inverse of the covariance after it.
-    fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool;
+    /// n by columns: the gain of a smoother is that times the inverse of the covariance after it. False (default) of a
+    /// filter that has no such covariance.
+    fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool {
+        let _ = (t, state, u, duration, cross);
+        false
+    }
 
     /// Whether a gate rejects an output of the measurement y; default false.
     fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {

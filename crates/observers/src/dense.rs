@@ -122,6 +122,12 @@ where
         Some(Self(g))
     }
 
+    /// `ln det S`.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn log_determinant(&self) -> T {
+        (0..self.0.nrows()).fold(T::zero(), |sum, i| sum + self.0[(i, i)].ln() * (T::one() + T::one()))
+    }
+
     /// G, whose entries above the diagonal are those of S.
     pub(crate) fn lower(&self) -> &OMatrix<T, D, D> {
         &self.0

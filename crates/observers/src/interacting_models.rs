@@ -218,7 +218,7 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>> InteractingMultipleModel<S> {
         });
         let factor = Factor::new(&covariance)?;
         let square = mean.dot(&factor.solve(&mean));
-        Some((square, (0..p).map(|i| 2.0 * ComplexField::ln(factor.lower()[(i, i)])).sum()))
+        Some((square, factor.log_determinant()))
     }
 }
 
@@ -351,17 +351,5 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>> CovarianceFilter<f64> for Interactin
             *state = joined;
         }
         is_finite
-    }
-
-    /// Not for a smoother by a gain: false.
-    fn advance_across(
-        &self,
-        _t: f64,
-        _state: &mut DVector<f64>,
-        _u: &DVector<f64>,
-        _duration: f64,
-        _cross: &mut [f64],
-    ) -> bool {
-        false
     }
 }

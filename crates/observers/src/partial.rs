@@ -20,7 +20,14 @@ use crate::dense::choose;
 #[inline(always)]
 #[allow(clippy::inline_always, reason = "as in dense.rs")]
 pub(crate) fn of_measured<T: RealField + Copy>(y: T, innovation: T) -> T {
-    choose(|| y.is_finite(), innovation, T::zero())
+    of_measured_or(y, innovation, T::zero())
+}
+
+/// The innovation of an output y, and that of `before` if y is not finite.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "as in dense.rs")]
+pub(crate) fn of_measured_or<T: RealField + Copy>(y: T, innovation: T, before: T) -> T {
+    choose(|| y.is_finite(), innovation, before)
 }
 
 /// The outputs with NaN in the place of those that are false in `measured`.

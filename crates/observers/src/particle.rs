@@ -367,7 +367,7 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> CovarianceFilter<f
         let innovation = &y - mean;
         let factor = Factor::new(&spread)?;
         let square = innovation.dot(&factor.solve(&innovation));
-        let determinant = (0..y.len()).map(|i| 2.0 * ComplexField::ln(factor.lower()[(i, i)])).sum();
+        let determinant = factor.log_determinant();
         for (weight, h) in cloud.weights.iter_mut().zip(&of.expected) {
             let away = of.factor.half_solve(&(&y - h));
             let exponent = 0.5 * away.norm_squared();
@@ -417,17 +417,5 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> CovarianceFilter<f
             *state = next;
         }
         is_finite
-    }
-
-    /// Not for a smoother by a gain: false.
-    fn advance_across(
-        &self,
-        _t: f64,
-        _state: &mut DVector<f64>,
-        _u: &DVector<f64>,
-        _duration: f64,
-        _cross: &mut [f64],
-    ) -> bool {
-        false
     }
 }

@@ -21,7 +21,7 @@ use crate::discrete_linear::{DiscreteLinearObserver, predict};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
-use crate::partial::only;
+use crate::partial::{of_measured_or, only};
 
 /// The stationary Kalman filter in filter form; see the [module](self).
 ///
@@ -81,17 +81,30 @@ where
     /// The innovation `y - C xhat(k|k-1) - D u` of a sample; 0 of an output that is not finite, which counts as not
     /// measured.
     pub fn innovation(&self, prediction: &OVector<T, N>, u: &OVector<T, M>, y: &OVector<T, P>) -> OVector<T, P> {
+        self.joined_innovation(&y.map(|_| T::zero()), prediction, u, y)
+    }
+
+    /// The innovation of a sample whose outputs arrive at different times: that of the outputs of `y` that are finite,
+    /// and of the others what `before` has, the innovation of those that arrived before.
+    pub fn joined_innovation(
+        &self,
+        before: &OVector<T, P>,
+        prediction: &OVector<T, N>,
+        u: &OVector<T, M>,
+        y: &OVector<T, P>,
+    ) -> OVector<T, P> {
         let plant = self.predictor.plant();
         let mut found = y.clone();
         let columns = (prediction.as_slice(), u.as_slice(), y.as_slice());
-        feedthrough::sampled_innovation(&plant.c, plant.d.as_ref(), columns, found.as_mut_slice());
+        feedthrough::innovation(&plant.c, plant.d.as_ref(), columns, found.as_mut_slice());
+        found.zip_zip_apply(y, before, |found, y, before| *found = of_measured_or(y, *found, before));
         found
     }
 
     /// The update of a step, apart from its prediction: `xhat(k|k) = xhat(k|k-1) + K z` for the innovation z.
     ///
-    /// Measurements of one sample that arrive at different times have their [innovations](Self::innovation) in one
-    /// column, with 0 for those that have not arrived. `estimate_at` and `step` are innovation, update and
+    /// Measurements of one sample that arrive at different times have their innovations in
+    /// [one column](Self::joined_innovation), with 0 for those that have not arrived. `estimate_at` and `step` are innovation, update and
     /// [`predict`](Self::predict), with the same bits.
     pub fn update(&self, prediction: &OVector<T, N>, innovation: &OVector<T, P>) -> OVector<T, N> {
         let mut estimate = prediction.clone();

@@ -8,12 +8,11 @@ use crate::input::given::LoopProblem;
 use crate::input::json;
 use crate::numbers;
 use luenberger_linalg::{
-    FrequencyResponse, HInfinityNorm, LinalgError, LoopMargins, LoopTransfer, ObserverTransfer, Realization,
-    StabilityMargins, discrete_frequencies, eigenvalues, frequencies, unwrapped_phase,
+    FrequencyAxis, HInfinityNorm, LinalgError, LoopMargins, LoopTransfer, ObserverTransfer, Realization,
+    StabilityMargins, eigenvalues, unwrapped_phase,
 };
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
-use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 #[derive(Serialize)]
@@ -61,29 +60,16 @@ struct Peak {
     frequency: f64,
 }
 
-/// The time of the plant, with the unit of frequencies.
-#[derive(Clone, Copy)]
-struct Clock(Option<f64>);
-
-impl Clock {
-    fn outer(self, w: f64) -> f64 {
-        w / self.0.unwrap_or(1.0)
-    }
-
-    fn inner(self, w: f64) -> f64 {
-        w * self.0.unwrap_or(1.0)
-    }
-
-    fn peak(self, found: HInfinityNorm) -> Peak {
-        Peak { norm: found.norm, frequency: self.outer(found.frequency) }
+impl Peak {
+    fn of(found: HInfinityNorm) -> Self {
+        Self { norm: found.norm, frequency: found.frequency }
     }
 }
 
 /// Of (A, B, C, D) the plant; with L its observer; with K the loop of state feedback; with both the loop `u = -K xhat`.
 pub(crate) fn bode(input: &BodeInput) -> Result<Answer, Failure> {
     let source = input.data.given();
-    let clock = Clock(input.period);
-    range(input)?;
+    let axis = range(input)?;
     let [a, c, b, d, l, k] = json::some_matrices(source, LoopProblem::KEYS, 2)?;
     let [a, c] = [a, c].map(Option::unwrap_or_default);
     if b.is_none() && (l.is_none() || k.is_some()) {
@@ -93,11 +79,11 @@ pub(crate) fn bode(input: &BodeInput) -> Result<Answer, Failure> {
     let d = d.unwrap_or_else(|| DMatrix::zeros(c.nrows(), b.ncols()));
     let plant = Realization::new(&a, &b, &c, &d).map_err(from(source))?;
     let systems = systems(&plant, l.as_ref(), k.as_ref()).map_err(from(source))?;
-    answer(input, clock, &plant, &systems).map_err(from(source))?
+    answer(input, axis, &plant, &systems).map_err(from(source))?
 }
 
-/// Checks what needs no plant.
-fn range(input: &BodeInput) -> Result<(), Failure> {
+/// The axis of frequencies, after a check of what needs no plant.
+fn range(input: &BodeInput) -> Result<FrequencyAxis, Failure> {
     let is_wrong = |x: &f64| !(*x > 0.0 && x.is_finite());
     if input.period.as_ref().is_some_and(is_wrong) {
         return Err(Failure::Usage("--period must be positive"));
@@ -110,14 +96,14 @@ fn range(input: &BodeInput) -> Result<(), Failure> {
     {
         return Err(Failure::Usage("--from must be below --to"));
     }
-    let highest = input.period.map_or(f64::INFINITY, |h| PI / h * (1.0 + 1e-12));
-    if [input.from, input.to].iter().flatten().any(|w| *w > highest) {
+    let axis = FrequencyAxis::new(input.period);
+    if ![input.from, input.to].iter().flatten().all(|w| axis.contains(*w)) {
         return Err(Failure::Usage("in discrete time frequencies are at most pi/period"));
     }
     if input.points < 2 {
         return Err(Failure::Usage("--points must be 2 or more"));
     }
-    Ok(())
+    Ok(axis)
 }
 
 /// A system, by its name, and whether it is a loop that is closed.
@@ -158,7 +144,7 @@ fn systems(
 
 fn answer(
     input: &BodeInput,
-    clock: Clock,
+    axis: FrequencyAxis,
     plant: &Realization,
     systems: &[System],
 ) -> Result<Result<Answer, Failure>, LinalgError> {
@@ -166,33 +152,24 @@ fn answer(
     for (_, system, _) in systems {
         features.extend(eigenvalues(&system.a)?);
     }
-    let ends = [input.from, input.to].map(|w| w.map(|w| clock.inner(w)));
-    let spaced = if clock.0.is_some() { discrete_frequencies } else { frequencies };
-    let grid = spaced(&features, ends, input.points);
+    let grid = axis.grid(&features, [input.from, input.to], input.points);
     let (mut text, mut responses, mut loops) = (String::new(), Vec::new(), Vec::new());
     for (name, system, is_loop) in systems {
         text.push_str(name);
         if *is_loop {
-            let margins = match clock.0 {
-                None => LoopMargins::continuous(system)?,
-                Some(_) => LoopMargins::discrete(system)?,
-            };
-            text += &in_words(clock, &margins);
-            loops.push(described(clock, name, &margins));
+            let margins = axis.margins(system)?;
+            text += &in_words(&margins);
+            loops.push(described(name, &margins));
         } else {
             text.push('\n');
         }
-        let response = match clock.0 {
-            None => FrequencyResponse::continuous(system)?,
-            Some(_) => FrequencyResponse::discrete(system)?,
-        };
-        let at: Vec<DMatrix<Complex<f64>>> = grid.iter().map(|w| response.at(*w)).collect();
-        let values: Vec<DVector<f64>> = grid.iter().map(|w| response.singular_values(*w)).collect();
-        text += &table(clock, &grid, &at, &values);
+        let response = axis.response(system)?;
+        let at: Vec<DMatrix<Complex<f64>>> = grid.iter().map(|w| response.at(axis.angle(*w))).collect();
+        let values: Vec<DVector<f64>> = grid.iter().map(|w| response.singular_values(axis.angle(*w))).collect();
+        text += &table(&grid, &at, &values);
         responses.push(tabulated(name, &at, &values));
     }
-    let frequencies = grid.iter().map(|w| clock.outer(*w)).collect();
-    let all = Bode { period: clock.0, frequencies, responses, loops };
+    let all = Bode { period: input.period, frequencies: grid, responses, loops };
     Ok(Answer::new(text, &all).map_err(Failure::from))
 }
 
@@ -201,13 +178,13 @@ fn decibels(x: f64) -> f64 {
 }
 
 /// Magnitude and phase of a response with one output and one input, else its singular values.
-fn table(clock: Clock, grid: &[f64], at: &[DMatrix<Complex<f64>>], values: &[DVector<f64>]) -> String {
+fn table(grid: &[f64], at: &[DMatrix<Complex<f64>>], values: &[DVector<f64>]) -> String {
     let is_single = at.iter().all(|m| m.len() == 1);
     let count = values.first().map_or(0, DVector::len);
     let mut rows = DMatrix::zeros(grid.len(), 1 + if is_single { 2 } else { count });
     let phase = if is_single { unwrapped_phase(at.iter().map(|m| m[(0, 0)])) } else { Vec::new() };
     for (k, (w, values)) in grid.iter().zip(values).enumerate() {
-        rows[(k, 0)] = clock.outer(*w);
+        rows[(k, 0)] = *w;
         for (j, value) in values.iter().enumerate() {
             rows[(k, 1 + j)] = decibels(*value);
         }
@@ -232,28 +209,24 @@ fn tabulated(name: &'static str, at: &[DMatrix<Complex<f64>>], values: &[DVector
     }
 }
 
-fn described(clock: Clock, name: &'static str, margins: &LoopMargins) -> Loop {
+fn described(name: &'static str, margins: &LoopMargins) -> Loop {
     let channel = |found: &StabilityMargins| Channel {
-        gain_margins: found.gain.iter().map(|one| [clock.outer(one.frequency), one.factor]).collect(),
-        phase_margins: found
-            .phase
-            .iter()
-            .map(|one| [clock.outer(one.frequency), one.angle.to_degrees(), clock.inner(one.delay)])
-            .collect(),
+        gain_margins: found.gain.iter().map(|one| [one.frequency, one.factor]).collect(),
+        phase_margins: found.phase.iter().map(|one| [one.frequency, one.angle.to_degrees(), one.delay]).collect(),
     };
     Loop {
         name,
         stable: margins.sensitivity.is_some(),
         poles: json_output::pairs(&margins.poles),
         channels: margins.channels.iter().map(channel).collect(),
-        sensitivity: margins.sensitivity.map(|peak| clock.peak(peak)),
-        complementary_sensitivity: margins.complementary.map(|peak| clock.peak(peak)),
+        sensitivity: margins.sensitivity.map(Peak::of),
+        complementary_sensitivity: margins.complementary.map(Peak::of),
     }
 }
 
 /// The margins, a line each.
-fn in_words(clock: Clock, margins: &LoopMargins) -> String {
-    let at = |w: f64| numbers::number(clock.outer(w));
+fn in_words(margins: &LoopMargins) -> String {
+    let at = numbers::number;
     let stable = if margins.sensitivity.is_some() { "stable" } else { "not stable" };
     let mut text = format!(": closed, it is {stable}\n");
     for (i, found) in margins.channels.iter().enumerate() {
@@ -273,7 +246,7 @@ fn in_words(clock: Clock, margins: &LoopMargins) -> String {
             _ = writeln!(text, "  phase margin {degrees} degrees at {}", at(one.frequency));
         }
         if let Some(one) = found.delay_margin() {
-            let delay = numbers::number(clock.inner(one.delay));
+            let delay = numbers::number(one.delay);
             _ = writeln!(text, "  delay margin {delay} at {}", at(one.frequency));
         }
         if found.gain.is_empty() && found.phase.is_empty() {

@@ -25,7 +25,7 @@ pub enum Escape {
     /// The unmodified plant: for plants whose past is bounded.
     Free,
     /// It is slowed to a standstill over a margin around the box: `margin` half-widths wide on every side; beyond an
-    /// inequality, where g has risen to `margin` times the largest -g in the domain.
+    /// inequality, where g has risen to `margin` times the largest -g found in the domain.
     Slowed {
         /// Width of the margin, in half-widths of the box.
         margin: f64,
@@ -41,7 +41,7 @@ pub struct Domain<const N: usize> {
     lower: SVector<f64, N>,
     upper: SVector<f64, N>,
     escape: Escape,
-    /// Each with the largest -g in the domain.
+    /// Each with the largest -g at these points of the domain.
     inequalities: Vec<(Inequality<N>, f64)>,
 }
 
@@ -90,8 +90,9 @@ impl<const N: usize> Domain<N> {
     /// # Ok::<(), luenberger_design::numerical_kkl::NumericalKklError>(())
     /// ```
     /// # Errors
-    /// [`NumericalKklError::Inequality`] for a function that is not finite in the box;
-    /// [`NumericalKklError::SmallDomain`] where they hold in less than a 256th of the box.
+    /// Of 4096 points spread evenly over the box: [`NumericalKklError::Inequality`] for a function that is not finite at
+    /// one of them, [`NumericalKklError::SmallDomain`] where they hold at less than 16. Elsewhere a value that is not
+    /// finite counts as outside.
     pub fn inside(self, inequalities: impl IntoIterator<Item = Inequality<N>>) -> Result<Self, NumericalKklError> {
         let mut domain = self;
         domain.inequalities.extend(inequalities.into_iter().map(|g| (g, 0.0)));

@@ -71,7 +71,7 @@ pub enum NumericalKklError {
         /// A state of the box.
         at: Vec<f64>,
     },
-    /// Inequalities that hold nowhere in the box, or nearly.
+    /// Inequalities that hold at few of the points of the box that were tried, or at none.
     #[error(
         "the inequalities of the domain hold at {inside} of {tried} points of the box: a box closer to the domain is needed"
     )]

@@ -66,8 +66,8 @@ pub(super) fn step(text: &mut String, export: &Export, next: &Routine) {
 /// Update and prediction of a stationary Kalman filter, and its step.
 pub(super) fn stationary(text: &mut String, export: &Export, [innovation, filtered, predicted]: &[Routine; 3]) {
     let ObserverDimensions { state, inputs, outputs, .. } = export.observer.dimensions();
-    let columns = [("u", inputs), ("y", outputs)];
-    let about = ("innovate", "The innovation of a sample, 0 of an output that is not finite");
+    let columns = [("u", inputs), ("y", outputs), ("before", outputs)];
+    let about = ("innovate", "The innovation of a sample, what was before of an output that is not finite");
     let results = [("innovation", outputs)];
     function(text, export, about, innovation, ("", Columns { inputs: &columns, results: &results }));
     let (inputs_of_update, results) = ([("innovation", outputs)], [("xhat", state)]);

@@ -429,12 +429,10 @@ fn halves(export: &Export, time: &str, tick: &str) -> String {
     let (update, predict) = if export.is_filter() {
         (
             "        let state = &mut *state;
-        let (z, y) = (state.load(), SVector::from(column(y)));
-        let found = block.innovation(&z, &SVector::from(column(u)), &y);
-        for ((kept, found), y) in state.innovation.iter_mut().zip(found.iter()).zip(y.iter()) {
-            *kept = if y.is_finite() { *found } else { *kept };
-        }
-        state.xhat = block.update(&z, &SVector::from(state.innovation)).into();
+        let (z, before) = (state.load(), SVector::from(state.innovation));
+        let found = block.joined_innovation(&before, &z, &SVector::from(column(u)), &SVector::from(column(y)));
+        state.innovation = found.into();
+        state.xhat = block.update(&z, &found).into();
 "
             .to_owned(),
             format!(

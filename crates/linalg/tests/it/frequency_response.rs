@@ -172,7 +172,7 @@ fn what_is_no_loop_is_refused() {
     let refused = discrete_stability_margins(&two);
     assert!(matches!(refused, Err(LinalgError::DimensionMismatch { what: "the loop", found: (1, 2), .. })));
     let algebraic = plant(&one, &one, &one, &dmatrix![-1.0]);
-    assert!(matches!(stability_margins(&algebraic), Err(LinalgError::Singular { what: "1 + D", .. })));
+    assert!(matches!(stability_margins(&algebraic), Err(LinalgError::Singular { what: "I + D", .. })));
 }
 
 fn only<T: Copy + std::fmt::Debug>(all: &[T]) -> T {

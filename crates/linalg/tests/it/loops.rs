@@ -1,8 +1,8 @@
 //! Loops of observers and their margins against numpy and scipy; observers and frequencies by hand.
 
 use luenberger_linalg::{
-    FrequencyResponse, LinalgError, LoopMargins, LoopTransfer, ObserverTransfer, Realization, StabilityMargins,
-    discrete_frequencies, frequencies,
+    FrequencyAxis, FrequencyResponse, LinalgError, LoopMargins, LoopTransfer, ObserverTransfer, Realization,
+    StabilityMargins,
 };
 use nalgebra::{Complex, DMatrix, dmatrix};
 use std::f64::consts::PI;
@@ -143,19 +143,19 @@ fn an_unstable_loop_has_no_peak() {
 #[test]
 fn frequencies_show_the_features() {
     let light = [Complex::new(-0.01, 3.0), Complex::new(-0.01, -3.0), Complex::from(-100.0), Complex::from(0.0)];
-    let found = frequencies(&light, [None; 2], 50);
+    let found = FrequencyAxis::new(None).grid(&light, [None; 2], 50);
     assert!(near(found[0], 0.1 * 9.0001f64.sqrt(), 1e-14) && near(found[found.len() - 1], 1000.0, 1e-12));
     assert!(found.len() == 51 && found.contains(&3.0) && found.windows(2).all(|pair| pair[0] < pair[1]));
-    let found = discrete_frequencies(&[Complex::from(0.9)], [None; 2], 20);
+    let found = FrequencyAxis::new(Some(1.0)).grid(&[Complex::from(0.9)], [None; 2], 20);
     assert!(near(found[0], 0.1 * -(0.9f64.ln()), 1e-12) && found[19] == PI);
-    assert_eq!(frequencies(&[], [None; 2], 2), [0.1, 10.0]);
-    let found = frequencies(&light, [Some(2.0), Some(8.0)], 3);
+    assert_eq!(FrequencyAxis::new(None).grid(&[], [None; 2], 2), [0.1, 10.0]);
+    let found = FrequencyAxis::new(None).grid(&light, [Some(2.0), Some(8.0)], 3);
     assert!(found.len() == 4 && found[0] == 2.0 && found[1] == 3.0 && near(found[2], 4.0, 1e-15) && found[3] == 8.0);
-    assert_eq!(frequencies(&light, [Some(1e5), None], 2), [1e5, 1e7]);
-    assert_eq!(frequencies(&light, [None, Some(1e-3)], 2), [1e-5, 1e-3]);
+    assert_eq!(FrequencyAxis::new(None).grid(&light, [Some(1e5), None], 2), [1e5, 1e7]);
+    assert_eq!(FrequencyAxis::new(None).grid(&light, [None, Some(1e-3)], 2), [1e-5, 1e-3]);
     // The same in other units of time.
-    let slow = frequencies(&light.map(|s| s * 1e-12), [None; 2], 50);
-    assert!(near(slow[7], frequencies(&light, [None; 2], 50)[7] * 1e-12, 1e-12));
+    let slow = FrequencyAxis::new(None).grid(&light.map(|s| s * 1e-12), [None; 2], 50);
+    assert!(near(slow[7], FrequencyAxis::new(None).grid(&light, [None; 2], 50)[7] * 1e-12, 1e-12));
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn mistakes_of_loops_are_named() {
     let one = dmatrix![1.0];
     let algebraic = Realization::new(&-&one, &one, &one, &-&one).unwrap();
     let refused = LoopMargins::continuous(&algebraic).unwrap_err();
-    assert!(matches!(refused, LinalgError::Singular { what: "1 + D", .. }), "{refused}");
+    assert!(matches!(refused, LinalgError::Singular { what: "I + D", .. }), "{refused}");
     let wide = Realization::new(&one, &dmatrix![1.0, 1.0], &one, &dmatrix![0.0, 0.0]).unwrap();
     let refused = LoopMargins::discrete(&wide).unwrap_err();
     assert!(matches!(refused, LinalgError::DimensionMismatch { what: "the loop", .. }), "{refused}");

@@ -121,16 +121,4 @@ where
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {
         self.predict(t, state, u, duration)
     }
-
-    /// The estimate is that of a window, which has no such covariance: false.
-    fn advance_across(
-        &self,
-        _t: T,
-        _state: &mut Self::State,
-        _u: &Self::Input,
-        _duration: T,
-        _cross: &mut [T],
-    ) -> bool {
-        false
-    }
 }

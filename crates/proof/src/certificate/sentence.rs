@@ -162,17 +162,9 @@ impl Reading<'_> {
     /// `position 0.1 m, velocity: no useful bound`: bounds of the error that are concluded, each rounded up to so many
     /// digits, as far as they are useful.
     pub(super) fn useful_bounds(&self, values: &[f64], digits: usize) -> String {
-        let scale = |k: usize| self.scales.get(k).copied().unwrap_or(0.0);
         let one = |(k, value): (usize, &f64)| {
-            if is_useful(*value, scale(k)) {
-                let text =
-                    self.listed(&self.states[k.min(self.states.len())..], std::iter::once(at_most(*value, digits)));
-                // A state without a name is numbered among all.
-                return if k < self.states.len() {
-                    text
-                } else {
-                    format!("entry {} {}", k + 1, at_most(*value, digits))
-                };
+            if is_useful(*value, self.scales.get(k).copied().unwrap_or(0.0)) {
+                return self.quantity(self.states, k, &at_most(*value, digits));
             }
             let name = self.states.get(k).cloned().unwrap_or_else(|| format!("entry {}", k + 1));
             format!("{name}: {NO_USEFUL_BOUND}")
@@ -182,14 +174,18 @@ impl Reading<'_> {
 
     /// Numbers with the names and units of what they bound.
     pub(super) fn listed(&self, names: &[String], numbers: impl Iterator<Item = String>) -> String {
-        let one = |(k, number): (usize, String)| match names.get(k) {
+        numbers.enumerate().map(|(k, number)| self.quantity(names, k, &number)).collect::<Vec<_>>().join(", ")
+    }
+
+    /// A number with the name and the unit of what it bounds, of these the one of index k.
+    fn quantity(&self, names: &[String], k: usize, number: &str) -> String {
+        match names.get(k) {
             None => format!("entry {} {number}", k + 1),
             Some(name) => match self.units.get(name) {
                 Some(unit) => format!("{name} {number} {unit}"),
                 None => format!("{name} {number}"),
             },
-        };
-        numbers.enumerate().map(one).collect::<Vec<_>>().join(", ")
+        }
     }
 }
 

@@ -138,6 +138,7 @@ fn without_useful_bound(
     };
     let names = not_useful(found).filter(|names| !names.is_empty())?;
     let quiet = Operation { noise: vec![0.0; operation.noise.len()], ..operation.clone() };
+    let exact = Operation { deviation: None, ..operation.clone() };
     let helps = |formats, operation: &Operation| {
         let found = deployed(design, formats, operation);
         found.and_then(|(found, _)| not_useful(&found)).is_some_and(|names| names.is_empty())
@@ -149,8 +150,15 @@ fn without_useful_bound(
         ("the measurement noise, at its bound in every sample".to_owned(), slower.to_owned())
     } else if running != Format::Binary64 && helps(wide, operation) {
         (format!("the rounding to {running}"), bits.to_owned())
+    } else if operation.deviation.is_some() && helps(formats, &exact) {
+        ("the deviations of A within `bounds`".to_owned(), "smaller `deviations`".to_owned())
     } else if running != Format::Binary64 && helps(wide, &quiet) {
         (format!("the measurement noise and the rounding to {running}"), format!("{slower}, and {bits}"))
+    } else if operation.deviation.is_some() && helps(wide, &Operation { deviation: None, ..quiet }) {
+        (
+            "noise, rounding and the deviations of A within `bounds` together".to_owned(),
+            format!("smaller `deviations`, {slower}, and {bits}"),
+        )
     } else {
         (
             "the decrease of V in a step, which is so small that noise and rounding add up over many of them"

@@ -6,8 +6,8 @@ use luenberger_design::recovery::realization;
 use luenberger_design::{DesignError, loop_transfer_recovery, recovery_obstacle};
 use luenberger_figures::{Dash, Figure, Hue, Mark, Panel, Series, Table};
 use luenberger_linalg::{
-    FrequencyResponse, HInfinityNorm, LinalgError, LoopMargins, LoopTransfer, ObserverTransfer, Realization,
-    StabilityMargins, discrete_frequencies, discrete_h_infinity_norm, frequencies, h_infinity_norm, unwrapped_phase,
+    FrequencyAxis, HInfinityNorm, LinalgError, LoopMargins, LoopTransfer, ObserverTransfer, Realization,
+    StabilityMargins, unwrapped_phase,
 };
 use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
@@ -38,35 +38,13 @@ pub(super) struct Responses {
     pub(super) warnings: Vec<String>,
 }
 
-/// The time of the plant, with the unit of frequencies.
-#[derive(Clone, Copy)]
-struct Clock(Option<f64>);
+/// A margin of a loop; an infinite frequency is none.
+fn crossing(frequency: f64, margin: f64) -> Crossing {
+    Crossing { frequency: Some(frequency).filter(|w| w.is_finite()), margin }
+}
 
-impl Clock {
-    /// The frequency of the library: per sample in discrete time.
-    fn inner(self, w: f64) -> f64 {
-        w * self.0.unwrap_or(1.0)
-    }
-
-    fn outer(self, w: f64) -> f64 {
-        w / self.0.unwrap_or(1.0)
-    }
-
-    fn response(self, of: &Realization) -> Result<FrequencyResponse, LinalgError> {
-        if self.0.is_some() { FrequencyResponse::discrete(of) } else { FrequencyResponse::continuous(of) }
-    }
-
-    fn margins(self, open: &Realization) -> Result<LoopMargins, LinalgError> {
-        if self.0.is_some() { LoopMargins::discrete(open) } else { LoopMargins::continuous(open) }
-    }
-
-    fn crossing(self, frequency: f64, margin: f64) -> Crossing {
-        Crossing { frequency: Some(self.outer(frequency)).filter(|w| w.is_finite()), margin }
-    }
-
-    fn peak(self, found: HInfinityNorm) -> Peak {
-        Peak { norm: found.norm, frequency: Some(self.outer(found.frequency)).filter(|w| w.is_finite()) }
-    }
+fn peak(found: HInfinityNorm) -> Peak {
+    Peak { norm: found.norm, frequency: Some(found.frequency).filter(|w| w.is_finite()) }
 }
 
 /// A linear observer of the study.
@@ -79,7 +57,7 @@ struct Linear<'a> {
 
 /// The responses of the linear observers among these.
 pub(super) fn responses(study: &Study, spec: &FrequencySpec, members: &[Member<'_>]) -> Responses {
-    let clock = Clock(study.plant.dt);
+    let frequencies = FrequencyAxis::new(study.plant.dt);
     let mut warnings = Vec::new();
     let mut failed =
         |name: &str, error: &dyn std::fmt::Display| warnings.push(format!("{name}: no frequency response: {error}"));
@@ -113,9 +91,7 @@ pub(super) fn responses(study: &Study, spec: &FrequencySpec, members: &[Member<'
     if let Some((_, _, transfer)) = &opened {
         features.extend(poles(&transfer.compensator.a));
     }
-    let range = [spec.from, spec.to].map(|w| w.map(|w| clock.inner(w)));
-    let spaced = if clock.0.is_some() { discrete_frequencies } else { frequencies };
-    let grid: Vec<f64> = spaced(&features, range, spec.points).iter().map(|w| clock.outer(*w)).collect();
+    let grid = frequencies.grid(&features, [spec.from, spec.to], spec.points);
     let mut found = Responses {
         report: FrequencyReport {
             range: [grid.first(), grid.last()].map(|w| w.copied().unwrap_or_default()),
@@ -129,7 +105,7 @@ pub(super) fn responses(study: &Study, spec: &FrequencySpec, members: &[Member<'
     let mut drawn = Vec::new();
     for one in &linear {
         let name = &one.member.requested.name;
-        match observer(study, clock, one, &grid) {
+        match observer(study, frequencies, one, &grid) {
             Ok((report, table, columns)) => {
                 found.report.observers.push(report);
                 found.tables.push((format!("frequency/{}", file_name(name)), table));
@@ -141,7 +117,7 @@ pub(super) fn responses(study: &Study, spec: &FrequencySpec, members: &[Member<'
     found.figures.extend(of_observers(study, &grid, &drawn));
     if let Some((one, gain, transfer)) = opened {
         let name = &one.member.requested.name;
-        match feedback(study, clock, spec, (one, gain, &transfer), &grid) {
+        match feedback(study, frequencies, spec, (one, gain, &transfer), &grid) {
             Ok((report, tables, figures)) => {
                 found.report.feedback = Some(report);
                 found.tables.extend(tables);
@@ -186,12 +162,12 @@ type Pairs = Vec<Bode>;
 
 fn observer(
     study: &Study,
-    clock: Clock,
+    frequencies: FrequencyAxis,
     one: &Linear<'_>,
     grid: &[f64],
 ) -> Result<(ObserverFrequencies, Table, Pairs), LinalgError> {
-    let response = clock.response(&one.transfer.estimate)?;
-    let at: Vec<DMatrix<Complex<f64>>> = grid.iter().map(|w| response.at(clock.inner(*w))).collect();
+    let response = frequencies.response(&one.transfer.estimate)?;
+    let at: Vec<DMatrix<Complex<f64>>> = grid.iter().map(|w| response.at(frequencies.angle(*w))).collect();
     let (states, outputs, inputs) = (&study.plant.states, &study.plant.outputs, &study.plant.inputs);
     let p = one.form.l.ncols();
     let mut table = Table::new().column("w", grid);
@@ -206,14 +182,10 @@ fn observer(
             }
         }
     }
-    let Realization { a, b, c, d } = &one.transfer.noise_to_error;
+    let whole = &one.transfer.noise_to_error;
     let row = |i: usize| {
-        let (c, d) = (c.rows(i, 1).into_owned(), d.rows(i, 1).into_owned());
-        let found = match clock.0 {
-            None => h_infinity_norm(a, b, &c, &d),
-            Some(_) => discrete_h_infinity_norm(a, b, &c, &d),
-        };
-        Ok(clock.peak(found?))
+        let (c, d) = (whole.c.rows(i, 1).into_owned(), whole.d.rows(i, 1).into_owned());
+        Ok(peak(frequencies.h_infinity_norm(&Realization { c, d, ..whole.clone() })?))
     };
     let noise_peaks = (0..states.len()).map(row).collect::<Result<Vec<Peak>, LinalgError>>()?;
     let observer = one.member.requested.name.clone();
@@ -270,7 +242,7 @@ type Loop = (LoopReport, Vec<(String, Table)>, Vec<(String, Figure)>);
 
 fn feedback(
     study: &Study,
-    clock: Clock,
+    frequencies: FrequencyAxis,
     spec: &FrequencySpec,
     (one, gain, transfer): (&Linear<'_>, &DMatrix<f64>, &LoopTransfer),
     grid: &[f64],
@@ -280,30 +252,28 @@ fn feedback(
     for (at, open, names) in
         [("inputs", &transfer.at_inputs, &study.plant.inputs), ("outputs", &transfer.at_outputs, &study.plant.outputs)]
     {
-        opened.push(margins(clock, at, &clock.margins(open)?, names));
-        let curves = Curves::of(clock, open, grid)?;
+        opened.push(margins(at, &frequencies.margins(open)?, names));
+        let curves = Curves::of(frequencies, open, grid)?;
         tables.push((format!("frequency/loop-{at}"), curves.table(grid)));
-        let target = if at == "inputs" { Some(Curves::of(clock, &transfer.state_feedback, grid)?) } else { None };
+        let target = if at == "inputs" { Some(Curves::of(frequencies, &transfer.state_feedback, grid)?) } else { None };
         figures.extend(of_loop(study, grid, at, &curves, target.as_ref()));
     }
-    let (recovery, obstacle, figure) = recovered(study, clock, spec, (one, gain, transfer), grid)?;
+    let (recovery, obstacle, figure) = recovered(study, frequencies, spec, (one, gain, transfer), grid)?;
     figures.extend(figure);
     let observer = one.member.requested.name.clone();
     Ok((LoopReport { observer, opened, recovery, obstacle }, tables, figures))
 }
 
-fn margins(clock: Clock, at: &'static str, found: &LoopMargins, names: &[String]) -> OpenedLoop {
+fn margins(at: &'static str, found: &LoopMargins, names: &[String]) -> OpenedLoop {
     let channel = |(name, found): (&String, &StabilityMargins)| {
-        let gain = |one: luenberger_linalg::GainMargin| clock.crossing(one.frequency, one.factor);
-        let phase = |one: luenberger_linalg::PhaseMargin| clock.crossing(one.frequency, one.angle.to_degrees());
+        let gain = |one: luenberger_linalg::GainMargin| crossing(one.frequency, one.factor);
+        let phase = |one: luenberger_linalg::PhaseMargin| crossing(one.frequency, one.angle.to_degrees());
         ChannelMargins {
             channel: name.clone(),
             gain_margin: found.gain_margin().map(gain),
             gain_reduction: found.gain_reduction().map(gain),
             phase_margin: found.phase_margin().map(phase),
-            delay_margin: found
-                .delay_margin()
-                .map(|one| clock.crossing(one.frequency, one.delay * clock.0.unwrap_or(1.0))),
+            delay_margin: found.delay_margin().map(|one| crossing(one.frequency, one.delay)),
             gain: found.gain.iter().copied().map(gain).collect(),
             phase: found.phase.iter().copied().map(phase).collect(),
         }
@@ -315,8 +285,8 @@ fn margins(clock: Clock, at: &'static str, found: &LoopMargins, names: &[String]
         channels: names.iter().zip(&found.channels).map(channel).collect(),
         all_gains: all_gains.filter(|factor| factor.is_finite()).collect(),
         all_phases: found.guaranteed_phase().map(f64::to_degrees),
-        sensitivity: found.sensitivity.map(|peak| clock.peak(peak)),
-        complementary_sensitivity: found.complementary.map(|peak| clock.peak(peak)),
+        sensitivity: found.sensitivity.map(peak),
+        complementary_sensitivity: found.complementary.map(peak),
     }
 }
 
@@ -349,9 +319,9 @@ struct Curves {
 }
 
 impl Curves {
-    fn of(clock: Clock, open: &Realization, grid: &[f64]) -> Result<Self, LinalgError> {
-        let response = clock.response(open)?;
-        let at: Vec<DMatrix<Complex<f64>>> = grid.iter().map(|w| response.at(clock.inner(*w))).collect();
+    fn of(frequencies: FrequencyAxis, open: &Realization, grid: &[f64]) -> Result<Self, LinalgError> {
+        let response = frequencies.response(open)?;
+        let at: Vec<DMatrix<Complex<f64>>> = grid.iter().map(|w| response.at(frequencies.angle(*w))).collect();
         let count = open.b.ncols();
         let identity = DMatrix::<Complex<f64>>::identity(count, count);
         let mut phase = (count == 1).then(|| Bode::of(at.iter().map(|m| m[(0, 0)])).phase);
@@ -433,7 +403,7 @@ type Recovered = (Vec<RecoveryReport>, Option<String>, Option<(String, Figure)>)
 
 fn recovered(
     study: &Study,
-    clock: Clock,
+    frequencies: FrequencyAxis,
     spec: &FrequencySpec,
     (one, gain, transfer): (&Linear<'_>, &DMatrix<f64>, &LoopTransfer),
     grid: &[f64],
@@ -460,14 +430,14 @@ fn recovered(
     let mut panel = Panel::new(axis(study), "largest singular value of L (dB)").log_x().mark(Mark::horizontal(0.0));
     for (k, step) in found.iter().enumerate() {
         let with = LoopTransfer::new(&one.plant, &step.l, gain)?;
-        let curves = Curves::of(clock, &with.at_inputs, grid)?;
+        let curves = Curves::of(frequencies, &with.at_inputs, grid)?;
         let name = format!("q = {}", significant(step.q, 4));
         if let Some(series) = curve(&name, grid, &decibels(&curves.open.largest)) {
             let share = k as f64 / found.len().max(2) as f64;
             panel = panel.series(series.hue(Hue::Ramp(0.9 * share)));
         }
     }
-    let target = Curves::of(clock, &transfer.state_feedback, grid)?;
+    let target = Curves::of(frequencies, &transfer.state_feedback, grid)?;
     if let Some(series) = curve("state feedback", grid, &decibels(&target.open.largest)) {
         panel = panel.series(series.hue(Hue::Grey).dash(Dash::Dashed).width(2.0));
     }

@@ -1,5 +1,6 @@
 //! The figures of a study, and its trajectories as tables.
 
+use luenberger_design::unknown_input::left_inverse;
 use luenberger_figures::{Area, Dash, Figure, Hue, Mark, Panel, Series, Table};
 use luenberger_plants::Plant;
 use luenberger_sim::SampleTime;
@@ -209,7 +210,8 @@ fn samples(runs: &Runs<'_>) -> Named {
 fn disturbances(runs: &Runs<'_>) -> Named {
     let estimated = runs.shown().filter_map(|(_, _, run)| run.disturbance.as_ref());
     let names = estimated.map(|(names, _)| names).max_by_key(|names| names.len())?;
-    let panel = |name: &String| {
+    let mut is_known = false;
+    let mut panel = |name: &String| {
         let mut panel = Panel::new(runs.time(), name.clone());
         // That of the first observer that estimates it: others may have another E.
         let of_plant = runs.shown().find_map(|(_, member, run)| {
@@ -219,6 +221,7 @@ fn disturbances(runs: &Runs<'_>) -> Named {
         for (j, run, truth) in of_plant.iter().filter(|(j, _, truth)| *j < truth.ncols()) {
             for curve in lines("plant", run, &runs.rows(run), |k| truth[(k, *j)]) {
                 panel = panel.series(curve.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
+                is_known = true;
             }
         }
         for (number, member, run) in runs.shown() {
@@ -230,8 +233,7 @@ fn disturbances(runs: &Runs<'_>) -> Named {
         }
         panel
     };
-    let panels: Vec<Panel> = names.iter().map(panel).map(by_steady_part).collect();
-    let is_known = panels.iter().any(|panel| panel.series.iter().any(|series| series.name == "plant"));
+    let panels: Vec<Panel> = names.iter().map(|name| by_steady_part(panel(name))).collect();
     let truth = if is_known { " Of the plant: what its own equations add to the model's along E." } else { "" };
     let inset = if panels.iter().any(|panel| panel.inset) { INSET } else { "" };
     let caption = format!("The estimates of the disturbances d of x' = A x + B u + E d.{truth}{inset}");
@@ -243,16 +245,21 @@ fn disturbances(runs: &Runs<'_>) -> Named {
 fn true_disturbance(study: &Study, member: &Member<'_>, run: &Run) -> Option<DMatrix<f64>> {
     let truth = study.truth.as_ref().filter(|truth| truth.events.is_empty())?;
     let (plant, e) = (&truth.plant.as_ref()?.model, member.requested.kind.unknown_disturbance()?);
-    let inverse = e.clone().pseudo_inverse(1e-12).ok()?;
+    let inverse = left_inverse(e)?;
     let mut found = DMatrix::zeros(run.t.len(), e.ncols());
     for (k, t) in run.t.iter().enumerate() {
         let of = |m: &DMatrix<f64>| DVector::from_iterator(m.ncols(), m.row(k).iter().copied());
         let (x, u) = (of(&run.x), of(&run.u));
         let (f, model) = (plant.derivative(*t, &x, &u), study.plant.model.derivative(*t, &x, &u));
-        let rest = &f - model;
+        let rest = &f - &model;
         let d = &inverse * &rest;
-        // Rounding of f, which the difference has.
-        if (rest - e * &d).amax() > 1e-6 * (1e-6 * f.amax()).max(d.amax()) {
+        // Each equation in its own unit: what E d adds to it, but for rounding.
+        let (explained, terms) = (e * &d, e.abs() * d.abs());
+        let is_explained = |i: usize| {
+            let rounding = 64.0 * f64::EPSILON * (f[i].abs() + model[i].abs() + terms[i]);
+            (rest[i] - explained[i]).abs() <= 1e-6 * terms[i] + rounding
+        };
+        if !(0..f.len()).all(is_explained) {
             return None;
         }
         found.row_mut(k).tr_copy_from(&d);

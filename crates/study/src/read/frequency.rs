@@ -1,12 +1,11 @@
 //! The table [frequency].
 
-use std::f64::consts::PI;
-
+use luenberger_linalg::FrequencyAxis;
 use luenberger_proof::wording::shortest;
 
 use crate::model::PlantModel;
-use crate::reader::Reader;
 use crate::reader::tree::Node;
+use crate::reader::{Reader, gain};
 use crate::signal::Input;
 use crate::study::{FrequencySpec, GainSpec, ObserverSpec};
 
@@ -25,11 +24,12 @@ pub(super) fn frequency(
         reader.wrong(entry.span.clone(), message, "expected a frequency above `from`");
     }
     for (key, value) in [("from", from), ("to", to)] {
+        let axis = FrequencyAxis::new(plant.dt);
         if let (Some(dt), Some(value), Some(entry)) = (plant.dt, value, node.entry(key))
-            && value > PI / dt * (1.0 + 1e-12)
+            && !axis.contains(value)
         {
             let message = format!("`{key}` is {}, and the plant has dt = {}", shortest(value), shortest(dt));
-            reader.wrong(entry.span.clone(), message, format!("expected at most pi/dt, {}", shortest(PI / dt)));
+            reader.wrong(entry.span.clone(), message, format!("expected at most pi/dt, {}", shortest(axis.highest())));
         }
     }
     let recovery = node.get("recovery").map_or(Some(Vec::new()), Node::numbers)?;
@@ -48,8 +48,7 @@ fn recovered(
     reader: &mut Reader,
 ) {
     if let Some(dt) = plant.dt {
-        let message = format!("`recovery` is for plants in continuous time, and this one has dt = {}", shortest(dt));
-        return reader.wrong(span, message, "expected no `recovery`: the loop around a predictor is not recovered");
+        return gain::not_recovered(dt, span, reader);
     }
     let fed = match input {
         Input::Feedback { observer, .. } => observers.iter().find(|one| one.name == *observer),

@@ -1,8 +1,10 @@
 //! Gains of observers of linear plants: poles, noise, cubic terms.
 
+use std::ops::Range;
+
 use luenberger_design::{KalmanNoise, LyapunovWeight, bandwidth_poles};
 use luenberger_plants::Dimensions;
-use luenberger_proof::wording::counted;
+use luenberger_proof::wording::{counted, shortest};
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
@@ -50,9 +52,8 @@ pub(crate) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
             None => None,
         };
         if let (Some(entry), Some(dt)) = (node.entry("recovery"), reader.dt) {
-            let message = format!("`recovery` is for plants in continuous time, and this one has dt = {dt}");
-            let expected = "expected no `recovery`: the loop around a predictor is not recovered";
-            return reader.refuse(entry.span.clone(), message, expected);
+            not_recovered(dt, entry.span.clone(), reader);
+            return None;
         }
         let recovery = node.get("recovery").and_then(Node::number).unwrap_or(0.0);
         Some(GainSpec::Kalman(KalmanNoise { w: w?, v: v?, g, s, recovery }))
@@ -141,4 +142,10 @@ pub(crate) fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader)
 
 fn shown(pole: Complex<f64>) -> String {
     if pole.im == 0.0 { pole.re.to_string() } else { format!("[{}, {}]", pole.re, pole.im) }
+}
+
+/// That `recovery` is for continuous time.
+pub(crate) fn not_recovered(dt: f64, span: Range<usize>, reader: &mut Reader) {
+    let message = format!("`recovery` is for plants in continuous time, and this one has dt = {}", shortest(dt));
+    reader.wrong(span, message, "expected no `recovery`: the loop around a predictor is not recovered");
 }

@@ -37,7 +37,7 @@ pub struct Peak {
 pub struct LoopReport {
     /// The observer whose estimate is fed back.
     pub observer: String,
-    /// Opened at the inputs, and at the outputs; of a plant without a Kalman filter or with one.
+    /// Opened at the inputs, and at the outputs of the plant.
     pub opened: Vec<OpenedLoop>,
     /// The same with the filter for `W + q^2 B B'`, for each q that the study names.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -7,12 +7,9 @@ void observer_update(observer_state *state, const NUMBER *u, const NUMBER *y)
     NUMBER innovation[OUTPUTS];
     int i;
 
-    innovate(REAL(0.0), state->prediction, u, y, innovation);
+    innovate(REAL(0.0), state->prediction, u, y, state->innovation, innovation);
     for (i = 0; i < OUTPUTS; ++i) {
-        /* An output that is not finite counts as not measured. */
-        if (MAGNITUDE(y[i]) <= LARGEST) {
-            state->innovation[i] = innovation[i];
-        }
+        state->innovation[i] = innovation[i];
     }
     updated(REAL(0.0), state->prediction, state->innovation, state->xhat);
 }

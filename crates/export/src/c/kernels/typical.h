@@ -281,7 +281,7 @@ void measurement(NUMBER t, const NUMBER *x, const NUMBER *u, NUMBER *out);
 void advance(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *next);
 
 /* Innovation and update of a stationary filter. */
-void innovate(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, NUMBER *innovation);
+void innovate(NUMBER t, const NUMBER *x, const NUMBER *u, const NUMBER *y, const NUMBER *before, NUMBER *innovation);
 void updated(NUMBER t, const NUMBER *x, const NUMBER *innovation, NUMBER *xhat);
 
 /* What is recorded of an observer at varying periods. */
