@@ -336,9 +336,9 @@ fn with_assumptions(text: &str) -> String {
     format!("{text}\nDefinition theorems := ({names}).\nPrint Assumptions theorems.\n")
 }
 
-/// Files that are false: each margin doubled, the first entry of P or P1 negative, a plant that grows, other gains K
-/// and N, a cubic flow that is too slow, V that falls faster than it does, an overshoot of 1 where P is not a multiple
-/// of I. Of the papers' claims another error, or another direction of it, that does not stand still.
+/// Files that are false: each margin doubled, the first entry of P or P1 negative, a plant that grows, another gain K,
+/// N with the other sign, a cubic flow that is too slow, V that falls faster than it does, an overshoot of 1 where P is
+/// not a multiple of I. Of the papers' claims another error, or another direction of it, that does not stand still.
 fn forgeries(text: &str) -> Vec<(String, String)> {
     let mut forged = Vec::new();
     let blocks: Vec<&str> = text.split("\n\n").collect();
@@ -364,9 +364,8 @@ fn forgeries(text: &str) -> Vec<(String, String)> {
             "decay" | "decay_loop" | "decay_stored_loop" => {
                 change(name, block, format!("Definition {name} : Q := 0x1p40."));
             }
-            // With this sign the counterexample of a paper would stay one.
-            "N" if value("eps").is_some() => change("N", block, entry("0x1p40").unwrap_or_default()),
-            "N" => change("N", block, entry("-0x1p40").unwrap_or_default()),
+            // A cubic term that drives the error away; of one that did so, one that does not.
+            "N" => change("N", block, negated(block)),
             "e0" => change("e0", block, entry("0x1p0").unwrap_or_default()),
             "K" => change("K", block, entry("0x1p60").unwrap_or_default()),
             "w" if line.contains(" : Q := ") => change("w", block, format!("Definition {name} : Q := 0x1p-60.")),
@@ -386,6 +385,22 @@ fn forgeries(text: &str) -> Vec<(String, String)> {
         }
     }
     forged
+}
+
+/// The definition of a matrix with the other sign.
+fn negated(block: &str) -> String {
+    let (head, matrix) = block.split_once(":=").unwrap_or((block, ""));
+    let (mut text, mut before) = (format!("{head}:="), ' ');
+    for c in matrix.chars() {
+        let is_first = !before.is_alphanumeric() && !matches!(before, '-' | '/') && (c == '-' || c.is_ascii_digit());
+        match (is_first, c) {
+            (true, '-') => {}
+            (true, _) => text.extend(['-', c]),
+            (false, _) => text.push(c),
+        }
+        before = c;
+    }
+    text
 }
 
 /// Runs the jobs, two at a time.
@@ -454,6 +469,13 @@ mod tests {
         assert!(forged[0].1.contains("[0x1p40; 0x1p0];\n  [0x0p0; 0x0p0]]."));
         assert!(forged[1].1.contains("[-0x1p0]].\n\n(** margin *)"));
         assert!(forged[2].1.contains("Definition margin_P : Q := 2 * (0x1p-1)."));
+    }
+
+    #[test]
+    fn a_matrix_is_negated_entry_by_entry() {
+        let block = "(** N -1 *)\nDefinition N : list (list Q) := [\n  [-0x1.8p-3; 267/100];\n  [0x0p0; -1/2]].";
+        let expected = "(** N -1 *)\nDefinition N : list (list Q) := [\n  [0x1.8p-3; -267/100];\n  [-0x0p0; 1/2]].";
+        assert_eq!(negated(block), expected);
     }
 
     #[test]
