@@ -9,7 +9,7 @@ macro_rules! emitted {
 }
 
 emitted!(
-    discrete extension filter iterated kkl kkl_held kkl_held_table kkl_low_rank moving_horizon sampled_nonlinear unscented
+    discrete error_state extension filter iterated kkl kkl_held kkl_held_table kkl_low_rank moving_horizon sampled_nonlinear unscented
 );
 
 use std::path::Path;
