@@ -187,7 +187,7 @@ pub(crate) fn nonlinear(random: &mut Random) -> ExportableObserver {
     let filter = filter.unwrap().with_iterations(1 + random.below(3)).unwrap();
     let filter = if random.below(2) == 0 { filter.with_angles(turns(random, p)).unwrap() } else { filter };
     // Of two and more states, of which some are in a unit vector and some in another.
-    let filter = if n > 1 && random.below(2) == 0 {
+    let filter = if n > 1 && random.below(3) == 0 {
         let number = |i: usize| if i < 2 { 1.0 } else { [0.0, 2.0, 2.0, 1.0][i % 4] };
         let numbers = DVector::from_fn(n, |i, _| number(i));
         filter.with_unit_vectors(numbers).unwrap()
