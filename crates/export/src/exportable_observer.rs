@@ -269,7 +269,9 @@ impl ExportableObserver {
                 let NoiseModel { w, v, p0 } = filter.noise_model();
                 let all = [(MatrixName::W, w), (MatrixName::V, v), (MatrixName::P0, p0)];
                 let all = all.into_iter().map(|(which, matrix)| (which.into(), matrix.clone()));
-                return all.chain(self.turn_matrices()).collect();
+                let row = |vectors: &DVector<f64>| DMatrix::from_row_slice(1, vectors.len(), vectors.as_slice());
+                let vectors = filter.unit_vectors().map(|vectors| (MatrixName::UnitVectors.into(), row(vectors)));
+                return all.chain(self.turn_matrices()).chain(vectors).collect();
             }
             Self::Unscented(filter) => {
                 let NoiseModel { w, v, p0 } = filter.factors();
@@ -305,7 +307,15 @@ impl ExportableObserver {
         }
     }
 
-    /// The same as matrices of one row.
+    /// The numbers of the unit vectors that states form; none without.
+    pub(crate) fn unit_vectors(&self) -> Option<&DVector<f64>> {
+        match self {
+            Self::Kalman(filter) => filter.unit_vectors(),
+            _ => None,
+        }
+    }
+
+    /// The turns as matrices of one row.
     fn turn_matrices(&self) -> impl Iterator<Item = (ExportedMatrix, DMatrix<f64>)> {
         let row = |turns: DVector<f64>| DMatrix::from_row_slice(1, turns.len(), turns.as_slice());
         let (outputs, states) = self.turns().map_or((None, None), |(outputs, states)| (Some(outputs), states));

@@ -127,6 +127,7 @@ impl Export {
             ExportableObserver::Linear(_) => "Sampled linear observer",
             ExportableObserver::Cubic(_) => "Sampled cubic observer",
             ExportableObserver::Varying(_) => "Sampled cubic observer at varying periods",
+            ExportableObserver::Kalman(filter) if filter.unit_vectors().is_some() => "Error-state Kalman filter",
             ExportableObserver::Kalman(filter) if filter.iterations() > 1 => "Iterated extended Kalman filter",
             ExportableObserver::Kalman(_) => "Extended Kalman filter",
             ExportableObserver::Unscented(_) => "Unscented Kalman filter",

@@ -51,6 +51,7 @@ impl ExportedMatrix {
             Self::Of(MatrixName::RootP0) => "ROOT_P0",
             Self::Of(MatrixName::Turns) => "TURNS",
             Self::Of(MatrixName::StateTurns) => "STATE_TURNS",
+            Self::Of(MatrixName::UnitVectors) => "UNIT_VECTORS",
             Self::Of(matrix) => matrix.text(),
             Self::Feedback => "K",
             Self::Update => "UPDATE",

@@ -63,9 +63,16 @@ impl ExportableObserver {
                 let innovation = angles * WRAP + measurement + n + product(p, n) + 2 * p;
                 let update = update + (filter.iterations() - 1) * (estimate + innovation + covariances + factor);
                 let symmetry = n * (n - 1);
+                // After the update and after the prediction.
+                let normalised = self.unit_vectors().map_or(0, |vectors| {
+                    let lengths = (1..=vectors.max() as usize)
+                        .map(|vector| vectors.iter().filter(|number| **number as usize == vector).count());
+                    2 * (lengths.map(|k| 3 * k + 1 + 10 * n * k).sum::<usize>() + symmetry)
+                });
                 let spread = 2 * square + n * n + symmetry;
                 update
                     + spread
+                    + normalised
                     + match filter.substeps() {
                         Some(count) => linearised(count, n, classical(motion)),
                         None => motion,

@@ -292,6 +292,10 @@ impl<T: RealField + Copy, F: AdaptableFilter<T>, A: NoisesAlong<T>> CovarianceFi
         self.filter.is_discrete()
     }
 
+    fn unit_vector_of(&self, state: usize) -> usize {
+        self.filter.unit_vector_of(state)
+    }
+
     fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
         self.filter.covariance_into(state, p)
     }

@@ -55,6 +55,14 @@ pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
         false
     }
 
+    /// The number of the unit vector that a state belongs to, from 1 on; 0 (default) for one that belongs to none. The
+    /// covariance says nothing of the length of a unit vector, so that an error is measured across it
+    /// ([`tangential`](crate::tangential)).
+    fn unit_vector_of(&self, state: usize) -> usize {
+        let _ = state;
+        0
+    }
+
     /// Whether a gate rejects an output of the measurement y; default false.
     fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {
         let _ = (t, state, u, y, output);

@@ -364,6 +364,10 @@ impl<T: RealField + Copy, F: CovarianceFilter<T>> CovarianceFilter<T> for Delaye
         self.filter.is_discrete()
     }
 
+    fn unit_vector_of(&self, state: usize) -> usize {
+        self.filter.unit_vector_of(state)
+    }
+
     fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
         self.own(state).is_some_and(|own| self.filter.covariance_into(&own, p))
     }

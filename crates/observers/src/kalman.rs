@@ -48,7 +48,7 @@ use nalgebra::Dyn;
 #[cfg(feature = "alloc")]
 use nalgebra::U0;
 use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert, try_convert};
 
 use crate::angles::{self, Turns};
 use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
@@ -59,6 +59,7 @@ use crate::gaussian::{correct, covariance, moved, usable};
 use crate::held::{Held, WithJacobian, sized};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
 use crate::transition::{Motion, Prediction, Transition};
+use crate::unit_vectors::{self, UnitVectors};
 
 pub use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel};
 
@@ -79,6 +80,8 @@ where
     iterations: usize,
     /// Of the outputs.
     turns: Turns<T, P>,
+    /// Of the states.
+    unit_vectors: UnitVectors<T, N>,
     inputs: PhantomData<M>,
 }
 
@@ -130,7 +133,8 @@ where
             return Err(ObserverError::Substeps);
         }
         let prediction = Prediction::RungeKutta(substeps);
-        Ok(Self { plant, noises, h, prediction, gate: None, iterations: 1, turns: None, inputs: PhantomData })
+        let (iterations, inputs) = (1, PhantomData);
+        Ok(Self { plant, noises, h, prediction, gate: None, iterations, turns: None, unit_vectors: None, inputs })
     }
 
     /// The filter of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -283,6 +287,50 @@ where
         self.turns.as_ref()
     }
 
+    /// The filter of states of which some form unit vectors, as a quaternion: the error-state filter. `vectors` has for
+    /// each state the number of its unit vector, from 1 on, and 0 for the others.
+    ///
+    /// After each update and prediction, and at the start, `q <- q/|q|` and `P <- T P T'`, where T is the derivative of
+    /// that, `(I - q q')/|q|` for the entries of q: P says nothing of the length of q. For a quaternion that
+    /// is the multiplicative filter, whose rotation error has the covariance `4 X' P X`, X the three columns with
+    /// which the vector part of a rotation multiplies q. A unit vector that becomes 0 stays as it is.
+    ///
+    /// ```
+    /// use luenberger_observers::kalman::{NoiseModel, StaticExtendedKalmanFilter};
+    /// use luenberger_observers::SampledObserver;
+    /// use luenberger_plants::plant;
+    /// use nalgebra::{Matrix2, Vector1, Vector2, SVector};
+    ///
+    /// /// Cosine and sine of an angle at rest; the sine is measured.
+    /// struct Rest;
+    /// plant!(Rest, (2, 0, 1), |plant, t, x, u| [x[0], x[1]], [x[1]]);
+    ///
+    /// let noises = NoiseModel { w: Matrix2::zeros(), v: Vector1::new(0.01), p0: Matrix2::identity() };
+    /// let filter = StaticExtendedKalmanFilter::<_, f64, 2, 0, 1>::discrete(Rest, noises, 1.0)?;
+    /// let filter = filter.with_unit_vectors(Vector2::new(1.0, 1.0))?;
+    /// let (u, y) = (SVector::zeros(), Vector1::new(0.6));
+    /// let mut estimate = filter.initial(0.0, &Vector2::new(1.0, 0.0), &u, &y);
+    /// filter.update(0.0, &mut estimate, &u, &y);
+    /// let (x, p) = (estimate.estimate(), estimate.covariance());
+    /// assert!((x.norm() - 1.0).abs() < 1e-15 && (p * x).norm() < 1e-15);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Table`] for another length, [`ObserverError::NotPositive`] for what is no number of a unit vector
+    /// (they are 1, 2, ... without a gap).
+    ///
+    /// Source: F. L. Markley and J. L. Crassidis, Fundamentals of Spacecraft Attitude Determination and Control,
+    /// Springer 2014, section 6.2.
+    pub fn with_unit_vectors(self, vectors: OVector<T, N>) -> Result<Self, ObserverError> {
+        let unit_vectors = unit_vectors::checked(vectors, self.noises.w.nrows())?;
+        Ok(Self { unit_vectors, ..self })
+    }
+
+    /// The numbers of the [unit vectors](Self::with_unit_vectors) of the states, if there are some.
+    pub fn unit_vectors(&self) -> Option<&OVector<T, N>> {
+        self.unit_vectors.as_ref()
+    }
+
     /// The filter that predicts, iterates and rejects as another one does, of the same plant over another scalar or in
     /// another form.
     ///
@@ -301,6 +349,11 @@ where
             let outputs = same.noises.v.shape_generic().0;
             let turn = |i: usize| turns.get(i).map_or_else(T::zero, |turn| convert(*turn));
             same = same.with_angles(OVector::from_fn_generic(outputs, U1, |i, _| turn(i)))?;
+        }
+        if let Some(vectors) = &other.unit_vectors {
+            let states = same.noises.w.shape_generic().0;
+            let number = |i: usize| vectors.get(i).map_or_else(T::zero, |number| convert(*number));
+            same = same.with_unit_vectors(OVector::from_fn_generic(states, U1, |i, _| number(i)))?;
         }
         match other.gate {
             Some(gate) => same.with_gate(convert(gate)),
@@ -400,7 +453,7 @@ where
     /// What `run` does with the filter of small size at an input; false for an input of another length.
     #[cfg(feature = "alloc")]
     fn at_run_time(&self, u: &[T], run: impl FnOnce(&AtRunTime<'_, T>) -> bool) -> bool {
-        let Self { plant, noises, h, prediction, gate, iterations, turns, .. } = self;
+        let Self { plant, noises, h, prediction, gate, iterations, turns, unit_vectors, .. } = self;
         let motion = |t: T, x: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
         let measurement = |t: T, x: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
         u.len() == plant.dimensions().inputs
@@ -414,6 +467,7 @@ where
                 gate: *gate,
                 iterations: *iterations,
                 turns: turns.as_ref().map(OVector::as_slice),
+                unit_vectors: unit_vectors.as_ref().map(OVector::as_slice),
                 h: *h,
                 prediction: *prediction,
             })
@@ -474,7 +528,11 @@ where
         }
         let p = estimate.covariance();
         let found = self.transition((t, duration), &estimate.estimate(), &p, u);
-        found.is_some_and(|found| moved(estimate, &found.next, &found.spread(&p)))
+        let is_moved = found.is_some_and(|found| moved(estimate, &found.next, &found.spread(&p)));
+        if is_moved {
+            unit_vectors::normalise(&self.unit_vectors, estimate, None);
+        }
+        is_moved
     }
 
     /// [`step`](SampledObserver::step) without the [update](Self::update): the prediction over the period, and NaN
@@ -525,7 +583,10 @@ where
             gate.as_ref().is_none_or(|(gate, innovation, s)| within(*gate, innovation[output], s[(output, output)]))
         };
         let accepted = |output| usable[output] && is_within(output);
-        correct::<T, N, M, P>(estimate, first, self.noises.v.clone(), accepted, (self.iterations, linearised))
+        let again = (self.iterations, linearised);
+        let innovation = correct::<T, N, M, P>(estimate, first, self.noises.v.clone(), accepted, again)?;
+        unit_vectors::normalise(&self.unit_vectors, estimate, None);
+        Some(innovation)
     }
 }
 
@@ -607,7 +668,9 @@ where
     }
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        GaussianEstimate::new(estimate, &self.noises.p0)
+        let mut start = GaussianEstimate::new(estimate, &self.noises.p0);
+        unit_vectors::normalise(&self.unit_vectors, &mut start, None);
+        start
     }
 }
 
@@ -631,6 +694,7 @@ struct AtRunTime<'f, T> {
     gate: Option<T>,
     iterations: usize,
     turns: Option<&'f [T]>,
+    unit_vectors: Option<&'f [T]>,
     h: T,
     prediction: Prediction,
 }
@@ -646,14 +710,25 @@ impl<T: RealField + Copy> AtRunTime<'_, T> {
     where
         DefaultAllocator: Size<N, U0, P>,
     {
-        let Self { motion, measurement, is_linear, gate, iterations, turns, h, prediction, .. } = *self;
+        let Self { motion, measurement, is_linear, gate, iterations, turns, unit_vectors, h, prediction, .. } = *self;
         let (n, p) = (w.shape_generic().0, v.shape_generic().0);
         let plant = Held { motion, measurement, is_linear, size: (n, p) };
         let noises = NoiseModel { w, v, p0: OMatrix::zeros_generic(n, n) };
         // A prediction has one output, and reads no turn.
         let turn = |turns: &[T], i: usize| turns.get(i).copied().unwrap_or_else(T::zero);
         let turns = turns.map(|turns| OVector::from_fn_generic(p, U1, |i, _| turn(turns, i)));
-        ExtendedKalmanFilter { plant, noises, h, prediction, gate, iterations, turns, inputs: PhantomData }
+        let unit_vectors = unit_vectors.map(|vectors| OVector::from_column_slice_generic(n, U1, vectors));
+        ExtendedKalmanFilter {
+            plant,
+            noises,
+            h,
+            prediction,
+            gate,
+            iterations,
+            turns,
+            unit_vectors,
+            inputs: PhantomData,
+        }
     }
 
     /// The update of a state, and the prediction if it is asked for; false for other sizes.
@@ -727,6 +802,11 @@ where
         self.prediction == Prediction::Discrete
     }
 
+    fn unit_vector_of(&self, state: usize) -> usize {
+        let number = self.unit_vectors.as_ref().and_then(|vectors| vectors.get(state));
+        number.and_then(|number| try_convert::<T, f64>(*number)).map_or(0, |number| number as usize)
+    }
+
     fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
         put_slice(state.covariance().as_slice(), p)
     }
@@ -774,7 +854,12 @@ where
         }
         let p = state.covariance();
         let Some(found) = self.transition((t, duration), &state.estimate(), &p, u) else { return false };
-        moved(state, &found.next, &found.spread(&p)) && put_slice(times_transpose(&p, &found.phi).as_slice(), cross)
+        if !moved(state, &found.next, &found.spread(&p)) {
+            return false;
+        }
+        let mut covariance = times_transpose(&p, &found.phi);
+        unit_vectors::normalise(&self.unit_vectors, state, Some(&mut covariance));
+        put_slice(covariance.as_slice(), cross)
     }
 
     fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {

@@ -119,6 +119,7 @@ pub mod static_size;
 pub mod stationary_kalman;
 pub mod transition;
 mod triangular;
+mod unit_vectors;
 pub mod unknown_input;
 pub mod unscented;
 pub mod varying_period;
@@ -179,6 +180,7 @@ pub use sampled_nonlinear::{SampledNonlinearObserver, StaticSampledNonlinearObse
 pub use sliding_mode::{SlidingModeObserver, StaticSlidingModeObserver};
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 pub use transition::Prediction;
+pub use unit_vectors::tangential;
 pub use unknown_input::{StaticUnknownInputObserver, UnknownInputObserver};
 pub use unscented::{SigmaPoints, SquareRootEstimate, StaticUnscentedKalmanFilter, UnscentedKalmanFilter};
 pub use varying_period::{

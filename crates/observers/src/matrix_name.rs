@@ -71,6 +71,8 @@ pub enum MatrixName {
     Turns,
     /// The full turns of the states that are angles.
     StateTurns,
+    /// The numbers of the unit vectors that states form.
+    UnitVectors,
 }
 
 impl MatrixName {
@@ -104,6 +106,7 @@ impl MatrixName {
             Self::Rho => "rho",
             Self::Turns => "turns",
             Self::StateTurns => "turns of the states",
+            Self::UnitVectors => "unit vectors",
         }
     }
 

@@ -76,6 +76,8 @@ pub enum Type {
     Columns,
     /// A list of at least so many names.
     Names(usize),
+    /// A list, not empty, of lists of at least so many names.
+    NameLists(usize),
     /// A list of texts from this set.
     Choices(&'static [(&'static str, &'static str)]),
     /// A matrix as a list of rows.
@@ -154,6 +156,7 @@ impl Type {
             Self::Count(least) => format!("a whole number of at least {least}"),
             Self::Numbers(range) => format!("a list of numbers, each a {}", range.words()),
             Self::Texts | Self::Columns | Self::Names(_) => "a list of texts".to_owned(),
+            Self::NameLists(least) => format!("a list of lists of {least} texts or more"),
             Self::Choices(choices) => format!("a list from {}", names(choices)),
             Self::Rows => "a matrix as a list of rows, [[1, 2], [3, 4]]".to_owned(),
             Self::Expressions => "a list of expressions, [\"x1^2\", \"x2\"]".to_owned(),

@@ -37,9 +37,13 @@ const PEBO: &str = "[plant]\nstates = [\"x1\", \"x2\"]\nf = [\"x2\", \"-x1\"]\nh
                     region = { states = [[-2, 2], [-2, 2]] }\ns = [\"y1\"]\ng = [\"xi1\"]\nm = [[1]]\nalpha = 1\n\
                     estimator = { kind = \"gradient\", gain = 1 }\n";
 
+/// The plant of the template `attitude`, without a simulation.
+const GYROSCOPES: &str = "[plant]\nstates = [\"q0\", \"q1\", \"q2\", \"q3\", \"b1\", \"b2\", \"b3\"]\nf = [\"0\", \"0\", \"0\", \"0\", \"0\", \"0\", \"0\"]\nh = [\"q0\", \"q1\", \"q2\", \"q3\", \"b1\", \"b2\"]\n";
+
 /// Blocks of TOML without a name are parts of studies. Each is found by its page and a line, and is read behind the
 /// lines of the third column.
-const PARTS: [(&str, &str, &str); 21] = [
+const PARTS: [(&str, &str, &str); 22] = [
+    ("attitude.md", "kind = \"error-state-kalman\"", GYROSCOPES),
     ("commands/design.md", "max_gain = 50", LIMITED_GAIN),
     ("cubic-or-linear.md", "kind = \"optimal-cubic\"", SECOND_ORDER),
     ("disturbances.md", "kind = \"cubic\"", SECOND_ORDER),

@@ -40,7 +40,9 @@ pub(super) fn angles(text: &mut String, export: &Export, macros: &Macros) {
 
 /// The plant over a period.
 pub(super) fn transition(text: &mut String, export: &Export, macros: &Macros) {
-    macros.write(text, kernels::SYMMETRIC);
+    if export.observer.unit_vectors().is_none() {
+        macros.write(text, kernels::SYMMETRIC);
+    }
     if export.observer.substeps().is_some() {
         macros.write(text, kernels::CLASSICAL);
     }

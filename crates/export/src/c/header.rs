@@ -113,7 +113,7 @@ void {name}_init({name}_state *state, const {number} *xhat);
 /** Starts from the first estimate of the design. */
 void {name}_reset({name}_state *state);
 {step} *
-{angles}{not_finite} call {name}_reset or {name}_init.
+{angles}{unit_vectors}{not_finite} call {name}_reset or {name}_init.
  */
 void {name}_step({name}_state *state, const {number} *{known}, const {number} *y, {more}{number} *xhat);
 {halves}
@@ -124,6 +124,7 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
 #endif
 ",
         angles = angles(export),
+        unit_vectors = unit_vectors(export),
         halves = halves(export, &upper),
         not_finite = not_finite(export),
         at = match &export.observer {
@@ -218,6 +219,22 @@ fn angles(export: &Export) -> String {
     let text = format!(
         "Angles, on any turn: {}. Their differences are taken within half a turn; xhat is not wrapped.",
         harmless(&names.join(", "))
+    );
+    let lines: Vec<String> = wrapped(&text, 110).iter().map(|line| format!(" * {line}\n")).collect();
+    format!("{} *\n", lines.concat())
+}
+
+/// Which states form unit vectors.
+fn unit_vectors(export: &Export) -> String {
+    let Some(vectors) = export.observer.unit_vectors() else { return String::new() };
+    let named = |vector: usize| {
+        let names = vectors.iter().zip(&export.names.states).filter(|(number, _)| **number as usize == vector);
+        format!("({})", names.map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", "))
+    };
+    let all: Vec<String> = (1..=vectors.max() as usize).map(named).collect();
+    let text = format!(
+        "Unit vectors: {}. Their norms are 1 after each update and prediction, and P says nothing of their lengths.",
+        harmless(&all.join(", "))
     );
     let lines: Vec<String> = wrapped(&text, 110).iter().map(|line| format!(" * {line}\n")).collect();
     format!("{} *\n", lines.concat())

@@ -93,6 +93,10 @@ fn start(text: &mut String, export: &Export, maps: Option<&Maps>) {
             macros.option("HAS_COVARIANCE", has_window || matches!(observer, ExportableObserver::Kalman(_)));
             macros.option("HAS_FACTOR", matches!(observer, ExportableObserver::Unscented(_)));
             macros.option("HAS_WINDOW", has_window);
+            if export.observer.unit_vectors().is_some() {
+                macros.write(text, kernels::SYMMETRIC);
+                macros.write(text, kernels::UNIT_VECTORS);
+            }
             macros.write(text, kernels::START);
         }
     }

@@ -43,9 +43,10 @@ pub(super) fn kalman(text: &mut String, export: &Export, iterations: usize) {
     _ = writeln!(
         text,
         "{}    let noises = NoiseModel {{ w, v, p0 }};
-    {new}{iterated}{gate}{}",
+    {new}{iterated}{gate}{}{}",
         noises(export, [MatrixName::W, MatrixName::V, MatrixName::P0]),
-        angles(export)
+        angles(export),
+        unit_vectors(export)
     );
 }
 
@@ -108,12 +109,21 @@ fn noises(export: &Export, matrices: [MatrixName; 3]) -> String {
     format!("    let w = {w};\n    let v = {v};\n    let p0 = {p0};\n")
 }
 
+/// A column of a constructor.
+fn column(export: &Export, entries: &DVector<f64>) -> String {
+    let entries = entries.iter().map(|x| number::rust(export.scalar.round(*x), export.scalar));
+    format!("SVector::from([{}])", entries.collect::<Vec<_>>().join(", "))
+}
+
+/// The numbers of the unit vectors of a filter that has some.
+fn unit_vectors(export: &Export) -> String {
+    let vectors = export.observer.unit_vectors().map(|vectors| column(export, vectors));
+    vectors.map_or_else(String::new, |vectors| format!("?\n        .with_unit_vectors({vectors})"))
+}
+
 /// The full turns of a filter with angles.
 fn angles(export: &Export) -> String {
-    let column = |turns: DVector<f64>| {
-        let turns = turns.iter().map(|turn| number::rust(export.scalar.round(*turn), export.scalar));
-        format!("SVector::from([{}])", turns.collect::<Vec<_>>().join(", "))
-    };
+    let column = |turns: DVector<f64>| column(export, &turns);
     export.observer.turns().map_or_else(String::new, |(outputs, states)| {
         let states = states.map_or_else(String::new, |states| format!(", {}", column(states)));
         format!("?\n        .with_angles({}{states})", column(outputs))

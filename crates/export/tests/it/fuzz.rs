@@ -186,6 +186,14 @@ pub(crate) fn nonlinear(random: &mut Random) -> ExportableObserver {
     };
     let filter = filter.unwrap().with_iterations(1 + random.below(3)).unwrap();
     let filter = if random.below(2) == 0 { filter.with_angles(turns(random, p)).unwrap() } else { filter };
+    // Of two and more states, of which some are in a unit vector and some in another.
+    let filter = if n > 1 && random.below(3) == 0 {
+        let number = |i: usize| if i < 2 { 1.0 } else { [0.0, 2.0, 2.0, 1.0][i % 4] };
+        let numbers = DVector::from_fn(n, |i, _| number(i));
+        filter.with_unit_vectors(numbers).unwrap()
+    } else {
+        filter
+    };
     ExportableObserver::Kalman(if random.below(3) == 0 { filter.with_gate(2.0).unwrap() } else { filter })
 }
 
@@ -454,6 +462,7 @@ fn what_is_not_finite_is_passed_over() {
         ExportableObserver::Kalman(extended().with_gate(50.0).unwrap()),
         ExportableObserver::Kalman(ExtendedKalmanFilter::discrete(map(), noises(), 0.1).unwrap()),
         ExportableObserver::Kalman(extended().with_angles(DVector::from_vec(vec![0.5, 0.0])).unwrap()),
+        ExportableObserver::Kalman(extended().with_unit_vectors(DVector::from_element(2, 1.0)).unwrap()),
         ExportableObserver::Unscented(unscented(SigmaPoints::default())),
         ExportableObserver::Unscented(unscented(small).with_gate(50.0).unwrap()),
         ExportableObserver::Unscented(UnscentedKalmanFilter::discrete(map(), noises(), small, 0.1).unwrap()),
@@ -523,6 +532,8 @@ fn of_every_kernel() -> [ExportableObserver; 5] {
                 .with_gate(3.0)
                 .unwrap()
                 .with_angles(DVector::from_element(1, 360.0))
+                .unwrap()
+                .with_unit_vectors(DVector::from_element(2, 1.0))
                 .unwrap(),
         ),
         ExportableObserver::Unscented(

@@ -229,7 +229,10 @@ fn steps_take_the_operations_that_are_stated() {
     let (outputs, states) = (dvector![0.0, 6.25], dvector![6.25, 0.0, 6.25]);
     let angles = ExtendedKalmanFilter::new(damped(), noises(), 0.1, 2).unwrap().with_gate(1e6).unwrap();
     let angles = angles.with_iterations(3).unwrap().with_angles(outputs.clone()).unwrap();
-    programs.push(ExportableObserver::Kalman(angles));
+    programs.push(ExportableObserver::Kalman(angles.clone()));
+    let vectors = angles.with_unit_vectors(dvector![2.0, 1.0, 1.0]).unwrap();
+    let vectors = vectors.with_iterations(1).unwrap();
+    programs.push(ExportableObserver::Kalman(vectors));
     let angles = UnscentedKalmanFilter::discrete(damped(), noises(), SigmaPoints::default(), 0.1).unwrap();
     programs.push(ExportableObserver::Unscented(angles.with_angles(outputs, states).unwrap()));
     for is_fed in [false, true] {
@@ -244,7 +247,7 @@ fn steps_take_the_operations_that_are_stated() {
     // The statement is a bound: by how much it exceeds the operations of the compiled source.
     // The slopes of copies leave out products with one, and take what occurs twice once, as do filters in each
     // linearisation.
-    let beyond = [0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 4, 32, 2, 3, 3, 9, 9, 3, 31, 61, 31, 9, 31, 1, 4, 1, 4, 0, 0, 0];
+    let beyond = [0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 4, 32, 2, 3, 3, 9, 9, 3, 31, 61, 31, 9, 3, 31, 1, 4, 1, 4, 0, 0, 0];
     let found: Vec<isize> = exports
         .iter()
         .zip(&counts)

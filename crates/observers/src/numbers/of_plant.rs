@@ -70,6 +70,7 @@ numbers_of_plant! {
         gate: maybe_number = o.gate(),
         iterations: option(usize) = Some(o.iterations()).filter(|iterations| *iterations > 1),
         turns: maybe(Turns) = o.turns(),
+        unit_vectors: maybe(UnitVectors) = o.unit_vectors(),
     }
     designed (o.noise_model().w.nrows(), o.noise_model().v.nrows());
     {
@@ -78,6 +79,10 @@ numbers_of_plant! {
         let filter = filter.with_iterations(iterations.unwrap_or(1))?;
         let filter = match turns {
             Some(turns) => filter.with_angles(turns)?,
+            None => filter,
+        };
+        let filter = match unit_vectors {
+            Some(vectors) => filter.with_unit_vectors(vectors)?,
             None => filter,
         };
         match gate {

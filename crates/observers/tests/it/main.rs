@@ -51,4 +51,6 @@ mod serialization;
 #[cfg(feature = "alloc")]
 mod static_size;
 mod triangular;
+#[cfg(feature = "alloc")]
+mod unit_vectors;
 mod unscented;

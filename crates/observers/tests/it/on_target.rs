@@ -67,6 +67,10 @@ fn designed_observers_step_in_f32() {
     let discrete = ExtendedKalmanFilter::discrete(Chaotic, noises(), 0.01).unwrap().with_iterations(2).unwrap();
     let target: StaticExtendedKalmanFilter<Chaotic, f32, 3, 0, 2> = discrete.to_static(Chaotic).unwrap();
     assert_eq!((target.substeps(), target.iterations()), (None, 2));
+    let vectors = extended.clone().with_unit_vectors(Vector3::new(0.0, 1.0, 1.0)).unwrap();
+    let target: StaticExtendedKalmanFilter<Chaotic, f32, 3, 0, 2> = vectors.to_static(Chaotic).unwrap();
+    assert_eq!(target.unit_vectors().unwrap().as_slice(), [0.0, 1.0, 1.0]);
+    follows(&vectors, &target);
     // A mean-value design, from continuous time through its sampled form.
     let e0 = Vector3::new(0.0, 0.0, 0.25);
     for designed in [

@@ -287,6 +287,10 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
     let text = stored(&angles);
     assert!(text.ends_with(r#""period":0.1,"turns":[[360.0]]}"#), "{text}");
     assert!(refused::<Filter>(&text, "360.0", "-360.0").contains("a full turn"));
+    let vectors = ExtendedKalmanFilter::discrete(plant(), noises(), 0.1).unwrap();
+    let text = stored(&vectors.with_unit_vectors(dvector![1.0, 1.0]).unwrap());
+    assert!(text.ends_with(r#""period":0.1,"unit_vectors":[[1.0],[1.0]]}"#), "{text}");
+    assert!(refused::<Filter>(&text, "[[1.0],[1.0]]", "[[1.0],[-1.0]]").contains("the number of a unit vector"));
     let states = dvector![360.0, 0.0];
     let angles = UnscentedKalmanFilter::discrete(plant(), noises(), sigma, 0.1).unwrap();
     let text = stored(&angles.with_angles(turns, states).unwrap());

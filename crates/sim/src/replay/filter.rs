@@ -16,6 +16,8 @@ pub(super) trait AnyFilter {
     fn grid(&self) -> Option<f64>;
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
     fn estimate(&self, state: &[f64]) -> Vec<f64>;
+    /// The number of the unit vector that a state belongs to; 0 for none.
+    fn unit_vector_of(&self, state: usize) -> usize;
     /// The covariance of the error, by columns.
     fn covariance(&self, state: &[f64]) -> Vec<f64>;
     /// Whether the gate of the filter rejects an output that was measured.
@@ -51,6 +53,10 @@ impl Updated {
 pub(super) struct Any<F>(pub(super) F);
 
 impl<F: CovarianceFilter<f64>> AnyFilter for Any<F> {
+    fn unit_vector_of(&self, state: usize) -> usize {
+        self.0.unit_vector_of(state)
+    }
+
     fn dimensions(&self) -> ObserverDimensions {
         self.0.dimensions()
     }

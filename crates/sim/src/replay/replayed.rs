@@ -1,5 +1,6 @@
 //! Result of a replay: estimates, innovations, and errors where the true state is known.
 
+use luenberger_observers::tangential;
 use luenberger_plants::wrap;
 use nalgebra::{DMatrix, DVector};
 
@@ -66,13 +67,16 @@ pub struct FilterConsistency {
     /// Those before the measurements.
     pub(super) predicted: Vec<f64>,
     pub(super) order: usize,
+    /// The number of the unit vector that each state belongs to; 0 for none.
+    pub(super) unit_vectors: Vec<usize>,
 }
 
 impl FilterConsistency {
-    pub(super) fn new(order: usize) -> Self {
+    pub(super) fn new(unit_vectors: Vec<usize>) -> Self {
+        let order = unit_vectors.len();
         let (covariances, deviations, predicted) = (Vec::new(), Vec::new(), Vec::new());
         let (nis, log_likelihood, passed_over, rejected) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { nis, log_likelihood, passed_over, rejected, covariances, deviations, predicted, order }
+        Self { nis, log_likelihood, passed_over, rejected, covariances, deviations, predicted, order, unit_vectors }
     }
 
     /// The covariance P of the error of the estimate at the time of this index, n x n; none beyond the last, and of a
@@ -201,8 +205,13 @@ impl ReplayedObserver {
             let known: Vec<usize> = (0..errors.ncols()).filter(|i| errors[(k, *i)].is_some()).collect();
             let p = consistency.covariance(k).filter(|_| !known.is_empty())?;
             let p = p.select_rows(&known).select_columns(&known);
-            let e = DVector::from_iterator(known.len(), known.iter().filter_map(|i| errors[(k, *i)]));
+            let mut e = DVector::from_iterator(known.len(), known.iter().filter_map(|i| errors[(k, *i)]));
             let x = DVector::from_fn(known.len(), |i, _| self.estimate[(k, known[i])]);
+            // Of a unit vector whose true entries are known.
+            let numbers = &consistency.unit_vectors;
+            let is_whole = |number: usize| (0..numbers.len()).all(|i| numbers[i] != number || known.contains(&i));
+            let vector_of = |i: usize| Some(numbers[known[i]]).filter(|number| is_whole(*number)).unwrap_or(0);
+            tangential(e.as_mut_slice(), x.as_slice(), vector_of);
             Some(NormalisedSquare::of_error(&e, &p, &x))
         };
         Ok(Consistency::of((first..self.t.len()).filter_map(one)))

@@ -302,7 +302,7 @@ impl<'r> ReplayRun<'r> {
     pub(super) fn filter(&mut self, filter: &dyn AnyFilter) -> Result<(), SimError> {
         let own = filter.dimensions();
         let times = self.recording.times();
-        let consistency = FilterConsistency::new(own.estimate);
+        let consistency = FilterConsistency::new((0..own.estimate).map(|i| filter.unit_vector_of(i)).collect());
         self.consistency = Some(consistency);
         let mut state = vec![0.0; own.state];
         filter.initial(times[0], &self.entry.initial, &self.u, &self.y, &mut state);

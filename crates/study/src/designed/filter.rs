@@ -1,6 +1,6 @@
 //! A filter with a covariance, of any kind: the bands that it states, and how consistent they are with the errors.
 
-use luenberger_observers::CovarianceFilter;
+use luenberger_observers::{CovarianceFilter, tangential};
 use luenberger_plants::Column;
 use luenberger_sim::replay::{Consistency, NormalisedSquare};
 use luenberger_sim::{Estimates, SimError, Trajectory};
@@ -87,7 +87,8 @@ fn consistency_of<F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVecto
         }
         let scored = if simulation.estimates == Estimates::Predicted { &before } else { &filter_state };
         let xhat = filter.estimate(scored);
-        let error = DVector::from_fn(n, |i, _| plant.error(i, x[i], xhat[i]));
+        let mut error = DVector::from_fn(n, |i, _| plant.error(i, x[i], xhat[i]));
+        tangential(error.as_mut_slice(), xhat.as_slice(), |i| filter.unit_vector_of(i));
         let mut p = DMatrix::zeros(n, n);
         let square = filter.covariance_into(scored, p.as_mut_slice());
         nees.push(square.then(|| NormalisedSquare::of_error(&error, &p, &xhat)).flatten());

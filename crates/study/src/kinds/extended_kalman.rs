@@ -1,5 +1,5 @@
-//! The extended Kalman filter, and what it shares with the iterated one: the kinds `extended-kalman` and
-//! `iterated-extended-kalman`.
+//! The extended Kalman filter, and what it shares with its variants: the kinds `extended-kalman`,
+//! `iterated-extended-kalman` and `error-state-kalman`.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use super::filter::{
     cross_covariance, cross_with, late, matrices, state_bounds, wrapped,
 };
 use super::keys::{GATE, SMOOTH};
-use super::{Kind, as_kind, iterated_extended_kalman};
+use super::{Kind, as_kind, error_state_kalman, iterated_extended_kalman};
 use crate::designed::{
     NonlinearStep, RowVariances, Runnable, Running, StepOf, adapted, correlated, decorrelated, rows, runs_as_filter,
     with_variances,
@@ -51,7 +51,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
 };
 
 crate::keys! {
-    /// An extended Kalman filter, or an iterated one.
+    /// An extended Kalman filter, an iterated one, or one of unit vectors.
     #[derive(Debug, Clone, PartialEq)]
     pub struct ExtendedKalman {
         /// Its noises and its period.
@@ -66,6 +66,9 @@ crate::keys! {
         s: Option<DMatrix<f64>> as &CROSS_COVARIANCE => cross_covariance,
         /// How often an iterated filter linearises each measurement; none for the other kind, which has no such key.
         iterations: Option<usize> as [&[]] => |_, _| Some(None),
+        /// The number of the unit vector of each state of an error-state filter, from 1 on, and 0 for the others; none
+        /// for the other kinds.
+        unit_vectors: Option<Vec<usize>> as [&[]] => |_, _| Some(None),
     }
 }
 
@@ -101,7 +104,12 @@ impl Specification for ExtendedKalman {
     fn with_parameters(&self, parameters: &[Estimated]) -> Option<ObserverKind> {
         let state_bounds = bounds_with(self.state_bounds.as_deref(), self.filter.w.nrows(), parameters);
         let s = cross_with(self.s.as_ref(), parameters);
-        Some(Self { filter: self.filter.with_parameters(parameters), state_bounds, s, ..self.clone() }.into())
+        let unit_vectors = self.unit_vectors.clone().map(|mut numbers| {
+            numbers.resize(numbers.len() + parameters.len(), 0);
+            numbers
+        });
+        let filter = self.filter.with_parameters(parameters);
+        Some(Self { filter, state_bounds, s, unit_vectors, ..self.clone() }.into())
     }
 
     fn smooths(&self) -> bool {
@@ -125,7 +133,11 @@ impl Kind for ExtendedKalman {
 
 impl ExtendedKalman {
     fn declaration(&self) -> &'static Declaration {
-        if self.iterations.is_some() { &iterated_extended_kalman::DECLARATION } else { &DECLARATION }
+        match (&self.unit_vectors, self.iterations) {
+            (Some(_), _) => &error_state_kalman::DECLARATION,
+            (None, Some(_)) => &iterated_extended_kalman::DECLARATION,
+            (None, None) => &DECLARATION,
+        }
     }
 
     /// The filter of the plant in this form.
@@ -142,6 +154,13 @@ impl ExtendedKalman {
             Some(gate) => filter.with_gate(gate)?,
             None => filter,
         };
+        let filter = match &self.unit_vectors {
+            Some(numbers) => filter.with_unit_vectors(DVector::from_iterator(
+                numbers.len(),
+                numbers.iter().map(|number| *number as f64),
+            ))?,
+            None => filter,
+        };
         match turns {
             Some(turns) => filter.with_angles(turns),
             None => Ok(filter),
@@ -149,7 +168,7 @@ impl ExtendedKalman {
     }
 
     fn designed(&self, plant: &PlantModel, prediction: Prediction) -> Result<Designed, NoObserver> {
-        let Self { filter: Filter { period, along, .. }, gate, iterations, state_bounds, s, .. } = self;
+        let Self { filter: Filter { period, along, .. }, gate, iterations, state_bounds, s, unit_vectors, .. } = self;
         let gated = gate
             .map_or_else(String::new, |gate| format!(" Innovations beyond {gate} standard deviations are rejected."));
         let turns = plant.turns_of(&plant.outputs).map(DVector::from_vec);
@@ -161,11 +180,12 @@ impl ExtendedKalman {
         let late = late(plant, self.smooth)?;
         let linearised = iterations
             .map_or_else(String::new, |iterations| format!(", each update linearised {}", counted(iterations, "time")));
+        let of_unit_norm = unit_vectors.as_deref().map_or_else(String::new, |numbers| of_unit_norm(plant, numbers));
         let mut numbers = vec![number(Quantity::Period, *period)];
         numbers.extend(iterations.map(|iterations| number("iterations", iterations as f64)));
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{gated}{}{correlation}{bounded}{late}{}",
+                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{of_unit_norm}{gated}{}{correlation}{bounded}{late}{}",
                 along.words(),
                 wrapped(plant)
             )),
@@ -185,6 +205,17 @@ impl ExtendedKalman {
     }
 }
 
+/// What is said of unit vectors.
+fn of_unit_norm(plant: &PlantModel, numbers: &[usize]) -> String {
+    let named = |vector: usize| {
+        let names = plant.states.iter().zip(numbers).filter(|(_, number)| **number == vector);
+        format!("({})", names.map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", "))
+    };
+    let last = numbers.iter().copied().max().unwrap_or_default();
+    let all: Vec<String> = (1..=last).map(named).collect();
+    format!(" The norm of {} is 1 after each update and prediction, and P has no part along it.", all.join(" and of "))
+}
+
 impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
     runs_as_filter!();
 
@@ -192,9 +223,9 @@ impl Running for ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn> {
         Some(with_variances(self, rows))
     }
 
-    // The page has no iterated updates, and no angles.
+    // The page has no iterated updates, no angles and no unit vectors.
     fn live(&self, _study: &Study) -> Option<(live::ObserverKind, Option<live::OperatingPoint>)> {
-        if self.iterations() > 1 || self.turns().is_some() {
+        if self.iterations() > 1 || self.turns().is_some() || self.unit_vectors().is_some() {
             return None;
         }
         let noises = self.noise_model();

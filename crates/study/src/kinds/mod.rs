@@ -55,6 +55,7 @@ macro_rules! filters {
 pub(crate) mod cubic;
 mod declaration;
 pub(crate) mod disturbance;
+mod error_state_kalman;
 mod extended_kalman;
 mod extended_state;
 mod filter;
@@ -157,6 +158,7 @@ static KINDS: &[&Declaration] = &[
     &high_gain::DECLARATION,
     &extended_kalman::DECLARATION,
     &iterated_extended_kalman::DECLARATION,
+    &error_state_kalman::DECLARATION,
     &ukf::DECLARATION,
     &mhe::DECLARATION,
     &particle::DECLARATION,

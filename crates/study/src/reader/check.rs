@@ -121,6 +121,20 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
         Type::Names(_) | Type::Units => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
             a_name(x, &format!("entry {} of `{name}`", i + 1), mistakes);
         }),
+        Type::NameLists(least) => list(node, name, &expected(), mistakes, |(i, inner), mistakes| {
+            let what = format!("list {} of `{name}`", i + 1);
+            match inner.list() {
+                Some(names) if names.len() >= *least => {
+                    for (k, x) in names.iter().enumerate() {
+                        a_name(x, &format!("entry {} of {what}", k + 1), mistakes);
+                    }
+                }
+                _ => {
+                    let message = format!("{what} is {}", shown(inner));
+                    mistakes.push(Diagnostic::new(inner.span.clone(), message, format!("expected {}", expected())));
+                }
+            }
+        }),
         Type::Choice(choices) => choice(node, name, choices, mistakes),
         Type::Switch => {
             if node.truth().is_none() {

@@ -92,6 +92,7 @@ fn kind(kind: &Type) -> Value {
         Type::Numbers(range) => list(&number(*range)),
         Type::Texts | Type::Names(1..) => list(&json!({ "type": "string" })),
         Type::Columns | Type::Names(0) => json!({ "type": "array", "items": { "type": "string" } }),
+        Type::NameLists(least) => list(&json!({ "type": "array", "items": { "type": "string" }, "minItems": least })),
         Type::Choices(choices) => list(&choice(choices)),
         Type::Rows => rows(),
         Type::Expressions => list(&expression()),

@@ -116,6 +116,12 @@ pub const TEMPLATES: &[Template] = &[
         files: &[],
     },
     Template {
+        name: "attitude",
+        about: "a quaternion and the biases of gyroscopes: the error-state Kalman filter beside an extended one",
+        text: include_str!("../../templates/attitude.toml"),
+        files: &[],
+    },
+    Template {
         name: "measured-log",
         about: "a motor on the bench: observers on measured data",
         text: include_str!("../../templates/measured-log.toml"),

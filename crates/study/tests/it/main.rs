@@ -14,6 +14,7 @@ mod delays;
 mod diagnostic;
 mod discrete_time;
 mod disturbance;
+mod error_state;
 mod estimates;
 mod feedthrough;
 mod filters;

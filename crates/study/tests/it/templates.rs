@@ -160,6 +160,7 @@ templates! {
     two_tanks "two-tanks";
     servo "servo";
     optimal_cubic "optimal-cubic";
+    attitude "attitude";
     resonance "resonance";
     measured_log "measured-log";
 }

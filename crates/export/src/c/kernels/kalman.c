@@ -3,6 +3,7 @@
 #include "transition.c"
 #include "innovation.c"
 #include "angles.c"
+#include "unit_vectors.c"
 
 /* The gain K = P H' s^-1, transposed, from hp = H P and s = H P H' + V, which has its factor in place of its lower
  * triangle then; 0 if s is not positive definite in floating point. */
@@ -229,6 +230,11 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
                 state->P[i][j] = next[i][j];
             }
         }
+#if HAS_UNIT_VECTORS
+        if (definite != 0) {
+            normalise(state);
+        }
+#endif
     }
 }
 
@@ -259,4 +265,9 @@ static void predict(observer_state *state, NUMBER t, const NUMBER *u)
             state->P[i][j] = next[i][j];
         }
     }
+#if HAS_UNIT_VECTORS
+    if (is_right != 0) {
+        normalise(state);
+    }
+#endif
 }

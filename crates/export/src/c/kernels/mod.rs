@@ -47,6 +47,7 @@ pub(super) const START: &str = include_str!("start.c");
 pub(super) const STATIONARY_STEP: &str = include_str!("stationary_step.c");
 pub(super) const SYMMETRIC: &str = include_str!("symmetric.c");
 pub(super) const TRANSITION: &str = include_str!("transition.c");
+pub(super) const UNIT_VECTORS: &str = include_str!("unit_vectors.c");
 pub(super) const UNSCENTED: &str = include_str!("unscented.c");
 pub(super) const VARYING: &str = include_str!("varying.c");
 
@@ -97,6 +98,9 @@ impl Macros {
         all.option("SEVERAL_STEPS", substeps.is_some_and(|count| count > 1));
         all.integer("SUBSTEPS", substeps.unwrap_or_default());
         all.option("ANGLES", export.observer.turns().is_some());
+        let vectors = export.observer.unit_vectors();
+        all.option("HAS_UNIT_VECTORS", vectors.is_some());
+        all.integer("VECTORS", vectors.map_or(0, |vectors| vectors.max() as usize));
         let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
         all.option("GATED", gate.is_some());
         all.option("PARTIAL", gate.is_some() || export.names.outputs.len() > 1);

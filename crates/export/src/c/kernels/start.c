@@ -1,5 +1,5 @@
 /* The start of an observer from a first estimate, with what its state has besides. */
-#include "typical.h"
+#include "unit_vectors.c"
 
 void observer_init(observer_state *state, const NUMBER *xhat)
 {
@@ -61,5 +61,8 @@ void observer_init(observer_state *state, const NUMBER *xhat)
 #endif
 #if TIMED
     state->sample = 0;
+#endif
+#if HAS_UNIT_VECTORS
+    normalise(state);
 #endif
 }

@@ -1,4 +1,6 @@
 /* The symmetric part of a covariance. */
+#ifndef SYMMETRIC
+#define SYMMETRIC
 #include "typical.h"
 
 /* The symmetric part of P, by rows. */
@@ -14,3 +16,4 @@ static void symmetrise(NUMBER *P)
         }
     }
 }
+#endif

@@ -93,6 +93,13 @@ extern const NUMBER K[INPUTS][STATES];
 extern const NUMBER TURNS[1][OUTPUTS];
 extern const NUMBER STATE_TURNS[1][STATES];
 
+/* Whether states form unit vectors, how many, and the number of that of each state. */
+#ifndef HAS_UNIT_VECTORS
+#define HAS_UNIT_VECTORS 0
+#endif
+#define VECTORS 1
+extern const NUMBER UNIT_VECTORS[1][STATES];
+
 /* Whether an update is linearised ITERATIONS times; once otherwise. */
 #ifndef ITERATED
 #define ITERATED 0

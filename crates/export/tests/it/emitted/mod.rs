@@ -9,7 +9,7 @@ macro_rules! emitted {
 }
 
 emitted!(
-    discrete extension filter iterated kkl kkl_held kkl_held_table kkl_low_rank moving_horizon sampled_nonlinear unscented
+    discrete error_state extension filter iterated kkl kkl_held kkl_held_table kkl_low_rank moving_horizon sampled_nonlinear unscented
 );
 
 use std::path::Path;
@@ -131,6 +131,21 @@ fn the_iterated_kalman_filter_is_emitted_as_rust() {
     let export = export(ExportableObserver::Kalman(filter), Scalar::Binary64);
     unchanged(&export, "iterated");
     agrees!(iterated, &export, f64);
+}
+
+#[test]
+fn the_error_state_kalman_filter_is_emitted_as_rust() {
+    let plant = plant(&["-x2*u1", "x1*u1", "0"], &["x2 + x3"], 1);
+    let noises = NoiseModel {
+        w: dmatrix![0.5, 0.0, 0.0; 0.0, 0.5, 0.0; 0.0, 0.0, 0.25],
+        v: dmatrix![0.125],
+        p0: dmatrix![1.0, 0.0, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, 2.0],
+    };
+    let filter = ExtendedKalmanFilter::new(plant, noises, 0.0625, 2).unwrap();
+    let filter = filter.with_unit_vectors(dvector![1.0, 1.0, 0.0]).unwrap();
+    let export = export(ExportableObserver::Kalman(filter), Scalar::Binary32);
+    unchanged(&export, "error_state");
+    agrees!(error_state, &export, f32);
 }
 
 #[test]
