@@ -346,8 +346,8 @@ fn with_outputs(c: &DMatrix<f64>, e: &DMatrix<f64>, f: &DMatrix<f64>) -> Result<
     })
 }
 
-/// A left inverse `S^+ S = I`, for S of full column rank whose rows have units of their own, so that in some of them S'S
-/// is singular to working precision; none where R is. Householder reflections with the larger rows first and
+/// A left inverse `S^+ S = I`, for S of full column rank whose rows have units of their own, so that in some of them
+/// S'S is singular to working precision; none where R is. Householder reflections with the larger rows first and
 /// pivoted columns have errors that are small in each row (A. J. Cox and N. J. Higham, Stability of Householder QR
 /// factorization for weighted least squares problems, 1998).
 pub fn left_inverse(s: &DMatrix<f64>) -> Option<DMatrix<f64>> {

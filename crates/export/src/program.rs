@@ -53,8 +53,8 @@ pub(crate) fn step(export: &Export) -> Result<Option<Routine>, ExportError> {
 }
 
 /// The programs of a stationary Kalman filter with the gain K of the update: the innovation, a function of the
-/// prediction and of (u, y, innovation of the outputs that arrived before), the estimate with it, a function of the prediction and the innovation, and the next
-/// prediction, a function of the prediction and of (u, innovation).
+/// prediction and of (u, y, innovation of the outputs that arrived before), the estimate with it, a function of the
+/// prediction and the innovation, and the next prediction, a function of the prediction and of (u, innovation).
 ///
 /// # Errors
 /// As [`step`].

@@ -48,7 +48,8 @@ impl ObserverTransfer {
     /// # Ok::<(), luenberger_linalg::LinalgError>(())
     /// ```
     /// # Errors
-    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) and [`LinalgError::NotFinite`](crate::LinalgError::NotFinite) for L; those of [`Realization::new`].
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) and
+    /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite) for L; those of [`Realization::new`].
     pub fn new<'a>(plant: &Realization, l: impl Into<RealMatrixView<'a>>) -> Result<Self> {
         let none = DMatrix::zeros(plant.a.nrows(), plant.c.nrows());
         Self::of(plant, &owned(l), &none)
@@ -106,7 +107,8 @@ impl LoopTransfer {
     /// Those of `plant` with the observer gain `l`, n x p, and the feedback gain `k`, m x n.
     ///
     /// # Errors
-    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) and [`LinalgError::NotFinite`](crate::LinalgError::NotFinite) for L and K; those of [`Realization::new`].
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) and
+    /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite) for L and K; those of [`Realization::new`].
     pub fn new<'a>(
         plant: &Realization,
         l: impl Into<RealMatrixView<'a>>,
@@ -175,8 +177,9 @@ impl LoopMargins {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) for a loop that is not square, [`LinalgError::Singular`](crate::LinalgError::Singular) where `I + D` is
-    /// singular; those of [`stability_margins`].
+    /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch) for a loop that is not square,
+    /// [`LinalgError::Singular`](crate::LinalgError::Singular) where `I + D` is singular; those of
+    /// [`stability_margins`].
     pub fn continuous(open: &Realization) -> Result<Self> {
         Self::new(open, false)
     }

@@ -103,9 +103,9 @@ where
 
     /// The update of a step, apart from its prediction: `xhat(k|k) = xhat(k|k-1) + K z` for the innovation z.
     ///
-    /// Measurements of one sample that arrive at different times have their innovations in
-    /// [one column](Self::joined_innovation), with 0 for those that have not arrived. `estimate_at` and `step` are innovation, update and
-    /// [`predict`](Self::predict), with the same bits.
+    /// Measurements of one sample that arrive at different times have their innovations in [one
+    /// column](Self::joined_innovation), with 0 for those that have not arrived. `estimate_at` and `step` are
+    /// innovation, update and [`predict`](Self::predict), with the same bits.
     pub fn update(&self, prediction: &OVector<T, N>, innovation: &OVector<T, P>) -> OVector<T, N> {
         let mut estimate = prediction.clone();
         for (i, entry_of_estimate) in estimate.iter_mut().enumerate() {

@@ -90,9 +90,9 @@ impl<const N: usize> Domain<N> {
     /// # Ok::<(), luenberger_design::numerical_kkl::NumericalKklError>(())
     /// ```
     /// # Errors
-    /// Of 4096 points spread evenly over the box: [`NumericalKklError::Inequality`] for a function that is not finite at
-    /// one of them, [`NumericalKklError::SmallDomain`] where they hold at less than 16. Elsewhere a value that is not
-    /// finite counts as outside.
+    /// Of 4096 points spread evenly over the box: [`NumericalKklError::Inequality`] for a function that is not finite
+    /// at one of them, [`NumericalKklError::SmallDomain`] where they hold at less than 16. Elsewhere a value that is
+    /// not finite counts as outside.
     pub fn inside(self, inequalities: impl IntoIterator<Item = Inequality<N>>) -> Result<Self, NumericalKklError> {
         let mut domain = self;
         domain.inequalities.extend(inequalities.into_iter().map(|g| (g, 0.0)));

@@ -334,8 +334,8 @@ fn theorem5(_: &Context) -> Result<Outcome, CheckError> {
     Ok(readings(&design, &at_eps, "a state that does not decay")?.given(given).given(of_both(&design)?))
 }
 
-/// The matrices of the counterexample to (23) with equality, and an error that stands still: at ε = 1 the error dynamics
-/// of A - LC = -I are the cubic term alone, which an error that θ does not weigh does not feel.
+/// The matrices of the counterexample to (23) with equality, and an error that stands still: at ε = 1 the error
+/// dynamics of A - LC = -I are the cubic term alone, which an error that θ does not weigh does not feel.
 struct AtTheBound {
     a: DMatrix<f64>,
     c: DMatrix<f64>,
