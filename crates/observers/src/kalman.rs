@@ -316,8 +316,8 @@ where
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     /// # Errors
-    /// [`ObserverError::Table`] for another length, [`ObserverError::NotPositive`] for what is no number of a unit vector
-    /// (they are 1, 2, ... without a gap).
+    /// [`ObserverError::Table`] for another length, [`ObserverError::NotPositive`] for what is no number of a unit
+    /// vector (they are 1, 2, ... without a gap).
     ///
     /// Source: F. L. Markley and J. L. Crassidis, Fundamentals of Spacecraft Attitude Determination and Control,
     /// Springer 2014, section 6.2.

@@ -8,10 +8,10 @@
 //! q <- q/|q|,   P <- T P T',   T = (I - q q')/|q|  for the entries of q, I for the others
 //! ```
 //!
-//! For a quaternion this is the error-state (multiplicative) Kalman filter. With its rotation error d, `q (x) (1, d/2)`,
-//! and `P = G P_d G'` for `G = Dq/Dd`, the update `q + G d` divided by its norm is `q (x) (1, d/2)` divided by its
-//! norm, and T is the derivative by which that filter resets the covariance of d. P has a zero eigenvalue for each unit
-//! vector; the filter inverts S alone.
+//! For a quaternion this is the error-state (multiplicative) Kalman filter. With its rotation error d, `q (x) (1,
+//! d/2)`, and `P = G P_d G'` for `G = Dq/Dd`, the update `q + G d` divided by its norm is `q (x) (1, d/2)` divided by
+//! its norm, and T is the derivative by which that filter resets the covariance of d. P has a zero eigenvalue for each
+//! unit vector; the filter inverts S alone.
 //!
 //! Source: F. L. Markley and J. L. Crassidis, Fundamentals of Spacecraft Attitude Determination and Control, Springer
 //! 2014, section 6.2; M. W. Mueller, M. Hehn and R. D'Andrea, Covariance correction step for Kalman filtering with an
@@ -24,7 +24,8 @@ use crate::dense::are_finite;
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, symmetrise};
 
-/// The number of the unit vector that each state belongs to, from 1 on, and 0 for the others; none without unit vectors.
+/// The number of the unit vector that each state belongs to, from 1 on, and 0 for the others; none without unit
+/// vectors.
 pub(crate) type UnitVectors<T, N> = Option<OVector<T, N>>;
 
 /// The numbers for so many states, after a check.

@@ -289,8 +289,8 @@ struct Rest;
 
 plant!(Rest, (2, 0, 1), |plant, _t, x, u| [x[0], x[1]], [x[1]]);
 
-/// By hand: at (1, 0) the angle a has the variance 1, `sin a ~ a` is measured as 0.5 with the variance 1/3: the update of
-/// the angle is 0.75 of that, (1, 0.375) divided by its norm, and the variance 0.25 of a along (-sin, cos) times
+/// By hand: at (1, 0) the angle a has the variance 1, `sin a ~ a` is measured as 0.5 with the variance 1/3: the update
+/// of the angle is 0.75 of that, (1, 0.375) divided by its norm, and the variance 0.25 of a along (-sin, cos) times
 /// `1/norm^4`, of the two derivatives by which a tangent at (1, 0) becomes one at the end.
 #[test]
 fn a_direction_in_the_plane_by_hand() {

@@ -17,8 +17,8 @@ fn turning(kind: &str, more: &str) -> String {
 
 const UNIT: &str = "unit_vectors = [[\"c\", \"s\"]]\n";
 
-/// A quaternion and three biases have six degrees of freedom, and an error across the quaternion is measured by them: no
-/// error is without a variance.
+/// A quaternion and three biases have six degrees of freedom, and an error across the quaternion is measured by them:
+/// no error is without a variance.
 #[test]
 fn the_consistency_tests_have_the_degrees_of_the_attitude() {
     let template = template::template("attitude").unwrap();
