@@ -392,7 +392,8 @@ fn negated(block: &str) -> String {
     let (head, matrix) = block.split_once(":=").unwrap_or((block, ""));
     let (mut text, mut before) = (format!("{head}:="), ' ');
     for c in matrix.chars() {
-        let is_first = !before.is_alphanumeric() && !matches!(before, '-' | '/' | '.') && (c == '-' || c.is_ascii_digit());
+        let is_first =
+            !before.is_alphanumeric() && !matches!(before, '-' | '/' | '.') && (c == '-' || c.is_ascii_digit());
         match (is_first, c) {
             (true, '-') => {}
             (true, _) => text.extend(['-', c]),
