@@ -94,5 +94,5 @@ fn consistency_of<F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVecto
         nees.push(square.then(|| NormalisedSquare::of_error(&error, &p, &xhat)).flatten());
     }
     let test = |squares: Vec<Option<NormalisedSquare>>| Consistency::of(squares).map(Into::into);
-    Ok(FilterReport { observer: name.to_owned(), nis: test(nis), nees: test(nees) })
+    Ok(FilterReport { observer: name.to_owned(), nis: test(nis), nees: test(nees), stationary: false })
 }

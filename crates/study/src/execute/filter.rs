@@ -4,6 +4,7 @@ use luenberger_sim::{Estimates, SimError, Trajectory};
 use nalgebra::DMatrix;
 
 use super::rows::Run;
+use super::stationary::Stationary;
 use crate::results::{CoverageReport, FilterReport};
 use crate::study::{Simulation, Study};
 use crate::trajectory::Member;
@@ -62,14 +63,19 @@ pub(super) fn coverage(study: &Study, runs: &[(&Member<'_>, &Run)], on_log: bool
     runs.iter().filter_map(of).collect()
 }
 
-/// NIS and NEES of a filter over all its samples in the run: of each innovation as it was computed, and of the error
-/// after the measurement, or before it where predictions are scored.
+/// NIS and NEES of a filter over all its samples in the run, of a stationary one over those of the second half: of each
+/// innovation as it was computed, and of the error after the measurement, or before it where predictions are scored.
 pub(super) fn consistency(
     (study, simulation): (&Study, &Simulation),
     trajectory: &Trajectory,
     member: &Member<'_>,
 ) -> Result<Option<FilterReport>, SimError> {
     let name = member.requested.name.as_str();
-    let filter = member.designed.runnable.filter();
-    filter.map(|filter| filter.consistency((name, &study.plant), simulation, trajectory)).transpose()
+    match member.designed.runnable.filter() {
+        Some(filter) => filter.consistency((name, &study.plant), simulation, trajectory).map(Some),
+        None => match Stationary::of(study, member) {
+            Some(stationary) => stationary.of_simulation(simulation, trajectory),
+            None => Ok(None),
+        },
+    }
 }

@@ -16,6 +16,7 @@ use super::options::RunOptions;
 use super::rows::Run;
 use super::sampling;
 use super::scores::key;
+use super::stationary::Stationary;
 use super::stopped::why;
 use crate::designed::{RowVariances, Runnable};
 use crate::model::PlantModel;
@@ -92,7 +93,12 @@ fn shown(log: &Log, replayed: ReplayedObserver) -> ReplayedObserver {
     }
 }
 
-fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<InnovationReport, SimError> {
+fn report(
+    study: &Study,
+    log: &Log,
+    member: &Member<'_>,
+    replayed: &ReplayedObserver,
+) -> Result<InnovationReport, SimError> {
     let times = log.recording.times();
     let middle = times[times.len() / 2];
     let rejected = |output: usize| {
@@ -113,6 +119,12 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
     let last = replayed.estimate.nrows().saturating_sub(1);
     let nis = replayed.consistency(middle)?.map(ConsistencyReport::from);
     let nees = log.truth.as_ref().map(|truth| replayed.nees(truth, middle)).transpose()?.flatten();
+    let nees = nees.map(ConsistencyReport::from);
+    let stationary = Stationary::of(study, member).filter(|_| replayed.consistency.is_none());
+    let (nis, nees) = match stationary.map(|of| of.of_log(log, replayed, middle)).transpose()?.flatten() {
+        Some(of) => (of.nis, of.nees),
+        None => (nis, nees),
+    };
     Ok(InnovationReport {
         observer: replayed.name.clone(),
         outputs: outputs.collect(),
@@ -120,7 +132,7 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
         deviation: replayed.consistency.as_ref().and_then(FilterConsistency::last_deviation).unwrap_or_default(),
         normalised: nis.as_ref().map(|nis| nis.mean),
         nis,
-        nees: nees.map(ConsistencyReport::from),
+        nees,
         errors: errors(study, log, replayed)?,
         smoothed: replayed
             .with_smoothed_estimates()
@@ -267,7 +279,7 @@ pub(super) fn replay_all<'a>(
         let outcome = replay(study, log, member, options.until, &tell).and_then(|replayed| {
             let report = InnovationReport {
                 sampling: sampling::on_log(study, member, log.recording.outputs()),
-                ..report(study, log, &replayed)?
+                ..report(study, log, member, &replayed)?
             };
             let mut warnings = locked_out(study, log, &replayed);
             warnings.extend(without_variances(log, member));

@@ -16,6 +16,7 @@ mod rows;
 mod sampling;
 mod scores;
 mod simulate;
+mod stationary;
 mod stopped;
 pub(crate) mod sweep;
 mod time_limit;

@@ -149,11 +149,13 @@ impl InnovationReport {
             observer: self.observer.clone(),
             nis: Some(nis.clone()),
             nees: self.nees.clone(),
+            stationary: false,
         });
         let smoothed = self.smoothed.as_ref().and_then(|smoothed| smoothed.nees.as_ref()).map(|nees| FilterReport {
             observer: format!("{}, smoothed", self.observer),
             nis: None,
             nees: Some(nees.clone()),
+            stationary: false,
         });
         own.into_iter().chain(smoothed)
     }
@@ -224,7 +226,7 @@ pub struct ConsistencyReport {
     pub accepted: bool,
 }
 
-/// A filter in the simulation, over all its samples.
+/// A filter in the simulation, over all its samples; a stationary one over those of the second half.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FilterReport {
     /// The observer.
@@ -235,6 +237,14 @@ pub struct FilterReport {
     /// Normalised estimation error squared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nees: Option<ConsistencyReport>,
+    /// Whether its covariance is the stationary one.
+    #[serde(skip_serializing_if = "is_false")]
+    pub stationary: bool,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_false(is: &bool) -> bool {
+    !*is
 }
 
 /// How an interval observer enclosed the state in the simulation.

@@ -63,6 +63,7 @@ mod signal;
 mod sliding_mode;
 mod solver;
 mod soundness;
+mod stationary_filters;
 mod statistics;
 mod stiff_filters;
 mod stream;

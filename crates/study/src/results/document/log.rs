@@ -25,7 +25,15 @@ fn test(report: Option<&ConsistencyReport>) -> Cell {
 
 /// The filters of a simulation.
 pub(super) fn filters(section: Section, filters: &[FilterReport]) -> Section {
-    consistency(section, filters, "over all their samples")
+    let is_any = |stationary: bool| filters.iter().any(|filter| filter.stationary == stationary);
+    let over = match (is_any(false), is_any(true)) {
+        (true, false) => "over all their samples",
+        (false, _) => "over the samples of the second half of the run, with their stationary covariances",
+        (true, true) => {
+            "over all their samples, of stationary ones, with their stationary covariances, of the second half of the run"
+        }
+    };
+    consistency(section, filters, over)
 }
 
 /// The interval observers of a simulation.
