@@ -113,6 +113,16 @@ pub(super) fn structured_gain(n: usize, outputs: usize) -> String {
     format!("forall N0 : matrix, has_structure {n} {outputs} C P S N0 ->\n  ")
 }
 
+/// What is said of the errors that exist, with this matrix as N.
+fn exists_error(n: usize, outputs: usize, gain: &str) -> String {
+    format!(
+        "exists e : R -> vector,\n  \
+         (forall i, (i < {n})%nat -> e 0 i = e0 i) /\\\n  \
+         forall T, solution T {n} e (fun t => let y := (C * e t)%vector in\n    \
+         (A * e t - L * y + quadratic {outputs} theta y .* apply {outputs} {gain} y)%vector)"
+    )
+}
+
 impl Out {
     /// The theorem; for a loop around the observer, the matrix for the stored gain if there is one.
     pub(super) fn cubic(
@@ -241,6 +251,12 @@ impl Out {
             ),
             "exact (region_error_decays _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided_region).",
         );
+        self.theorem(
+            "stored_gain_errors_exist",
+            "With the gains as stored, from every e(0) below the level there is such an e, for all times.",
+            &format!("forall e0 : vector, quadratic {n} P e0 < level -> {}", exists_error(n, outputs, "(real N)")),
+            "exact (region_errors_exist _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided_region).",
+        );
     }
 
     /// That there is a real gain N0.
@@ -253,12 +269,12 @@ impl Out {
         );
     }
 
-    /// The two theorems about trajectories, for one gain.
+    /// The theorems about trajectories, for one gain.
     fn observed(&mut self, n: usize, outputs: usize, gain: &Gain<'_>) {
-        let Gain { name, suffix, what, quantified, matrix: gain, proof, dissipates } = *gain;
+        let Gain { name, suffix, what, quantified, matrix: gain, proof: intros, dissipates } = *gain;
         let says = says(n, suffix);
         let proof = |result: &str, more: &str| {
-            format!("{proof}exact ({result} _ _ _ _ _ _ _ _ _ _ _ decided{suffix} {dissipates}{more}).")
+            format!("{intros}exact ({result} _ _ _ _ _ _ _ _ _ _ _ decided{suffix} {dissipates}{more}).")
         };
         self.theorem(
             &format!("{name}_every_error"),
@@ -284,6 +300,15 @@ impl Out {
                  let e t := (x t - xhat t)%vector in\n  {says}"
             ),
             &proof("cubic_observer_decays", " B"),
+        );
+        self.theorem(
+            &format!("{name}_errors_exist"),
+            &format!("{what}: from every e(0) there is such an e, for all times."),
+            &format!("{quantified}forall e0 : vector, {}", exists_error(n, outputs, gain)),
+            &format!(
+                "{intros}refine (cubic_errors_exist _ _ _ _ _ _ _ _ _ _ _ decided{suffix} _ {dissipates}).\n  \
+                 vm_cast_no_check (eq_refl true)."
+            ),
         );
     }
 

@@ -54,6 +54,27 @@ fn bounds(p: &Matrix<f64>) -> Result<[f64; 2], CoqError> {
     Ok([positive(p)?.margin().unwrap_or(0.0), largest_eigenvalue_bound(p)])
 }
 
+/// The loop, with this matrix as N.
+fn loop_of(n: usize, outputs: usize, gain: &str) -> [String; 2] {
+    [
+        format!("solution T {n} x (fun t => A * x t - B * (K * xhat t))%vector"),
+        format!(
+            "solution T {n} xhat (fun t => let r := (C * x t - C * xhat t)%vector in\n    \
+             (A * xhat t - B * (K * xhat t) + L * r - quadratic {outputs} theta r .* apply {outputs} {gain} r)%vector)"
+        ),
+    ]
+}
+
+/// What is said of the solutions that exist.
+fn exists_loop(n: usize, outputs: usize, gain: &str) -> String {
+    let [plant, observer] = loop_of(n, outputs, gain);
+    format!(
+        "exists x xhat : R -> vector,\n  \
+         (forall i, (i < {n})%nat -> x 0 i = x0 i /\\ xhat 0 i = xhat0 i) /\\ forall T,\n  \
+         {plant}\n  /\\ {observer}"
+    )
+}
+
 impl Out {
     pub(super) fn feedback(
         &mut self,
@@ -175,6 +196,7 @@ impl Out {
         proof: &str,
         dissipates: &str,
     ) {
+        let [plant, observer] = loop_of(n, outputs, gain);
         self.theorem(
             name,
             &format!(
@@ -183,9 +205,7 @@ impl Out {
             ),
             &format!(
                 "{quantified}forall (T : R) (x xhat : R -> vector),\n  \
-                 solution T {n} x (fun t => A * x t - B * (K * xhat t))%vector ->\n  \
-                 solution T {n} xhat (fun t => let r := (C * x t - C * xhat t)%vector in\n    \
-                 (A * xhat t - B * (K * xhat t) + L * r - quadratic {outputs} theta r .* apply {outputs} {gain} r)%vector) ->\n  \
+                 {plant} ->\n  {observer} ->\n  \
                  let e t := (x t - xhat t)%vector in\n  \
                  (forall s t, 0 <= s -> s <= t -> t < T ->\n    \
                  quadratic {n} {p1} (x t) + quadratic {n} {p} (e t)\n      \
@@ -194,6 +214,15 @@ impl Out {
                  norm_of_pair {n} (x t) (e t) <= overshoot{suffix} * exp (- decay{suffix} * t) * norm_of_pair {n} (x 0) (e 0))"
             ),
             &format!("{proof}exact (loop_decay _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided{suffix} {dissipates})."),
+        );
+        self.theorem(
+            &format!("{name}s_exist"),
+            &format!("{what}: from every x(0) and xhat(0) there are such x and xhat, for all times."),
+            &format!("{quantified}forall x0 xhat0 : vector, {}", exists_loop(n, outputs, gain)),
+            &format!(
+                "{proof}refine (loops_exist _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided{suffix} _ {dissipates}).\n  \
+                 vm_cast_no_check (eq_refl true)."
+            ),
         );
     }
 }

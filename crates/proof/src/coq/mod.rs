@@ -222,7 +222,7 @@ fn head(file: &CertificateFile, is_refuted: bool) -> String {
     format!(
         "(** {}\n\n    {said}: {}\n\n    To check it where proofs/ of luenberger is compiled: coqc -R proofs Luenberger FILE.v *)\n\n\
          From Coq Require Import Reals QArith Qreals List.\n\
-         From Luenberger Require Import Vectors Definite Inequalities Decay LinearObserver Existence Boxes DiscreteObserver\n  CubicObserver CubicRegion SampledCubic FeedbackLoop Polytope BoxPolytope\n  DiscretePolytope Refuted.\n\
+         From Luenberger Require Import Vectors Definite Inequalities Decay LinearObserver Existence Boxes DiscreteObserver\n  CubicObserver CubicRegion SampledCubic FeedbackLoop CubicExistence Polytope BoxPolytope\n  DiscretePolytope Refuted.\n\
          Import ListNotations.\n\n\
          Local Coercion Q2R : Q >-> R.\n\
          Local Open Scope Q_scope.\n",

@@ -169,7 +169,7 @@ fn a_stored_cubic_gain_has_a_lyapunov_matrix_of_its_own() {
         region,
     };
     let coq = theorems(&CertificateFile::prove("cubic", cubic(n.clone(), Region::Everywhere)).unwrap()).unwrap();
-    assert_eq!(coq.theorems.last().map(String::as_str), Some("stored_gain_observer"));
+    assert_eq!(coq.theorems[coq.theorems.len() - 2..], ["stored_gain_observer", "stored_gain_errors_exist"]);
     assert!(!coq.text.contains("Definition P_stored : list (list Q) := [\n  [0x1.8p1]]."));
     // V' = -4 V for this V, too.
     assert!((0.0..1e-6).contains(&(2.0 - defined(&coq, "decay_stored"))));
@@ -179,7 +179,8 @@ fn a_stored_cubic_gain_has_a_lyapunov_matrix_of_its_own() {
     assert!(coq.text.contains("Definition P_stored : list (list Q) := [\n  [0x1p2]]."));
     // From an ellipsoid: F'P + PF = -12 and S + S' = 2, P itself.
     let coq = theorems(&CertificateFile::prove("cubic", cubic(n, Region::Within(1.0))).unwrap()).unwrap();
-    assert_eq!(coq.theorems.last().map(String::as_str), Some("stored_gain_every_error"));
+    assert_eq!(coq.theorems[coq.theorems.len() - 2..], ["stored_gain_every_error", "stored_gain_errors_exist"]);
+    assert!(coq.text.contains("forall e0 : vector, quadratic 1 P e0 < level -> exists e : R -> vector,"));
     for (name, value) in [("q", 12.0), ("mu", 2.0), ("t", 1.0), ("kappa", 1.0), ("level", 1.0), ("decay_stored", 2.0)] {
         assert!((defined(&coq, name) / value - 1.0).abs() < 1e-9, "{name}");
     }
@@ -214,12 +215,16 @@ fn a_loop_has_a_rate_of_its_own_and_two_theorems() {
         "real_gain_exists",
         "real_gain_every_error",
         "real_gain_observer",
+        "real_gain_errors_exist",
         "stored_gain_every_error",
         "stored_gain_observer",
+        "stored_gain_errors_exist",
         "P1_is_positive_definite",
         "inequality_25",
         "real_gain_loop",
+        "real_gain_loops_exist",
         "stored_gain_loop",
+        "stored_gain_loops_exist",
     ];
     assert_eq!(coq.theorems, expected);
     for name in ["decay_loop", "decay_stored_loop"] {
@@ -264,11 +269,16 @@ fn a_gain_that_dissipates_has_its_theorem() {
     let CubicConvergence { plant, l, n, theta, p, s, .. } = cubic();
     let stored = CubicTheorem1 { plant: plant.clone(), l: l.clone(), n, theta: theta.clone(), p: p.clone() };
     let coq = theorems(&CertificateFile::prove("theorem 1", stored).unwrap()).unwrap();
-    assert_eq!(coq.theorems[3..], ["inequality_13", "stored_gain_every_error", "stored_gain_observer"]);
+    assert_eq!(
+        coq.theorems[3..],
+        ["inequality_13", "stored_gain_every_error", "stored_gain_observer", "stored_gain_errors_exist"]
+    );
     assert!((0.0..1e-5).contains(&(2.0 - defined(&coq, "margin_13"))));
     let real = StructuredCubicConvergence { plant, l, theta, p, s, rate: 0.0 };
     let coq = theorems(&CertificateFile::prove("structured", real).unwrap()).unwrap();
-    assert_eq!(coq.theorems[3..], ["inequality_13", "real_gain_exists", "real_gain_every_error", "real_gain_observer"]);
+    let expected =
+        ["inequality_13", "real_gain_exists", "real_gain_every_error", "real_gain_observer", "real_gain_errors_exist"];
+    assert_eq!(coq.theorems[3..], expected);
     assert!((0.0..1e-5).contains(&(2.0 - defined(&coq, "margin_S"))));
 }
 
