@@ -20,6 +20,10 @@ fn one(entry: f64) -> Matrix<f64> {
     Matrix::from_rows([[entry]])
 }
 
+fn interval(lo: f64, hi: f64) -> Matrix<Interval> {
+    Matrix::from_rows([[Interval::new(lo, hi).unwrap()]])
+}
+
 fn linear(rate: f64) -> LinearConvergence {
     let PlantMatrices { a, b, c } = plant();
     LinearConvergence { plant: PlantWithin::exactly(&a, &b, &c).unwrap(), l: one(1.0), p: one(3.0), rate }
@@ -139,9 +143,7 @@ fn what_is_not_proved_in_coq_is_named() {
     let error = theorems(&CertificateFile::prove("hurwitz", hurwitz).unwrap()).unwrap_err();
     assert!(error.to_string().starts_with("the theorem \"hurwitz\" has no proof in Coq: of \"linear-observer\""));
     let mut within = linear(0.0);
-    let a = Matrix::from_rows([[Interval::new(-1.5, -1.0).unwrap()]]);
-    let [b, c] = [1.0, 1.0].map(|x| Matrix::from_rows([[Interval::new(x, x).unwrap()]]));
-    within.plant = PlantWithin::within(&a, &b, &c).unwrap();
+    within.plant = PlantWithin::within(&interval(-1.5, -1.0), &interval(1.0, 1.0), &interval(1.0, 1.0)).unwrap();
     // A from -3/2 to -1: F'P + PF = 6 F is at most -12.
     let file = CertificateFile::prove("within", within).unwrap();
     let coq = theorems(&file).unwrap();
@@ -149,9 +151,47 @@ fn what_is_not_proved_in_coq_is_named() {
     assert!(coq.text.contains("Definition A_low : list (list Q) := [\n  [-0x1.8p0]].\n"));
     assert!(coq.text.contains("Definition A_high : list (list Q) := [\n  [-0x1p0]].\n"));
     assert!((0.0..1e-9).contains(&(2.0 - defined(&coq, "decay"))));
-    // P = -3: nothing is said of which A.
-    let error = theorems(&changed(&file, "[\"0x1.8p1\"]", "[\"-0x1.8p1\"]")).unwrap_err();
-    assert_eq!(error, CoqError::Bounds { matrix: "the plant" });
+}
+
+/// `x' = a x + u`, `y = x` with the gain 1 and P = 3: F'P + PF = 6 (a - 1).
+#[test]
+fn data_between_bounds_are_refuted_by_matrices_between() {
+    let mut within = linear(0.0);
+    within.plant = PlantWithin::within(&interval(-1.5, -1.0), &interval(1.0, 1.0), &interval(1.0, 1.0)).unwrap();
+    let file = CertificateFile::prove("within", within).unwrap();
+    // P = -3: -6 (a - 1) is largest at a = -3/2.
+    let coq = theorems(&changed(&file, "[\"0x1.8p1\"]", "[\"-0x1.8p1\"]")).unwrap();
+    assert!(coq.is_refuted);
+    assert_eq!(coq.theorems, ["P_is_not_positive_definite", "inequality_12_is_false"]);
+    assert!(coq.text.contains("Definition A_false : list (list Q) := [\n  [-0x1.8p0]].\n"));
+    // A from -3/2 to 2, which the checker does not decide: at a = 2 it is false.
+    let undecided = changed(&file, "\"-0x1p0\"", "\"0x1p1\"");
+    assert!(undecided.check().is_err_and(|why| why.to_string().contains("is not proved")));
+    let coq = theorems(&undecided).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12_is_false"]);
+    assert!(coq.text.contains("Definition A_false : list (list Q) := [\n  [0x1p1]].\n"));
+    assert!(coq.text.contains("exists A C : matrix, within 1 1 A_low A_high A /\\ within 1 1 C_low C_high C /\\"));
+}
+
+/// In discrete time F = a - 1/4 with a from 1/4 to 1/2; the block [1, F; F, 1] is at least 3/4.
+#[test]
+fn a_polytope_of_boxes_in_discrete_time_has_the_bounds_of_each() {
+    let vertices = [(0.25, 0.5), (0.25, 0.25)]
+        .map(|(lo, hi)| Vertex::within(&interval(lo, hi), &interval(1.0, 1.0)).unwrap())
+        .to_vec();
+    let polytope = DiscreteJacobianPolytope { vertices, l: one(0.25), p: one(1.0), factor: 1.0 };
+    let file = CertificateFile::prove("boxes", polytope).unwrap();
+    let coq = theorems(&file).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_1", "inequality_2", "every_error"]);
+    for (name, entry) in [("A_low_1", "0x1p-2"), ("A_high_1", "0x1p-1"), ("A_high_2", "0x1p-2"), ("C_low_1", "0x1p0")] {
+        assert!(coq.text.contains(&format!("Definition {name} : list (list Q) := [\n  [{entry}]].\n")), "{name}");
+    }
+    // With |F| at most 1/4 it is at least that, and the checker bounds the whole box by its middle.
+    assert!((0.5..0.57).contains(&defined(&coq, "contraction")));
+    // a from 1/4 to 2: F = 7/4.
+    let coq = theorems(&changed(&file, "\"0x1p-1\"", "\"0x1p1\"")).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_1_is_false", "inequality_2"]);
+    assert!(coq.text.contains("Definition A_false_1 : list (list Q) := [\n  [0x1p1]].\n"));
 }
 
 /// N = -1/3 rounded, P = 3, S = 1: `P N + C'S` is not 0, and another P has the structure exactly.
@@ -315,7 +355,6 @@ fn a_gain_of_the_wrong_sign_is_refuted_with_the_decimals_of_the_paper() {
 /// Two boxes: A from -3/2 to -1, and A = -2; F'P + PF = 6 F is at most -12, and -18.
 #[test]
 fn a_polytope_of_boxes_has_the_bounds_of_each() {
-    let interval = |lo, hi| Matrix::from_rows([[Interval::new(lo, hi).unwrap()]]);
     let vertices = [(-1.5, -1.0), (-2.0, -2.0)]
         .map(|(lo, hi)| Vertex::within(&interval(lo, hi), &interval(1.0, 1.0)).unwrap())
         .to_vec();
