@@ -1,9 +1,9 @@
 //! Data between bounds: inequalities that hold for all A and C between them, or matrices for which they are false.
 //!
 //! An inequality for `F = A - LC` is proved for all data at once. Where it is not, matrices between the bounds and a
-//! vector are sought at which its form has the wrong sign: for a vector the form is linear in A and C, so that the worst
-//! matrices have all entries at a bound; for these the worst vector is an eigenvector; and so on by turns. What is found
-//! is decided exactly, and by Coq again.
+//! vector are sought at which its form has the wrong sign: for a vector the form is linear in A and C, so that the
+//! worst matrices have all entries at a bound; for these the worst vector is an eigenvector; and so on by turns. What
+//! is found is decided exactly, and by Coq again.
 
 use super::{CoqError, Out};
 use crate::certificate::{Fact, Theorem, Vertex};

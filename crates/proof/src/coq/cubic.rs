@@ -83,6 +83,22 @@ pub(super) struct StoredGain {
     pub(super) slower: f64,
 }
 
+/// What a loop around the observer needs of its stored gain.
+pub(super) enum Stored {
+    /// It converges from everywhere, with a Lyapunov matrix of its own.
+    Everywhere(StoredGain),
+    /// It converges from an ellipsoid, with P: `F'P + PF <= -q I`, `P <= upper I`.
+    Within {
+        /// q.
+        q: f64,
+        /// The bound of P.
+        upper: f64,
+    },
+}
+
+/// The names of the numbers of the theorem about an ellipsoid.
+pub(super) const REGION: &str = "q lower upper overshoot mu t rho kappa level decay_stored";
+
 /// A gain of the cubic term, and how its theorems are said and proved.
 struct Gain<'a> {
     /// The beginning of the names of its theorems.
@@ -124,13 +140,13 @@ fn exists_error(n: usize, outputs: usize, gain: &str) -> String {
 }
 
 impl Out {
-    /// The theorem; for a loop around the observer, the matrix for the stored gain if there is one.
+    /// The theorem; for a loop around the observer, what it needs if the theorem holds.
     pub(super) fn cubic(
         &mut self,
         theorem: &CubicConvergence,
         facts: &[Fact],
         claimed: &[Number],
-    ) -> Result<Option<StoredGain>, CoqError> {
+    ) -> Result<Option<Stored>, CoqError> {
         let CubicConvergence { plant, l, n: gain, theta, p, s, rate, region } = theorem;
         let [a, b, c] = [points(&plant.a)?, points(&plant.b)?, points(&plant.c)?];
         let [positive, decrease, weight, accretive, _] = facts else { return Ok(None) };
@@ -146,8 +162,11 @@ impl Out {
             self.between(&between, "")?;
             self.decay(*rate, decrease, between.upper)?;
             match *region {
-                Region::Everywhere => stored = Some(self.stored(theorem)?),
-                Region::Within(level) => self.region(theorem, [decrease, accretive], between.upper, level)?,
+                Region::Everywhere => stored = Some(Stored::Everywhere(self.stored(theorem)?)),
+                Region::Within(level) => {
+                    let q = self.region(theorem, [decrease, accretive], between.upper, level)?;
+                    stored = Some(Stored::Within { q, upper: between.upper });
+                }
             }
         }
         self.positive(n, "P", positive, claimed.first())?;
@@ -173,9 +192,9 @@ impl Out {
                 dissipates: "N0 (structure_dissipates _ _ _ _ _ _ accretive_S structure)",
             },
         );
-        if stored.is_none() {
+        if let Some(Stored::Within { .. }) = stored {
             self.over_region(n, outputs);
-            return Ok(None);
+            return Ok(stored);
         }
         self.lemma(
             "decided_stored",
@@ -202,14 +221,14 @@ impl Out {
     }
 
     /// The numbers of the theorem about the stored gain from an ellipsoid, those of the head of
-    /// `statement/deployed_cubic.rs`.
+    /// `statement/deployed_cubic.rs`; q.
     fn region(
         &mut self,
         theorem: &CubicConvergence,
         [decrease, accretive]: [&Fact; 2],
         upper: f64,
         level: f64,
-    ) -> Result<(), CoqError> {
+    ) -> Result<f64, CoqError> {
         let CubicConvergence { plant, l, n, theta, p, s, .. } = theorem;
         let deployed = deployed_cubic(&plant.a, l, &plant.c, p, n, s, theta)?;
         let q = deployed.decrease.margin().unwrap_or(0.0);
@@ -227,13 +246,13 @@ impl Out {
         self.float("t", largest_eigenvalue_bound(theta), "theta is at most t I.")?;
         self.float("rho", deployed.residual, "The norm of P N + C'S is at most this.")?;
         self.float("kappa", kappa, "The norm of C is at most this.")?;
-        self.float("decay_stored", decay, "V falls at least like exp(-2 decay_stored t) from small errors.")
+        self.float("decay_stored", decay, "V falls at least like exp(-2 decay_stored t) from small errors.")?;
+        Ok(q)
     }
 
     /// The theorem about the stored gain from an ellipsoid.
     fn over_region(&mut self, n: usize, outputs: usize) {
-        let numbers = "q lower upper overshoot mu t rho kappa level decay_stored";
-        self.lemma("decided_region", &format!("region_decays {n} {outputs} A C L N P theta S {numbers}"));
+        self.lemma("decided_region", &format!("region_decays {n} {outputs} A C L N P theta S {REGION}"));
         self.theorem(
             "stored_gain_every_error",
             "With the gains L and N exactly as stored, every differentiable e with e' = (A - L C)e + (y'theta y) N y, y = C e,\n    \

@@ -9,6 +9,7 @@
 mod bounds;
 mod cubic;
 pub mod cubic_paper;
+mod deployed;
 mod discrete;
 #[cfg(feature = "all-theorems")]
 mod feedback;
@@ -63,9 +64,6 @@ pub enum CoqError {
         /// The matrix.
         matrix: &'static str,
     },
-    /// A loop around a cubic observer that converges from an ellipsoid.
-    #[error("a loop around an observer that converges from an ellipsoid of errors has no proof in Coq")]
-    Region,
     /// The stored cubic gain.
     #[error(
         "for the stored N no Lyapunov matrix with P N = -C'S exactly is found that has room (it is sought for up to {MOST_OUTPUTS} outputs and an N of full column rank)"
@@ -86,7 +84,7 @@ impl From<ProofError> for CoqError {
 }
 
 /// The theorems of certificates that are proved in Coq.
-pub const KINDS: [&str; 10] = [
+pub const KINDS: [&str; 11] = [
     "linear-observer",
     "discrete-observer",
     "cubic-observer",
@@ -97,6 +95,7 @@ pub const KINDS: [&str; 10] = [
     "polytope-of-plants",
     "polytope-of-jacobians",
     "discrete-polytope-of-jacobians",
+    "deployed-observer",
 ];
 
 /// The certificate as a file for Coq: of a proved one the facts with their margins and the statement about all
@@ -146,6 +145,7 @@ pub fn theorems(file: &CertificateFile) -> Result<CoqFile, CoqError> {
             out.polytope(&jacobians.vertices, [&jacobians.l, &jacobians.p], jacobians.rate, &facts, &claimed)?;
         }
         Theorem::DiscreteJacobianPolytope(jacobians) => out.discrete_polytope(jacobians, &facts, &claimed)?,
+        Theorem::DeployedObserver(deployed) => out.deployed(deployed, &facts, &claimed)?,
         #[cfg(feature = "all-theorems")]
         Theorem::CubicTheorem1(cubic) => out.theorem1(cubic, &facts, &claimed)?,
         #[cfg(feature = "all-theorems")]
@@ -241,7 +241,7 @@ fn head(file: &CertificateFile, is_refuted: bool) -> String {
     format!(
         "(** {}\n\n    {said}: {}\n\n    To check it where proofs/ of luenberger is compiled: coqc -R proofs Luenberger FILE.v *)\n\n\
          From Coq Require Import Reals QArith Qreals List.\n\
-         From Luenberger Require Import Vectors Definite Inequalities Decay LinearObserver Existence Boxes DiscreteObserver\n  CubicObserver CubicRegion SampledCubic FeedbackLoop CubicExistence Polytope\n  BoxPolytope DiscretePolytope DiscreteBoxPolytope Refuted BoxRefuted.\n\
+         From Luenberger Require Import Vectors Definite Inequalities Decay LinearObserver Existence Boxes DiscreteObserver\n  CubicObserver CubicRegion SampledCubic FeedbackLoop CubicExistence LoopRegion Polytope\n  BoxPolytope DiscretePolytope DiscreteBoxPolytope Refuted BoxRefuted\n  Perturbed.\n\
          Import ListNotations.\n\n\
          Local Coercion Q2R : Q >-> R.\n\
          Local Open Scope Q_scope.\n",

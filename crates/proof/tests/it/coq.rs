@@ -2,13 +2,14 @@
 
 use luenberger_proof::Matrix;
 use luenberger_proof::certificate::{
-    CertificateFile, CubicConvergence, CubicTheorem1, DiscreteConvergence, DiscreteJacobianPolytope, FeedbackLoop,
-    HurwitzStability, LinearConvergence, Number, PlantMatrices, PlantPolytope, PlantWithin, Region, Rejection,
-    SampledCubicConvergence, StructuredCubicConvergence, Vertex, digest,
+    CertificateFile, CubicConvergence, CubicTheorem1, DeployedObserver, DiscreteConvergence, DiscreteJacobianPolytope,
+    FeedbackLoop, HurwitzStability, LinearConvergence, Number, PlantMatrices, PlantPolytope, PlantWithin, Region,
+    Rejection, SampledCubicConvergence, StructuredCubicConvergence, Vertex, digest,
 };
 use luenberger_proof::coq::cubic_paper::{WrongSign, wrong_sign};
 use luenberger_proof::coq::{CoqError, CoqFile, theorems};
 use luenberger_proof::interval::Interval;
+use luenberger_proof::statement::{Format, Operation, SampledPlant, Step, deployed_linear};
 
 /// `x' = -x + u`, `y = x` with the gain 1: `F = -2`, and `F'P + PF = -4 P`.
 fn plant() -> PlantMatrices {
@@ -278,6 +279,30 @@ fn a_loop_has_a_rate_of_its_own_and_two_theorems() {
     assert_eq!(coq.theorems.last().map(String::as_str), Some("inequality_25_is_false"));
 }
 
+/// P = 3, S = 1, N = -1/3 rounded, from e'Pe below 1: F'P + PF = -12. With K = 1 and P1 = 1 the state has
+/// [-4 + 2a, 1; 1, 6a - 12] <= 0 up to (4 - 2a)(12 - 6a) = 1, a = 2 - 1/sqrt(12).
+#[test]
+fn a_loop_from_an_ellipsoid_has_a_share_of_the_rate() {
+    let observer = CubicConvergence { n: one(-1.0 / 3.0), p: one(3.0), region: Region::Within(1.0), ..cubic() };
+    let file = CertificateFile::prove("loop", FeedbackLoop { observer, k: one(1.0), p1: one(1.0) }).unwrap();
+    let coq = theorems(&file).unwrap();
+    let expected = [
+        "stored_gain_every_error",
+        "stored_gain_errors_exist",
+        "P1_is_positive_definite",
+        "inequality_25",
+        "real_gain_loop",
+        "real_gain_loops_exist",
+        "stored_gain_loop",
+        "stored_gain_loops_exist",
+    ];
+    assert_eq!(coq.theorems[coq.theorems.len() - expected.len()..], expected);
+    let fastest = 2.0 - 1.0 / 12.0_f64.sqrt();
+    // A smaller multiple of P1 is faster, up to 2.
+    assert!((fastest * 0.99..2.0).contains(&defined(&coq, "decay_stored_loop")));
+    assert!(coq.text.contains("quadratic 1 P (e 0) < level ->"));
+}
+
 /// `F = 1/4`, `w A + A N C = 3/4` with w = 1: V falls by 9/16 at least.
 #[test]
 fn a_sampled_cubic_observer_contracts_by_the_slower_end() {
@@ -350,6 +375,38 @@ fn a_gain_of_the_wrong_sign_is_refuted_with_the_decimals_of_the_paper() {
     for (name, entry) in [("A", "-1/10"), ("L", "1/5"), ("N", "0x1p1"), ("w", "-20/3")] {
         assert!(coq.text.contains(&format!("Definition {name} : list (list Q) := [\n  [{entry}]].\n")), "{name}");
     }
+}
+
+/// F = 7/8 - 3/8, in a byte with four bits behind the point. A sum is rounded by at most 1/32: y, z and the step, the
+/// first two behind the gain, so that a step adds at most 3/8 (1/32 + 1/32) + 1/32 = 7/128, and 7/64 is the limit.
+#[test]
+fn a_deployed_observer_has_the_bound_of_its_steps() {
+    let deployed = |step: Step, l: f64| {
+        let plant = SampledPlant { a: one(0.875), b: Matrix::from_fn(1, 0, |_, _| 0.0), c: one(1.0) };
+        let operation =
+            Operation { state: vec![1.0], input: vec![], noise: vec![0.0], error: vec![1.0], deviation: None };
+        let formats = Format::Fixed { integer_bits: 4, fraction_bits: 4 }.into();
+        let derived = deployed_linear(&plant, &one(l), &one(1.0), step, formats, &operation).unwrap();
+        let ball = derived.ball().map(Into::into);
+        DeployedObserver { plant, stored: derived.stored, step, formats, operation, p: one(1.0), ball }
+    };
+    let file = CertificateFile::prove("a byte", deployed(Step::Accumulated, 0.375)).unwrap();
+    let coq = theorems(&file).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "stein_inequality", "every_error", "running"]);
+    for (name, value) in [("contraction", 0.5), ("beta", 7.0 / 128.0), ("limit", 7.0 / 64.0), ("start", 1.0)] {
+        assert!((defined(&coq, name) / value - 1.0).abs() < 1e-5, "{name} {}", defined(&coq, name));
+    }
+    assert_eq!(defined(&coq, "kappa"), 0.0);
+    assert!(coq.text.contains("Rabs (e (S k) i - (A * e k - L * (C * e k))%vector i)"));
+    let joined = theorems(&CertificateFile::prove("a byte", deployed(Step::Joined, 0.375)).unwrap()).unwrap();
+    assert_eq!(joined.theorems, coq.theorems);
+    assert!(joined.text.contains("Definition F : list (list Q) := [\n  [0x1p-1]].\n"));
+    // That a stored number is not the nearest to the plant's refutes no inequality.
+    let other = changed(&file, "\"A\": [\n      [\"0x1.cp-1\"]", "\"A\": [\n      [\"0x1.8p-1\"]");
+    assert!(matches!(theorems(&other), Err(CoqError::Rejected(Rejection::NotProved { .. }))));
+    let other = changed(&file, "\"P\": [\n      [\"0x1p0\"]", "\"P\": [\n      [\"-0x1p0\"]");
+    // F'PF - P = -1/4 + 1.
+    assert_eq!(theorems(&other).unwrap().theorems, ["P_is_not_positive_definite", "stein_inequality_is_false"]);
 }
 
 /// Two boxes: A from -3/2 to -1, and A = -2; F'P + PF = 6 F is at most -12, and -18.
