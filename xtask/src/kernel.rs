@@ -386,7 +386,7 @@ fn forgeries(text: &str) -> Vec<(String, String)> {
         match name {
             "P" | "P1" | "P_stored" | "P1_stored" => change(name, block, entry("-0x1p0").unwrap_or_default()),
             "A" | "F" | "A_1" | "A_high" | "A_high_1" => change("A", block, entry("0x1p40").unwrap_or_default()),
-            "decay" | "decay_stored" | "decay_loop" | "decay_stored_loop" => {
+            "rate" | "decay" | "decay_stored" | "decay_loop" | "decay_stored_loop" => {
                 change(name, block, format!("Definition {name} : Q := 0x1p40."));
             }
             // A cubic term that drives the error away; of one that did so, one that does not.
