@@ -199,6 +199,44 @@ Definition falls_within (n p : nat) (A_low A_high C_low C_high L P : list (list 
            get (fst G) i j * Zpos (snd R) - Z.abs (get (fst R) i j) * Zpos (snd G))%Z)) in
          all n (fun i => 0 <? nth i w 0)%Z &&& semidefinite n (less_spread n w G R)).
 
+Lemma middle_error_correct n p A_low A_high C_low C_high L :
+  fits n n A_low = true -> fits n n A_high = true -> fits p n C_low = true -> fits p n C_high = true ->
+  fits n p L = true ->
+  equals n n (middle_error n p A_low A_high C_low C_high L)
+    (minus (middle_matrix A_low A_high) (product p (real L) (middle_matrix C_low C_high))).
+Proof.
+  intros FAl FAh FCl FCh FL. apply shortened_correct, subtracted_correct; [apply middle_correct; assumption|].
+  apply times_correct; [apply fits_equals, FL|]. apply middle_correct; assumption.
+Qed.
+
+Lemma deviation_correct n p A_low A_high C_low C_high L :
+  fits n n A_low = true -> fits n n A_high = true -> fits p n C_low = true -> fits p n C_high = true ->
+  fits n p L = true ->
+  equals n n (deviation_numbers n p A_low A_high C_low C_high L) (deviation p A_low A_high C_low C_high L).
+Proof.
+  intros FAl FAh FCl FCh FL. apply shortened_correct, added_correct; [apply radius_correct; assumption|].
+  apply times_correct; [apply absolute_correct, fits_equals, FL|]. apply radius_correct; assumption.
+Qed.
+
+Lemma deviation_near n p A_low A_high C_low C_high L (A C : matrix) :
+  within n n A_low A_high A -> within p n C_low C_high C ->
+  let F0 := minus (middle_matrix A_low A_high) (product p (real L) (middle_matrix C_low C_high)) in
+  forall i j, (i < n)%nat -> (j < n)%nat ->
+  Rabs (minus A (product p (real L) C) i j - F0 i j) <= deviation p A_low A_high C_low C_high L i j.
+Proof.
+  intros HA HC F0 i j I J. unfold F0, deviation, minus, plus, product.
+  replace (A i j - sum p (fun l => real L i l * C l j) - (middle_matrix A_low A_high i j
+    - sum p (fun l => real L i l * middle_matrix C_low C_high l j)))
+    with ((A i j - middle_matrix A_low A_high i j)
+      + - sum p (fun l => real L i l * (C l j - middle_matrix C_low C_high l j))).
+  2: { rewrite (sum_ext p (fun l => real L i l * (C l j - middle_matrix C_low C_high l j))
+    (fun l => real L i l * C l j - real L i l * middle_matrix C_low C_high l j)) by (intros; ring).
+    rewrite sum_minus. ring. }
+  apply Rle_trans with (1 := Rabs_triang _ _). apply Rplus_le_compat; [apply within_near with (1 := HA); assumption|].
+  rewrite Rabs_Ropp. apply Rle_trans with (1 := Rabs_sum _ _), sum_le. intros l L'. rewrite Rabs_mult.
+  apply Rmult_le_compat_l; [apply Rabs_pos|apply within_near with (1 := HC); assumption].
+Qed.
+
 Theorem falls_within_form n p A_low A_high C_low C_high L P rate q :
   falls_within n p A_low A_high C_low C_high L P rate q = true ->
   forall A C : matrix, within n n A_low A_high A -> within p n C_low C_high C ->
@@ -210,27 +248,12 @@ Proof.
   set (F0 := minus (middle_matrix A_low A_high) (product p (real L) (middle_matrix C_low C_high))).
   set (E := fun i j => minus A (product p (real L) C) i j - F0 i j).
   set (D := deviation p A_low A_high C_low C_high L).
-  assert (EF : equals n n (middle_error n p A_low A_high C_low C_high L) F0).
-  { apply shortened_correct, subtracted_correct; [apply middle_correct; assumption|]. apply times_correct; [apply
-    fits_equals, FL|].
-    apply middle_correct; assumption. }
-  assert (ED : equals n n (deviation_numbers n p A_low A_high C_low C_high L) D).
-  { apply shortened_correct, added_correct; [apply radius_correct; assumption|]. apply times_correct; [apply
-    absolute_correct,
-    fits_equals, FL|].
-    apply radius_correct; assumption. }
-  assert (Near : forall i j, (i < n)%nat -> (j < n)%nat -> Rabs (E i j) <= D i j).
-  { intros i j I J. unfold E, F0, D, deviation, minus, plus, product.
-    replace (A i j - sum p (fun l => real L i l * C l j) - (middle_matrix A_low A_high i j
-      - sum p (fun l => real L i l * middle_matrix C_low C_high l j)))
-      with ((A i j - middle_matrix A_low A_high i j)
-        + - sum p (fun l => real L i l * (C l j - middle_matrix C_low C_high l j))).
-    2: { rewrite (sum_ext p (fun l => real L i l * (C l j - middle_matrix C_low C_high l j))
-      (fun l => real L i l * C l j - real L i l * middle_matrix C_low C_high l j)) by (intros; ring).
-      rewrite sum_minus. ring. }
-    apply Rle_trans with (1 := Rabs_triang _ _). apply Rplus_le_compat; [apply within_near with (1 := HA); assumption|].
-    rewrite Rabs_Ropp. apply Rle_trans with (1 := Rabs_sum _ _), sum_le. intros l L'. rewrite Rabs_mult.
-    apply Rmult_le_compat_l; [apply Rabs_pos|apply within_near with (1 := HC); assumption]. }
+  assert (EF : equals n n (middle_error n p A_low A_high C_low C_high L) F0)
+    by (apply middle_error_correct; assumption).
+  assert (ED : equals n n (deviation_numbers n p A_low A_high C_low C_high L) D)
+    by (apply deviation_correct; assumption).
+  assert (Near : forall i j, (i < n)%nat -> (j < n)%nat -> Rabs (E i j) <= D i j)
+    by (apply deviation_near; assumption).
   pose proof (less_spread_correct n _ _ _ _ _ v W
     (subtracted_correct _ _ _ _ _ _ (negative_correct _ _ _ _ (lyapunov_numbers_correct n _ _ rate _ _ EF
       (fits_equals _ _ _ FP))) (multiple_of_identity_correct n q))

@@ -4,8 +4,8 @@
     The error of [xhat' = A xhat + B u + L r - (r'theta r) N r], [r = y - C xhat], obeys
     [e' = F e + (y'theta y) N y], [y = C e], [F = A - L C]. If [P N = -C'S] with [S + S' >= 0] and [theta >= 0], the
     cubic term adds [-2 (y'theta y) y'S y <= 0] to the derivative of [V = e'Pe], which falls as without it. The
-    statements are about every solution on every interval [0 <= t < T] on which it exists; that it exists for all times
-    follows on paper from the bound, and is not proved here. *)
+    statements are about every solution on every interval [0 <= t < T] on which it exists; that from every e(0) there is
+    one for all times is proved in CubicExistence.v. *)
 
 From Coq Require Import Reals QArith Qreals ZArith List Lra Lia.
 From Luenberger Require Import Vectors Definite Inequalities Decay LinearObserver Nullspace Refuted.
@@ -54,6 +54,24 @@ Definition is_accretive_on_outputs (n p : nat) (C S : list (list Q)) (q : Q) : b
 Definition cubic_error (p : nat) (A C L theta : list (list Q)) (N : matrix) (e : vector) : vector :=
   let y := (C * e)%vector in (A * e - L * y + quadratic p theta y .* apply p N y)%vector.
 
+(** The same with sums over n and p terms. *)
+Definition cubic_flow (n p : nat) (A C L theta : list (list Q)) (N : matrix) (v : vector) : vector := fun i =>
+  apply n (error_matrix p A C L) v i
+    + form p (real theta) (apply n (real C) v) * apply p N (apply n (real C) v) i.
+
+Lemma cubic_error_flow n p A C L theta N e i :
+  has_shape n n A = true -> has_shape p n C = true -> has_shape n p L = true -> has_shape p p theta = true ->
+  (i < n)%nat -> cubic_error p A C L theta N e i = cubic_flow n p A C L theta N e i.
+Proof.
+  intros HA HC HL Ht I. unfold cubic_error, plus_vector at 1, scale_vector, cubic_flow. f_equal.
+  - apply (error_apply n p); assumption.
+  - assert (Y : forall j, (j < p)%nat -> (C * e)%vector j = apply n (real C) e j).
+    { intros j J. apply (times_vector_apply p); assumption. }
+    f_equal.
+    + rewrite quadratic_form by assumption. apply form_ext; [easy|exact Y].
+    + apply apply_ext; [reflexivity|exact Y].
+Qed.
+
 Section Error.
   Variables (n p : nat) (A C L P theta : list (list Q)) (a lower upper overshoot : Q).
   Hypothesis Checked : cubic_decays n p A C L P theta a lower upper overshoot = true.
@@ -75,40 +93,37 @@ Section Error.
     - apply fits_shape, FT.
   Qed.
 
+  Lemma cubic_flow_falls v :
+    let f := cubic_flow n p A C L theta N v in
+    bilinear n n (real P) f v + bilinear n n (real P) v f + 2 * Q2R a * form n (real P) v <= 0.
+  Proof.
+    destruct cubic_parts as (Decays & Symmetric & Theta & _).
+    pose proof (error_falls _ _ _ _ _ _ _ _ _ _ Decays v) as K. set (F := error_matrix p A C L) in *.
+    set (c := form p (real theta) (apply n (real C) v)). set (d := apply p N (apply n (real C) v)).
+    cbv zeta. change (cubic_flow n p A C L theta N v) with (fun i => apply n F v i + c * d i).
+    rewrite (bilinear_plus_left n n), bilinear_scale_left.
+    rewrite (bilinear_plus_right n n), bilinear_scale_right.
+    rewrite (Symmetric d v). specialize (Dissipates v). fold d in Dissipates.
+    assert (0 <= c * - bilinear n n (real P) v d) by (apply Rmult_le_pos; [apply Theta|lra]).
+    lra.
+  Qed.
+
   Theorem cubic_error_decays (T : R) (e : R -> vector) :
     solution T n e (fun t => cubic_error p A C L theta N (e t)) ->
     (forall s t, 0 <= s -> s <= t -> t < T ->
       quadratic n P (e t) <= exp (- (2 * Q2R a) * (t - s)) * quadratic n P (e s))
     /\ (forall t, 0 <= t -> t < T -> norm n (e t) <= Q2R overshoot * exp (- Q2R a * t) * norm n (e 0)).
   Proof.
-    intros E. destruct cubic_parts as (Decays & Symmetric & Theta & ShapeTheta).
+    intros E. destruct cubic_parts as (Decays & _ & _ & ShapeTheta).
     destruct (shapes _ _ _ _ _ _ _ _ _ _ Decays) as (HA & HC & HL & HP).
-    set (F := error_matrix p A C L).
-    set (c := fun v => form p (real theta) (apply n (real C) v)).
-    set (f := fun v : vector => (fun i => apply n F v i + c v * apply p N (apply n (real C) v) i) : vector).
-    assert (S' : solution T n e (fun t => f (e t))).
+    assert (S' : solution T n e (fun t => cubic_flow n p A C L theta N (e t))).
     { apply (solution_ext T n e (fun t => cubic_error p A C L theta N (e t))); [|exact E].
-      intros t i I. unfold cubic_error, plus_vector at 1, scale_vector, f. f_equal.
-      - apply (error_apply n p); assumption.
-      - assert (Y : forall j, (j < p)%nat -> (C * e t)%vector j = apply n (real C) (e t) j).
-        { intros j J. apply (times_vector_apply p); assumption. }
-        f_equal.
-        + rewrite quadratic_form by assumption. apply form_ext; [easy|exact Y].
-        + apply apply_ext; [reflexivity|exact Y]. }
-    assert (Falls : forall v, bilinear n n (real P) (f v) v + bilinear n n (real P) v (f v)
-      + 2 * Q2R a * form n (real P) v <= 0).
-    { intros v. pose proof (error_falls _ _ _ _ _ _ _ _ _ _ Decays v) as K. fold F in K. unfold f.
-      rewrite (bilinear_plus_left n n), bilinear_scale_left.
-      rewrite (bilinear_plus_right n n), bilinear_scale_right.
-      rewrite (Symmetric (apply p N (apply n (real C) v)) v). specialize (Dissipates v).
-      assert (0 <= c v * - bilinear n n (real P) v (apply p N (apply n (real C) v))).
-      { apply Rmult_le_pos; [apply Theta|lra]. }
-      lra. }
+      intros t i I. apply cubic_error_flow; assumption. }
     assert (K : forall s t, 0 <= s -> s <= t -> t < T ->
       quadratic n P (e t) <= exp (- (2 * Q2R a) * (t - s)) * quadratic n P (e s)).
     { intros s t Hs Hst Ht. rewrite !quadratic_form by exact HP.
-      apply (lyapunov_decay n (real P) (Q2R a) T e (fun t => f (e t)) S'); try assumption.
-      intros r _. apply Falls. }
+      apply (lyapunov_decay n (real P) (Q2R a) T e _ S'); try assumption.
+      intros r _. apply cubic_flow_falls. }
     split; [exact K|]. intros t Hs Ht. pose proof (both _ _ Decays) as [Between _].
     apply (norm_of_form n P lower upper overshoot Between); [apply Rlt_le, exp_pos|].
     specialize (K 0 t (Rle_refl 0) Hs Ht). rewrite !quadratic_form, Rminus_0_r in K by exact HP.

@@ -231,17 +231,44 @@ Section Error.
   Variables (q lower upper overshoot mu t rho kappa level decay : Q).
   Hypothesis Checked : region_decays n p A C L N P theta S q lower upper overshoot mu t rho kappa level decay = true.
 
-  (** Solutions from below the level decay, faster from smaller errors. *)
-  Theorem region_error_decays (T : R) (e : R -> vector) :
-    solution T n e (fun t => cubic_error p A C L theta (real N) (e t)) ->
-    quadratic n P (e 0) < Q2R level ->
-    let a := Q2R decay * (1 - quadratic n P (e 0) / Q2R level) in
-    0 < a
-    /\ (forall s t, 0 <= s -> s <= t -> t < T ->
-      quadratic n P (e t) <= exp (- (2 * a) * (t - s)) * quadratic n P (e s))
-    /\ (forall t, 0 <= t -> t < T -> norm n (e t) <= Q2R overshoot * exp (- a * t) * norm n (e 0)).
+  Lemma region_shapes :
+    is_between n P lower upper overshoot = true /\ 0 < Q2R decay /\ 0 < Q2R level
+    /\ 2 * Q2R decay * Q2R upper <= Q2R q /\ 0 <= Q2R q
+    /\ has_shape n n A = true /\ has_shape p n C = true /\ has_shape n p L = true /\ has_shape n n P = true
+    /\ has_shape p p theta = true.
   Proof.
-    intros E Below a. pose proof Checked as H. unfold region_decays in H.
+    pose proof Checked as H. unfold region_decays in H.
+    apply both in H. destruct H as [H Which]. apply both in H. destruct H as [H Rate]. apply both in H.
+    destruct H as [H Signs]. apply both in H. destruct H as [H Kappa]. apply both in H. destruct H as [H Rho].
+    apply both in H. destruct H as [H Mu]. apply both in H. destruct H as [H Large]. apply both in H.
+    destruct H as [H Theta]. apply both in H. destruct H as [H FS]. apply both in H. destruct H as [H Ft].
+    apply both in H. destruct H as [H FN]. apply both in H. destruct H as [H Symmetric]. apply both in H.
+    destruct H as [Between Falls]. apply both in Signs. destruct Signs as [Signs QSign].
+    apply both in Signs. destruct Signs as [Signs PositiveDecay]. apply both in Signs.
+    destruct Signs as [Signs PositiveLevel]. apply both in Signs. destruct Signs as [Signs KappaSign]. apply both in
+      Signs.
+    destruct Signs as [Signs RhoSign]. apply both in Signs. destruct Signs as [MuSign TSign].
+    apply is_positive_correct in PositiveDecay, PositiveLevel, MuSign. apply not_negative in KappaSign, RhoSign,
+      TSign, QSign.
+    apply Qle_bool_iff, Qle_Rle in Rate. rewrite !Q2R_mult in Rate. replace (Q2R 2) with 2 in Rate by (unfold Q2R;
+      simpl; lra).
+    pose proof (both _ _ Falls) as [Fit _]. destruct (linear_fits_parts _ _ _ _ _ _ Fit) as (FA & FC & FL & FP).
+    pose proof (fits_shape _ _ _ FA) as HA. pose proof (fits_shape _ _ _ FC) as HC. pose proof (fits_shape _ _ _ FL)
+      as HL.
+    pose proof (fits_shape _ _ _ FP) as HP. pose proof (fits_shape _ _ _ Ft) as Ht.
+    destruct (between_numbers _ _ _ _ _ Between) as (Lower & _ & _).
+    repeat split; assumption || lra.
+  Qed.
+
+  (** Below the level the derivative of V is at most [- q (1 - V / level) |e|^2]. *)
+  Lemma region_flow_falls v :
+    let f := cubic_flow n p A C L theta (real N) v in
+    form n (real P) v < Q2R level ->
+    bilinear n n (real P) f v + bilinear n n (real P) v f
+      <= - (Q2R q * (1 - form n (real P) v / Q2R level) * square n v).
+  Proof.
+    intros f Small. unfold f. clear f.
+    pose proof Checked as H. unfold region_decays in H.
     apply both in H. destruct H as [H Which]. apply both in H. destruct H as [H Rate]. apply both in H.
     destruct H as [H Signs]. apply both in H. destruct H as [H Kappa]. apply both in H. destruct H as [H Rho].
     apply both in H. destruct H as [H Mu]. apply both in H. destruct H as [H Large]. apply both in H.
@@ -273,86 +300,108 @@ Section Error.
         replace (k * Q2R level) with (Q2R q * Q2R lower) by (unfold k; field; lra). lra. }
     set (F := error_matrix p A C L).
     set (c := fun v => form p (real theta) (apply n (real C) v)).
-    set (f := fun v : vector => (fun i => apply n F v i + c v * apply p (real N) (apply n (real C) v) i) : vector).
+    set (y := apply n (real C) v). set (X := norm n v). set (Y := norm p y).
+    pose proof (falls_form _ _ _ _ _ _ _ _ Falls v) as Linear. rewrite Q2R_zero, lyapunov_form in Linear. fold F in
+      Linear.
+    cbv zeta. change (cubic_flow n p A C L theta (real N) v) with (fun i => apply n F v i + c v * apply p (real N) y i).
+    rewrite (bilinear_plus_left n n), bilinear_scale_left, (bilinear_plus_right n n), bilinear_scale_right.
+    rewrite (is_symmetric_correct n _ _ (apply p (real N) y) v (fits_equals _ _ _ FP) Symmetric).
+    assert (Term : bilinear n n (real P) v (apply p (real N) y)
+      = inner n v (apply p (residual n p C N P S) y) - form p (real S) y).
+    { rewrite <- bilinear_product. change (inner n v (apply p (residual n p C N P S) y)) with (bilinear n p
+      (residual n p C N P S)
+        v y). unfold residual. rewrite bilinear_plus, bilinear_transpose_product. fold y. unfold form. ring. }
+    assert (Residual : inner n v (apply p (residual n p C N P S) y) <= Q2R rho * X * Y).
+    { pose proof (cauchy_schwarz n v (apply p (residual n p C N P S) y)) as CS.
+      pose proof (at_most_gram n p _ _ rho y (added_correct _ _ _ _ _ _ (times_correct n n p _ _ _ _ (fits_equals _
+        _ _ FP)
+        (fits_equals _ _ _ FN)) (times_correct n p p _ _ _ _ (turned_correct n p _ _ (fits_equals _ _ _ FC))
+        (fits_equals _ _ _ FS))) Rho) as G.
+      assert (B : norm n (apply p (residual n p C N P S) y) <= Q2R rho * Y).
+      { unfold norm at 1. rewrite <- (sqrt_square (Q2R rho * Y)) by (apply Rmult_le_pos; [exact RhoSign|apply
+          norm_nonnegative]).
+        apply sqrt_le_1; [apply square_nonnegative|apply Rle_0_sqr|]. unfold residual.
+        replace (Q2R rho * Y * (Q2R rho * Y)) with (Q2R rho * Q2R rho * (Y * Y)) by ring. unfold Y.
+        rewrite norm_squared. exact G. }
+      pose proof (Rle_abs (inner n v (apply p (residual n p C N P S) y))).
+      assert (X * norm n (apply p (residual n p C N P S) y) <= X * (Q2R rho * Y)).
+      { apply Rmult_le_compat_l; [apply norm_nonnegative|exact B]. }
+      fold X in CS. lra. }
+    assert (Outputs : Y <= Q2R kappa * X).
+    { unfold Y, norm at 1. rewrite <- (sqrt_square (Q2R kappa * X)) by (apply Rmult_le_pos; [exact KappaSign|apply
+        norm_nonnegative]).
+      apply sqrt_le_1; [apply square_nonnegative|apply Rle_0_sqr|].
+      replace (Q2R kappa * X * (Q2R kappa * X)) with (Q2R kappa * Q2R kappa * (X * X)) by ring. unfold X.
+      rewrite norm_squared. apply (at_most_gram p n _ _ kappa v (fits_equals _ _ _ FC) Kappa). }
+    assert (Weight : 0 <= c v <= Q2R t * (Y * Y)).
+    { unfold c. fold y. split; [apply (semidefinite_correct _ _ _ (fits_equals _ _ _ Ft) Theta)|].
+      pose proof (at_least_correct _ _ _ _ (negative_correct _ _ _ _ (fits_equals _ _ _ Ft)) Large y) as G.
+      unfold form in G. rewrite bilinear_scale, Q2R_opp in G. unfold Y. rewrite norm_squared. unfold form. lra. }
+    assert (Accretive : Q2R mu * (Y * Y) <= 2 * form p (real S) y).
+    { pose proof (at_least_correct _ _ _ _ (added_correct _ _ _ _ _ _ (fits_equals _ _ _ FS)
+        (turned_correct _ _ _ _ (fits_equals _ _ _ FS))) Mu y) as G.
+      unfold form in G. rewrite bilinear_plus, bilinear_transpose in G. unfold Y. rewrite norm_squared. unfold form.
+        lra. }
+    assert (Cubic : c v * (2 * (inner n v (apply p (residual n p C N P S) y) - form p (real S) y)) <= k * X ^ 4).
+    { apply Rle_trans with (c v * (2 * Q2R rho * X * Y - Q2R mu * (Y * Y))).
+      - apply Rmult_le_compat_l; [apply Weight|lra].
+      - apply (cubic_excess _ (Q2R t) _ (Q2R kappa)); try assumption; try apply norm_nonnegative; apply Weight. }
+    rewrite Term.
+    assert (XX : X * X = square n v) by apply norm_squared.
+    pose proof (between_lower _ _ _ _ _ Between v) as Low. pose proof (between_upper _ _ _ _ _ Between v) as High.
+    set (V := form n (real P) v) in *. rewrite <- XX in *.
+    assert (Share : 0 <= 1 - V / Q2R level).
+    { apply Rmult_le_reg_l with (Q2R level); [exact PositiveLevel|].
+      replace (Q2R level * (1 - V / Q2R level)) with (Q2R level - V) by (field; lra). lra. }
+    assert (V0 : 0 <= V).
+    { apply Rle_trans with (2 := Low). apply Rmult_le_pos; [lra|apply Rle_0_sqr]. }
+    (* k X^4 <= q X^2 V / level *)
+    assert (Quartic : k * X ^ 4 <= Q2R q * (V / Q2R level) * (X * X)).
+    { replace (k * X ^ 4) with (Q2R q * (Q2R lower * (X * X) / Q2R level) * (X * X)) by (unfold k; field; lra).
+      apply Rmult_le_compat_r; [apply Rle_0_sqr|]. apply Rmult_le_compat_l; [exact QSign|].
+      apply Rmult_le_compat_r; [apply Rlt_le, Rinv_0_lt_compat, PositiveLevel|exact Low]. }
+    fold V in Linear. lra.
+  Qed.
+
+  (** It is at most [- 2 decay (1 - V / level) V]. *)
+  Lemma region_flow_decays v :
+    let f := cubic_flow n p A C L theta (real N) v in
+    form n (real P) v < Q2R level ->
+    bilinear n n (real P) f v + bilinear n n (real P) v f
+      <= - (2 * Q2R decay * (1 - form n (real P) v / Q2R level) * form n (real P) v).
+  Proof.
+    intros f Small. apply Rle_trans with (1 := region_flow_falls v Small).
+    destruct region_shapes as (Between & PositiveDecay & PositiveLevel & Rate & _ & _).
+    pose proof (between_upper _ _ _ _ _ Between v) as High. set (V := form n (real P) v) in *.
+    assert (Share : 0 <= 1 - V / Q2R level).
+    { apply Rmult_le_reg_l with (Q2R level); [exact PositiveLevel|].
+      replace (Q2R level * (1 - V / Q2R level)) with (Q2R level - V) by (field; lra). lra. }
+    assert (Speed : 2 * Q2R decay * V <= Q2R q * square n v).
+    { apply Rle_trans with (2 * Q2R decay * (Q2R upper * square n v)); [apply Rmult_le_compat_l; lra|].
+      replace (2 * Q2R decay * (Q2R upper * square n v)) with (2 * Q2R decay * Q2R upper * square n v) by ring.
+      apply Rmult_le_compat_r; [apply square_nonnegative|exact Rate]. }
+    assert ((1 - V / Q2R level) * (2 * Q2R decay * V) <= (1 - V / Q2R level) * (Q2R q * square n v)).
+    { apply Rmult_le_compat_l; assumption. }
+    lra.
+  Qed.
+
+  (** Solutions from below the level decay, faster from smaller errors. *)
+  Theorem region_error_decays (T : R) (e : R -> vector) :
+    solution T n e (fun t => cubic_error p A C L theta (real N) (e t)) ->
+    quadratic n P (e 0) < Q2R level ->
+    let a := Q2R decay * (1 - quadratic n P (e 0) / Q2R level) in
+    0 < a
+    /\ (forall s t, 0 <= s -> s <= t -> t < T ->
+      quadratic n P (e t) <= exp (- (2 * a) * (t - s)) * quadratic n P (e s))
+    /\ (forall t, 0 <= t -> t < T -> norm n (e t) <= Q2R overshoot * exp (- a * t) * norm n (e 0)).
+  Proof.
+    intros E Below a.
+    destruct region_shapes as (Between & PositiveDecay & PositiveLevel & _ & _ & HA & HC & HL & HP & Ht).
+    destruct (between_numbers _ _ _ _ _ Between) as (Lower & _ & _).
+    set (f := cubic_flow n p A C L theta (real N)).
     assert (S' : solution T n e (fun t => f (e t))).
     { apply (solution_ext T n e (fun t => cubic_error p A C L theta (real N) (e t))); [|exact E].
-      intros r i I. unfold cubic_error, plus_vector at 1, scale_vector, f. f_equal.
-      - apply (error_apply n p); assumption.
-      - assert (Y : forall j, (j < p)%nat -> (C * e r)%vector j = apply n (real C) (e r) j).
-        { intros j J. apply (times_vector_apply p); assumption. }
-        f_equal.
-        + rewrite quadratic_form by assumption. apply form_ext; [easy|exact Y].
-        + apply apply_ext; [reflexivity|exact Y]. }
-    assert (Derivative : forall v, form n (real P) v < Q2R level ->
-      bilinear n n (real P) (f v) v + bilinear n n (real P) v (f v)
-      <= - (2 * Q2R decay * (1 - form n (real P) v / Q2R level) * form n (real P) v)).
-    { intros v Small. set (y := apply n (real C) v). set (X := norm n v). set (Y := norm p y).
-      pose proof (falls_form _ _ _ _ _ _ _ _ Falls v) as Linear. rewrite Q2R_zero, lyapunov_form in Linear. fold F in
-        Linear.
-      unfold f. rewrite (bilinear_plus_left n n), bilinear_scale_left, (bilinear_plus_right n n), bilinear_scale_right.
-      rewrite (is_symmetric_correct n _ _ (apply p (real N) (apply n (real C) v)) v (fits_equals _ _ _ FP) Symmetric).
-      fold y.
-      assert (Term : bilinear n n (real P) v (apply p (real N) y)
-        = inner n v (apply p (residual n p C N P S) y) - form p (real S) y).
-      { rewrite <- bilinear_product. change (inner n v (apply p (residual n p C N P S) y)) with (bilinear n p
-        (residual n p C N P S)
-          v y). unfold residual. rewrite bilinear_plus, bilinear_transpose_product. fold y. unfold form. ring. }
-      assert (Residual : inner n v (apply p (residual n p C N P S) y) <= Q2R rho * X * Y).
-      { pose proof (cauchy_schwarz n v (apply p (residual n p C N P S) y)) as CS.
-        pose proof (at_most_gram n p _ _ rho y (added_correct _ _ _ _ _ _ (times_correct n n p _ _ _ _ (fits_equals _
-          _ _ FP)
-          (fits_equals _ _ _ FN)) (times_correct n p p _ _ _ _ (turned_correct n p _ _ (fits_equals _ _ _ FC))
-          (fits_equals _ _ _ FS))) Rho) as G.
-        assert (B : norm n (apply p (residual n p C N P S) y) <= Q2R rho * Y).
-        { unfold norm at 1. rewrite <- (sqrt_square (Q2R rho * Y)) by (apply Rmult_le_pos; [exact RhoSign|apply
-            norm_nonnegative]).
-          apply sqrt_le_1; [apply square_nonnegative|apply Rle_0_sqr|]. unfold residual.
-          replace (Q2R rho * Y * (Q2R rho * Y)) with (Q2R rho * Q2R rho * (Y * Y)) by ring. unfold Y.
-          rewrite norm_squared. exact G. }
-        pose proof (Rle_abs (inner n v (apply p (residual n p C N P S) y))).
-        assert (X * norm n (apply p (residual n p C N P S) y) <= X * (Q2R rho * Y)).
-        { apply Rmult_le_compat_l; [apply norm_nonnegative|exact B]. }
-        fold X in CS. lra. }
-      assert (Outputs : Y <= Q2R kappa * X).
-      { unfold Y, norm at 1. rewrite <- (sqrt_square (Q2R kappa * X)) by (apply Rmult_le_pos; [exact KappaSign|apply
-          norm_nonnegative]).
-        apply sqrt_le_1; [apply square_nonnegative|apply Rle_0_sqr|].
-        replace (Q2R kappa * X * (Q2R kappa * X)) with (Q2R kappa * Q2R kappa * (X * X)) by ring. unfold X.
-        rewrite norm_squared. apply (at_most_gram p n _ _ kappa v (fits_equals _ _ _ FC) Kappa). }
-      assert (Weight : 0 <= c v <= Q2R t * (Y * Y)).
-      { unfold c. fold y. split; [apply (semidefinite_correct _ _ _ (fits_equals _ _ _ Ft) Theta)|].
-        pose proof (at_least_correct _ _ _ _ (negative_correct _ _ _ _ (fits_equals _ _ _ Ft)) Large y) as G.
-        unfold form in G. rewrite bilinear_scale, Q2R_opp in G. unfold Y. rewrite norm_squared. unfold form. lra. }
-      assert (Accretive : Q2R mu * (Y * Y) <= 2 * form p (real S) y).
-      { pose proof (at_least_correct _ _ _ _ (added_correct _ _ _ _ _ _ (fits_equals _ _ _ FS)
-          (turned_correct _ _ _ _ (fits_equals _ _ _ FS))) Mu y) as G.
-        unfold form in G. rewrite bilinear_plus, bilinear_transpose in G. unfold Y. rewrite norm_squared. unfold form.
-          lra. }
-      assert (Cubic : c v * (2 * (inner n v (apply p (residual n p C N P S) y) - form p (real S) y)) <= k * X ^ 4).
-      { apply Rle_trans with (c v * (2 * Q2R rho * X * Y - Q2R mu * (Y * Y))).
-        - apply Rmult_le_compat_l; [apply Weight|lra].
-        - apply (cubic_excess _ (Q2R t) _ (Q2R kappa)); try assumption; try apply norm_nonnegative; apply Weight. }
-      rewrite Term.
-      assert (XX : X * X = square n v) by apply norm_squared.
-      pose proof (between_lower _ _ _ _ _ Between v) as Low. pose proof (between_upper _ _ _ _ _ Between v) as High.
-      set (V := form n (real P) v) in *. rewrite <- XX in *.
-      assert (Share : 0 <= 1 - V / Q2R level).
-      { apply Rmult_le_reg_l with (Q2R level); [exact PositiveLevel|].
-        replace (Q2R level * (1 - V / Q2R level)) with (Q2R level - V) by (field; lra). lra. }
-      assert (V0 : 0 <= V).
-      { apply Rle_trans with (2 := Low). apply Rmult_le_pos; [lra|apply Rle_0_sqr]. }
-      (* k X^4 <= q X^2 V / level *)
-      assert (Quartic : k * X ^ 4 <= Q2R q * (V / Q2R level) * (X * X)).
-      { replace (k * X ^ 4) with (Q2R q * (Q2R lower * (X * X) / Q2R level) * (X * X)) by (unfold k; field; lra).
-        apply Rmult_le_compat_r; [apply Rle_0_sqr|]. apply Rmult_le_compat_l; [exact QSign|].
-        apply Rmult_le_compat_r; [apply Rlt_le, Rinv_0_lt_compat, PositiveLevel|exact Low]. }
-      assert (Speed : 2 * Q2R decay * V <= Q2R q * (X * X)).
-      { apply Rle_trans with (2 * Q2R decay * (Q2R upper * (X * X))); [apply Rmult_le_compat_l; lra|].
-        replace (2 * Q2R decay * (Q2R upper * (X * X))) with (2 * Q2R decay * Q2R upper * (X * X)) by ring.
-        apply Rmult_le_compat_r; [apply Rle_0_sqr|exact Rate]. }
-      assert ((1 - V / Q2R level) * (2 * Q2R decay * V) <= (1 - V / Q2R level) * (Q2R q * (X * X))).
-      { apply Rmult_le_compat_l; assumption. }
-      fold V in Linear. lra. }
+      intros t' i I. apply cubic_error_flow; assumption. }
     assert (A0 : 0 < a).
     { unfold a. apply Rmult_lt_0_compat; [exact PositiveDecay|]. apply Rmult_lt_reg_l with (Q2R level); [exact
       PositiveLevel|].
@@ -372,7 +421,7 @@ Section Error.
       - intros x. apply Rle_trans with (Q2R lower * square n (e x)); [apply Rmult_le_pos; [lra|apply
         square_nonnegative]|].
         apply (between_lower _ _ _ _ _ Between).
-      - intros x _ L'. apply Derivative, L'. }
+      - intros x _ L'. apply region_flow_decays, L'. }
     split; [exact A0|]. split; [exact K|]. intros r Hs Hr.
     apply (norm_of_form n P lower upper overshoot Between); [apply Rlt_le, exp_pos|].
     specialize (K 0 r (Rle_refl 0) Hs Hr). rewrite !(quadratic_form n P), Rminus_0_r in K by exact HP.

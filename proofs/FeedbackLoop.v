@@ -128,6 +128,103 @@ Proof.
     rewrite loop_form, Q2R_zero in R by exact Fit. fold f g in R. lra.
 Qed.
 
+(** ** The loop in x and e *)
+
+(** [(A - B K)x + B K e] *)
+Definition loop_flow (A B K : list (list Q)) (x e : vector) : vector := (A * x - B * (K * x) + B * (K * e))%vector.
+
+Section Flow.
+  Variables (n m p : nat) (A B C K L theta : list (list Q)).
+  Hypothesis HA : has_shape n n A = true.
+  Hypothesis HB : has_shape n m B = true.
+  Hypothesis HC : has_shape p n C = true.
+  Hypothesis HK : has_shape m n K = true.
+  Hypothesis HL : has_shape n p L = true.
+  Hypothesis Htheta : has_shape p p theta = true.
+
+  (** The plant, with the error in place of the state of the observer. *)
+  Lemma plant_in_loop (x xhat : vector) i : (i < n)%nat ->
+    (A * x - B * (K * xhat))%vector i = loop_flow A B K x (x - xhat)%vector i.
+  Proof.
+    intros I. unfold loop_flow, plus_vector, minus_vector at 1 2.
+    rewrite !(times_vector_apply n m B) by assumption.
+    rewrite (apply_ext m (real B) (real B) (K * xhat)%vector
+      (fun j => apply n (real K) x j - apply n (real K) (x - xhat)%vector j) i); [|reflexivity|].
+    - rewrite apply_minus_vector.
+      rewrite (apply_ext m (real B) (real B) (K * x)%vector (apply n (real K) x) i)
+        by (try reflexivity; intros j J; apply (times_vector_apply m n K); assumption).
+      rewrite (apply_ext m (real B) (real B) (K * (x - xhat))%vector (apply n (real K) (x - xhat)%vector) i)
+        by (try reflexivity; intros j J; apply (times_vector_apply m n K); assumption).
+      ring.
+    - intros j J. rewrite (times_vector_apply m n K) by assumption. unfold minus_vector.
+      rewrite apply_minus_vector. ring.
+  Qed.
+
+  (** The difference of plant and observer. *)
+  Lemma error_in_loop N (x xhat : vector) i : (i < n)%nat ->
+    (A * x - B * (K * xhat))%vector i
+      - (let r := (C * x - C * xhat)%vector in
+         A * xhat - B * (K * xhat) + L * r - quadratic p theta r .* apply p N r)%vector i
+    = cubic_error p A C L theta N (x - xhat)%vector i.
+  Proof.
+    intros I. cbv zeta. set (r := (C * x - C * xhat)%vector). set (e := (x - xhat)%vector).
+    assert (Y : forall j, (j < p)%nat -> r j = (C * e)%vector j).
+    { intros j J. unfold r, e, minus_vector. rewrite !(times_vector_apply p n C) by assumption.
+      symmetry. apply apply_minus_vector. }
+    assert (Q : quadratic p theta (C * e)%vector = quadratic p theta r).
+    { rewrite !quadratic_form by exact Htheta. apply form_ext; [easy|]. intros j J. symmetry. apply Y, J. }
+    assert (D : apply p N (C * e)%vector i = apply p N r i).
+    { apply apply_ext; [reflexivity|]. intros j J. symmetry. apply Y, J. }
+    assert (G : (L * (C * e))%vector i = (L * r)%vector i).
+    { rewrite !(times_vector_apply n p L) by assumption. apply apply_ext; [reflexivity|]. intros j J. symmetry.
+      apply Y, J. }
+    assert (F : (A * e)%vector i = (A * x)%vector i - (A * xhat)%vector i).
+    { unfold e. rewrite !(times_vector_apply n n A) by assumption. apply apply_minus_vector. }
+    unfold cubic_error, plus_vector, minus_vector, scale_vector in *. rewrite Q, D, G, F. ring.
+  Qed.
+
+  (** Solutions of plant and observer, as ones in x and e. *)
+  Lemma loop_solution N T (x xhat : R -> vector) :
+    solution T n x (fun t => A * x t - B * (K * xhat t))%vector ->
+    solution T n xhat (fun t => let r := (C * x t - C * xhat t)%vector in
+      (A * xhat t - B * (K * xhat t) + L * r - quadratic p theta r .* apply p N r)%vector) ->
+    solution T n x (fun t => loop_flow A B K (x t) (x t - xhat t)%vector)
+    /\ solution T n (fun t => x t - xhat t)%vector (fun t => cubic_error p A C L theta N (x t - xhat t)%vector).
+  Proof.
+    intros Plant Observer. split.
+    - apply (solution_ext T n x (fun t => A * x t - B * (K * xhat t))%vector); [|exact Plant].
+      intros t i I. apply plant_in_loop, I.
+    - refine (solution_ext T n _ (fun t i => (A * x t - B * (K * xhat t))%vector i - _ t i) _ _
+        (solution_difference T n x xhat _ _ Plant Observer)).
+      intros t i I. apply error_in_loop, I.
+  Qed.
+End Flow.
+
+(** Two solutions as one of the pair. *)
+Lemma pair_solution T n (x e f g : R -> vector) :
+  solution T n x f -> solution T n e g ->
+  solution T (n + n) (fun t => pair_of n (x t) (e t)) (fun t => pair_of n (f t) (g t)).
+Proof.
+  intros X E. unfold solution. apply each_of_pair; intros i I.
+  - destruct (X i I) as [Cont D]. split.
+    + intros eps He. destruct (Cont eps He) as (d & Hd & R). exists d. split; [exact Hd|]. intros t Ht.
+      rewrite !pair_first by exact I. apply R, Ht.
+    + intros t Ht. rewrite pair_first by exact I. specialize (D t Ht). intros eps He. destruct (D eps He) as (d & R).
+      exists d. intros h Hh L'. rewrite !pair_first by exact I. apply R; assumption.
+  - destruct (E i I) as [Cont D]. split.
+    + intros eps He. destruct (Cont eps He) as (d & Hd & R). exists d. split; [exact Hd|]. intros t Ht.
+      rewrite !pair_second. apply R, Ht.
+    + intros t Ht. rewrite pair_second. specialize (D t Ht). intros eps He. destruct (D eps He) as (d & R).
+      exists d. intros h Hh L'. rewrite !pair_second. apply R; assumption.
+Qed.
+
+Lemma pair_form n P1 P v w : has_shape n n P1 = true -> has_shape n n P = true ->
+  form (n + n) (both_matrix n P1 P) (pair_of n v w) = quadratic n P1 v + quadratic n P w.
+Proof.
+  intros HP1 HP. unfold form, both_matrix. rewrite bilinear_blocks, !bilinear_nothing.
+  rewrite !quadratic_form by assumption. unfold form. ring.
+Qed.
+
 (** ** The statement about trajectories *)
 
 (** What the cubic observer needs, bounds of P1, and (25). *)
@@ -141,6 +238,58 @@ Section Loop.
   Variable N : matrix.
   Hypothesis Dissipates : dissipates n p C P N.
 
+  Lemma loop_parts :
+    is_between n P lower upper overshoot = true /\ is_between n P1 lower upper overshoot = true
+    /\ has_shape n n A = true /\ has_shape n m B = true /\ has_shape p n C = true /\ has_shape m n K = true
+    /\ has_shape n p L = true /\ has_shape p p theta = true /\ has_shape n n P1 = true /\ has_shape n n P = true.
+  Proof.
+    pose proof (both _ _ Checked) as [H Falls]. pose proof (both _ _ H) as [Cubic Between1].
+    destruct (cubic_parts _ _ _ _ _ _ _ _ _ _ _ Cubic) as (Decays & _ & _ & ShapeTheta).
+    destruct (shapes _ _ _ _ _ _ _ _ _ _ Decays) as (HA & HC & HL & HP).
+    pose proof (both _ _ Decays) as [Between _].
+    pose proof (both _ _ Falls) as [Fit _]. pose proof (both _ _ Fit) as [_ Fit2].
+    destruct (linear_fits_parts _ _ _ _ _ _ Fit2) as (_ & FK & FB & FP1).
+    pose proof (fits_shape _ _ _ FK). pose proof (fits_shape _ _ _ FB). pose proof (fits_shape _ _ _ FP1).
+    repeat split; assumption.
+  Qed.
+
+  (** W falls at every (v, w). *)
+  Lemma loop_flow_falls v w :
+    let z := pair_of n v w in
+    let f := pair_of n (loop_flow A B K v w) (cubic_error p A C L theta N w) in
+    bilinear (n + n) (n + n) (both_matrix n P1 P) f z + bilinear (n + n) (n + n) (both_matrix n P1 P) z f
+      + 2 * Q2R a * form (n + n) (both_matrix n P1 P) z <= 0.
+  Proof.
+    intros z f. unfold z, f. clear z f.
+    destruct loop_parts as (_ & _ & HA & HB & HC & HK & HL & ShapeTheta & HP1 & HP).
+    pose proof (both _ _ Checked) as [H Falls]. pose proof (both _ _ H) as [Cubic _].
+    destruct (cubic_parts _ _ _ _ _ _ _ _ _ _ _ Cubic) as (_ & Symmetric & Theta & _).
+    pose proof (both _ _ Falls) as [Fit Below].
+    pose proof (at_least_correct _ _ _ _ (negative_correct _ _ _ _ (loop_numbers_correct _ _ _ _ _ _ _ _ _ _ a Fit))
+      Below (pair_of n v w)) as R.
+    unfold form in R at 1. rewrite bilinear_scale in R. fold (form (n + n) (lyapunov_matrix (n + n)
+      (loop_matrix n m p A B C K L) (both_matrix n P1 P) (Q2R a)) (pair_of n v w)) in R.
+    rewrite loop_form, Q2R_zero in R by exact Fit. fold (loop_flow A B K v w) in R.
+    rewrite pair_form by assumption. unfold both_matrix. rewrite !bilinear_blocks, !bilinear_nothing.
+    set (g := cubic_error p A C L theta N w). set (h := (A * w - L * (C * w))%vector) in R.
+    set (c := quadratic p theta (C * w)%vector). set (d := apply p N (C * w)%vector).
+    assert (Split : forall i, (i < n)%nat -> g i = h i + c * d i) by reflexivity.
+    rewrite (bilinear_ext n n (real P) (real P) g w (fun i => h i + c * d i) w) by (try exact Split; easy).
+    rewrite (bilinear_ext n n (real P) (real P) w g w (fun i => h i + c * d i)) by (try exact Split; easy).
+    rewrite (bilinear_plus_left n n _ h (fun i => c * d i)), bilinear_scale_left.
+    rewrite (bilinear_plus_right n n _ _ h (fun i => c * d i)), bilinear_scale_right.
+    rewrite (Symmetric d w).
+    rewrite !inner_bilinear in R by assumption.
+    assert (Y : forall j, (j < p)%nat -> (C * w)%vector j = apply n (real C) w j).
+    { intros j J. apply (times_vector_apply p); assumption. }
+    assert (Term : bilinear n n (real P) w d <= 0).
+    { rewrite (bilinear_ext n n (real P) (real P) w d w (apply p N (apply n (real C) w)));
+        [apply Dissipates|easy|easy|]. intros i _. apply apply_ext; [reflexivity|exact Y]. }
+    assert (0 <= c) by (unfold c; rewrite quadratic_form by exact ShapeTheta; apply Theta).
+    assert (0 <= c * - bilinear n n (real P) w d) by (apply Rmult_le_pos; lra).
+    lra.
+  Qed.
+
   Theorem loop_decay (T : R) (x xhat : R -> vector) :
     solution T n x (fun t => A * x t - B * (K * xhat t))%vector ->
     solution T n xhat (fun t => let r := (C * x t - C * xhat t)%vector in
@@ -152,103 +301,17 @@ Section Loop.
     /\ (forall t, 0 <= t -> t < T ->
       norm_of_pair n (x t) (e t) <= Q2R overshoot * exp (- Q2R a * t) * norm_of_pair n (x 0) (e 0)).
   Proof.
-    intros Plant Observer e. pose proof (both _ _ Checked) as [H Falls]. pose proof (both _ _ H) as [Cubic Between1].
-    destruct (cubic_parts _ _ _ _ _ _ _ _ _ _ _ Cubic) as (Decays & Symmetric & Theta & ShapeTheta).
-    destruct (shapes _ _ _ _ _ _ _ _ _ _ Decays) as (HA & HC & HL & HP).
-    pose proof (both _ _ Decays) as [Between _].
-    pose proof (both _ _ Falls) as [Fit Below]. pose proof (both _ _ Fit) as [_ Fit2].
-    destruct (linear_fits_parts _ _ _ _ _ _ Fit2) as (_ & FK & FB & FP1).
-    pose proof (fits_shape _ _ _ FK) as HK. pose proof (fits_shape _ _ _ FB) as HB. pose proof (fits_shape _ _ _ FP1)
-      as HP1.
-    (* The loop in x and e. *)
-    set (f := fun v w : vector => (A * v - B * (K * v) + B * (K * w))%vector).
-    set (g := fun w : vector => cubic_error p A C L theta N w).
-    assert (X : solution T n x (fun t => f (x t) (e t))).
-    { apply (solution_ext T n x (fun t => A * x t - B * (K * xhat t))%vector); [|exact Plant].
-      intros t i I. unfold f, plus_vector, minus_vector.
-      rewrite !(times_vector_apply n m B) by assumption.
-      rewrite (apply_ext m (real B) (real B) (K * xhat t)%vector
-        (fun j => apply n (real K) (x t) j - apply n (real K) (e t) j) i); [|reflexivity|].
-      - rewrite apply_minus_vector.
-        rewrite (apply_ext m (real B) (real B) (K * x t)%vector (apply n (real K) (x t)) i)
-          by (try reflexivity; intros j J; apply (times_vector_apply m n K); assumption).
-        rewrite (apply_ext m (real B) (real B) (K * e t)%vector (apply n (real K) (e t)) i)
-          by (try reflexivity; intros j J; apply (times_vector_apply m n K); assumption).
-        ring.
-      - intros j J. rewrite (times_vector_apply m n K) by assumption. unfold e, minus_vector.
-        rewrite apply_minus_vector. ring. }
-    assert (E : solution T n e (fun t => g (e t))).
-    { refine (solution_ext T n e (fun t i => (A * x t - B * (K * xhat t))%vector i - _ t i) _ _
-        (solution_difference T n x xhat _ _ Plant Observer)).
-      intros t i I. cbv beta zeta. set (r := (C * x t - C * xhat t)%vector).
-      assert (Y : forall j, (j < p)%nat -> r j = (C * e t)%vector j).
-      { intros j J. unfold r, e, minus_vector. rewrite !(times_vector_apply p n C) by assumption.
-        symmetry. apply apply_minus_vector. }
-      assert (Q : quadratic p theta (C * e t)%vector = quadratic p theta r).
-      { rewrite !quadratic_form by exact ShapeTheta. apply form_ext; [easy|]. intros j J. symmetry. apply Y, J. }
-      assert (D : apply p N (C * e t)%vector i = apply p N r i).
-      { apply apply_ext; [reflexivity|]. intros j J. symmetry. apply Y, J. }
-      assert (G : (L * (C * e t))%vector i = (L * r)%vector i).
-      { rewrite !(times_vector_apply n p L) by assumption. apply apply_ext; [reflexivity|]. intros j J. symmetry.
-        apply Y, J. }
-      assert (F : (A * e t)%vector i = (A * x t)%vector i - (A * xhat t)%vector i).
-      { rewrite !(times_vector_apply n n A) by assumption. apply apply_minus_vector. }
-      unfold g, cubic_error, plus_vector, minus_vector, scale_vector in *. rewrite Q, D, G, F. ring. }
-    (* The pair, and the derivative of W along it. *)
-    set (z := fun t => pair_of n (x t) (e t)).
-    assert (Z : solution T (n + n) z (fun t => pair_of n (f (x t) (e t)) (g (e t)))).
-    { unfold solution, z. apply each_of_pair; intros i I.
-      - destruct (X i I) as [Cont D]. split.
-        + intros eps He. destruct (Cont eps He) as (d & Hd & R). exists d. split; [exact Hd|]. intros t Ht.
-          rewrite !pair_first by exact I. apply R, Ht.
-        + intros t Ht. rewrite pair_first by exact I. specialize (D t Ht). intros eps He. destruct (D eps He) as (d &
-          R).
-          exists d. intros h Hh L'. rewrite !pair_first by exact I. apply R; assumption.
-      - destruct (E i I) as [Cont D]. split.
-        + intros eps He. destruct (Cont eps He) as (d & Hd & R). exists d. split; [exact Hd|]. intros t Ht.
-          rewrite !pair_second. apply R, Ht.
-        + intros t Ht. rewrite pair_second. specialize (D t Ht). intros eps He. destruct (D eps He) as (d & R).
-          exists d. intros h Hh L'. rewrite !pair_second. apply R; assumption. }
-    assert (Form : forall v w, form (n + n) (both_matrix n P1 P) (pair_of n v w) = quadratic n P1 v + quadratic n P w).
-    { intros v w. unfold form, both_matrix. rewrite bilinear_blocks, !bilinear_nothing.
-      rewrite !quadratic_form by assumption. unfold form. ring. }
-    assert (Derivative : forall v w,
-      bilinear (n + n) (n + n) (both_matrix n P1 P) (pair_of n (f v w) (g w)) (pair_of n v w)
-      + bilinear (n + n) (n + n) (both_matrix n P1 P) (pair_of n v w) (pair_of n (f v w) (g w))
-      + 2 * Q2R a * form (n + n) (both_matrix n P1 P) (pair_of n v w) <= 0).
-    { intros v w.
-      pose proof (at_least_correct _ _ _ _ (negative_correct _ _ _ _ (loop_numbers_correct _ _ _ _ _ _ _ _ _ _ a Fit))
-        Below (pair_of n v w)) as R.
-      unfold form in R at 1. rewrite bilinear_scale in R. fold (form (n + n) (lyapunov_matrix (n + n)
-        (loop_matrix n m p A B C K L) (both_matrix n P1 P) (Q2R a)) (pair_of n v w)) in R.
-      rewrite loop_form, Q2R_zero in R by exact Fit. fold (f v w) in R.
-      rewrite Form. unfold both_matrix. rewrite !bilinear_blocks, !bilinear_nothing.
-      set (h := (A * w - L * (C * w))%vector) in R.
-      set (c := quadratic p theta (C * w)%vector).
-      assert (Split : forall i, (i < n)%nat -> g w i = h i + c * apply p N (C * w)%vector i) by reflexivity.
-      rewrite (bilinear_ext n n (real P) (real P) (g w) w (fun i => h i + c * apply p N (C * w)%vector i) w)
-        by (try exact Split; easy).
-      rewrite (bilinear_ext n n (real P) (real P) w (g w) w (fun i => h i + c * apply p N (C * w)%vector i))
-        by (try exact Split; easy).
-      rewrite (bilinear_plus_left n n _ h (fun i => c * apply p N (C * w)%vector i)), bilinear_scale_left.
-      rewrite (bilinear_plus_right n n _ _ h (fun i => c * apply p N (C * w)%vector i)), bilinear_scale_right.
-      rewrite (Symmetric (apply p N (C * w)%vector) w).
-      rewrite !inner_bilinear in R by assumption.
-      assert (Y : forall j, (j < p)%nat -> (C * w)%vector j = apply n (real C) w j).
-      { intros j J. apply (times_vector_apply p); assumption. }
-      assert (Term : bilinear n n (real P) w (apply p N (C * w)%vector) <= 0).
-      { rewrite (bilinear_ext n n (real P) (real P) w _ w (apply p N (apply n (real C) w))); [apply
-        Dissipates|easy|easy|].
-        intros i _. apply apply_ext; [reflexivity|exact Y]. }
-      assert (0 <= c) by (unfold c; rewrite quadratic_form by exact ShapeTheta; apply Theta).
-      assert (0 <= c * - bilinear n n (real P) w (apply p N (C * w)%vector)) by (apply Rmult_le_pos; lra).
-      lra. }
+    intros Plant Observer e.
+    destruct loop_parts as (Between & Between1 & HA & HB & HC & HK & HL & Htheta & HP1 & HP).
+    destruct (loop_solution n m p A B C K L theta HA HB HC HK HL Htheta N T x xhat Plant Observer) as [X E].
+    pose proof (pair_solution T n x e _ _ X E) as Z.
     assert (V : forall s t, 0 <= s -> s <= t -> t < T ->
       quadratic n P1 (x t) + quadratic n P (e t)
         <= exp (- (2 * Q2R a) * (t - s)) * (quadratic n P1 (x s) + quadratic n P (e s))).
-    { intros s t Hs Hst Ht. rewrite <- !Form.
-      apply (lyapunov_decay (n + n) (both_matrix n P1 P) (Q2R a) T z _ Z); try assumption.
-      intros r _. apply Derivative. }
+    { intros s t Hs Hst Ht. rewrite <- !(pair_form n P1 P) by assumption.
+      apply (lyapunov_decay (n + n) (both_matrix n P1 P) (Q2R a) T (fun t => pair_of n (x t) (e t)) _ Z);
+        try assumption.
+      intros r _. apply loop_flow_falls. }
     split; [exact V|]. intros t Hs Ht.
     destruct (between_numbers _ _ _ _ _ Between) as (Positive & Sign & Big).
     specialize (V 0 t (Rle_refl 0) Hs Ht). rewrite Rminus_0_r in V.

@@ -6,10 +6,11 @@
 //! - Every certificate of a template or example that has a file for Coq is compiled, and what its theorems assume has
 //!   to be among [`AXIOMS`], those of Coq's real numbers.
 //! - Of each file some numbers are changed so that it becomes false ([`forgeries`]): the checker has to refuse it.
-//! - Of each certificate two false ones are made, with digests that fit: their refutations have to be accepted.
-//! - Random designs of each theorem are compiled, and of their mutants in `cargo xtask stress theorems` that are
-//!   refuted some are forged, with and without margins (`luenberger-tests`, `falsify::forged`): the checker has to
-//!   refuse them.
+//! - Of each certificate two or three false ones are made, with digests that fit: their refutations have to be
+//!   accepted, and those of data between bounds with a matrix that is not between them refused.
+//! - Random designs of each theorem are compiled, some of them forged, too, and of their mutants in `cargo xtask stress
+//!   theorems` that are refuted some are forged, with and without margins (`luenberger-tests`, `falsify::forged`): the
+//!   checker has to refuse them.
 //! - The refutations of the papers' claims that the ledger marks (`luenberger-reproduce --coq`) have to be accepted.
 
 use crate::step::{Failure, build, build_command, built, is_installed, program, root};
@@ -44,7 +45,7 @@ const LARGEST: usize = 60_000;
 const LARGEST_FORGED: usize = 17_000;
 
 /// The margins that are forged.
-const MARGINS: [&str; 12] = [
+const MARGINS: [&str; 15] = [
     "margin_P",
     "margin_P1",
     "margin_12",
@@ -53,10 +54,14 @@ const MARGINS: [&str; 12] = [
     "margin_25",
     "margin_F",
     "margin_F_1",
+    "margin_F_2",
     "margin_w",
     "margin_theta",
     "margin_S",
     "margin",
+    // Those of an observer that converges from an ellipsoid.
+    "q",
+    "mu",
 ];
 
 /// Refuted mutants of each theorem, and the seed.
@@ -248,19 +253,20 @@ fn jobs_of(certificate: &Path, text: &str) -> Result<Vec<Job>, Failure> {
         return Ok(jobs);
     }
     jobs.extend(forged_jobs(&path(""), text));
-    // Of data between bounds there are no refutations.
-    if text.contains("Definition A_low") {
-        return Ok(jobs);
-    }
-    for (name, pointers, number) in [("indefinite", INDEFINITE, "-0x1p40"), ("unstable", UNSTABLE, "0x1p40")] {
-        let source = fs::read_to_string(certificate).map_err(|source| Failure::io(certificate, source))?;
+    let source = fs::read_to_string(certificate).map_err(|source| Failure::io(certificate, source))?;
+    for (name, pointers, number) in
+        [("indefinite", INDEFINITE, "-0x1p40"), ("unstable", UNSTABLE, "0x1p40"), ("wide", WIDE, "0x1p40")]
+    {
+        let Some(changed) = false_certificate(&source, pointers, number)? else { continue };
         let file = folder.join(format!("{stem}_{name}.json"));
-        fs::write(&file, false_certificate(&source, pointers, number)?).map_err(|source| Failure::io(&file, source))?;
+        fs::write(&file, changed).map_err(|source| Failure::io(&file, source))?;
         let text = written(&file)?.unwrap_or_default();
-        if !text.contains("exists v : vector") {
+        if !text.contains("The certificate is false.") {
             return Err(Failure::Kernel(format!("{} is not refuted", file.display())));
         }
-        jobs.push(Job { path: path(&format!("_{name}")), text: with_assumptions(&text), expected: Expected::Refuted });
+        let path = path(&format!("_{name}"));
+        jobs.extend(outside(&path, &text));
+        jobs.push(Job { path, text: with_assumptions(&text), expected: Expected::Refuted });
     }
     Ok(jobs)
 }
@@ -271,7 +277,13 @@ fn mutants(folder: &Path) -> Result<Vec<Job>, Failure> {
     build(package, "--bin", name)?;
     let arguments = ["--coq", &forged.to_string_lossy(), "--mutants", MUTANTS, "--seed", SEED];
     program(built(name)).arguments(&arguments).quiet_output("forged files")?;
-    let mut jobs = jobs_in(&forged.join("designs"), || Expected::Proved, with_assumptions)?;
+    let designs = jobs_in(&forged.join("designs"), || Expected::Proved, with_assumptions)?;
+    let mut jobs = Vec::new();
+    // Those of the sorts that templates need not have: data between bounds, ellipsoids, running observers.
+    for design in designs.iter().filter(|design| design.path.to_string_lossy().ends_with("_2.v")) {
+        jobs.extend(forged_jobs(&design.path, &design.text));
+    }
+    jobs.extend(designs);
     for part in ["mutants", "without_margins"] {
         jobs.extend(jobs_in(&forged.join(part), || Expected::Refused, ToOwned::to_owned)?);
     }
@@ -310,13 +322,16 @@ fn forged_jobs(path: &Path, text: &str) -> Vec<Job> {
 const INDEFINITE: &[&str] = &["/lyapunov/P/0/0"];
 const UNSTABLE: &[&str] = &["/plant/A/0/0", "/vertices/0/A/0/0"];
 
-/// The certificate with another number at the first of the pointers that there is, and a digest that fits.
-fn false_certificate(source: &str, pointers: &[&str], number: &str) -> Result<String, Failure> {
+/// An upper bound of a plant that grows.
+const WIDE: &[&str] = &["/plant/A/0/0/1", "/vertices/0/A/0/0/1"];
+
+/// The certificate with another number at the first of the pointers that there is, and a digest that fits; none where
+/// there is none of them.
+fn false_certificate(source: &str, pointers: &[&str], number: &str) -> Result<Option<String>, Failure> {
     let invalid = |error: serde_json::Error| Failure::Kernel(format!("a certificate: {error}"));
     let mut value: Value = serde_json::from_str(source).map_err(invalid)?;
-    if let Some(pointer) = pointers.iter().find(|pointer| value.pointer(pointer).is_some())
-        && let Some(entry) = value.pointer_mut(pointer)
-    {
+    let Some(pointer) = pointers.iter().find(|pointer| value.pointer(pointer).is_some()) else { return Ok(None) };
+    if let Some(entry) = value.pointer_mut(pointer) {
         *entry = json!(number);
     }
     if let Some(members) = value.as_object_mut() {
@@ -326,7 +341,25 @@ fn false_certificate(source: &str, pointers: &[&str], number: &str) -> Result<St
     let canonical = serde_json::to_string(&value).map_err(invalid)?;
     let digest = format!("{:x}", Sha256::digest(canonical.as_bytes()));
     value["sha256"] = json!(digest);
-    serde_json::to_string(&value).map_err(invalid)
+    serde_json::to_string(&value).map(Some).map_err(invalid)
+}
+
+/// The refutation of data between bounds, with matrices that are not between them.
+fn outside(path: &Path, text: &str) -> Vec<Job> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let is_false = |block: &&str| block.contains("Definition A_false") || block.contains("Definition C_false");
+    let job = |(k, block): (usize, &str)| {
+        let text = text.replacen(block, &with_entry(block, "0x1p900")?, 1);
+        Some(Job { path: path.with_file_name(format!("{stem}_outside_{k}.v")), text, expected: Expected::Refused })
+    };
+    text.split("\n\n").filter(is_false).enumerate().filter_map(job).collect()
+}
+
+/// The definition of a matrix with another first entry.
+fn with_entry(block: &str, number: &str) -> Option<String> {
+    let (head, tail) = block.split_once("[\n  [")?;
+    let end = tail.find([';', ']'])?;
+    Some(format!("{head}[\n  [{number}{}", &tail[end..]))
 }
 
 /// The file, and at its end the question what its theorems assume.
@@ -338,7 +371,8 @@ fn with_assumptions(text: &str) -> String {
 
 /// Files that are false: each margin doubled, the first entry of P or P1 negative, a plant that grows, another gain K,
 /// N with the other sign, a cubic flow that is too slow, V that falls faster than it does, an overshoot of 1 where P is
-/// not a multiple of I. Of the papers' claims another error, or another direction of it, that does not stand still.
+/// not a multiple of I; of an ellipsoid and of a deployed observer bounds of 0, and a level that is too high. Of the
+/// papers' claims another error, or another direction of it, that does not stand still.
 fn forgeries(text: &str) -> Vec<(String, String)> {
     let mut forged = Vec::new();
     let blocks: Vec<&str> = text.split("\n\n").collect();
@@ -349,30 +383,40 @@ fn forgeries(text: &str) -> Vec<(String, String)> {
         let start = format!("Definition {name} : Q := ");
         text.lines().find_map(|line| Some(line.strip_prefix(&start)?.strip_suffix('.')?.to_owned()))
     };
+    let zero = Some("0x0p0".to_owned());
     for block in blocks {
         let Some(definition) = block.lines().position(|line| line.starts_with("Definition ")) else { continue };
         let line = block.lines().nth(definition).unwrap_or_default();
         let name = line.split_whitespace().nth(1).unwrap_or_default();
-        let entry = |number: &str| {
-            let (head, tail) = block.split_once("[\n  [")?;
-            let end = tail.find([';', ']'])?;
-            Some(format!("{head}[\n  [{number}{}", &tail[end..]))
-        };
+        let entry = |number: &str| with_entry(block, number);
         match name {
-            "P" | "P1" => change(name, block, entry("-0x1p0").unwrap_or_default()),
-            "A" | "A_1" | "A_high" | "A_high_1" => change("A", block, entry("0x1p40").unwrap_or_default()),
-            "decay" | "decay_loop" | "decay_stored_loop" => {
+            "P" | "P1" | "P_stored" | "P1_stored" => change(name, block, entry("-0x1p0").unwrap_or_default()),
+            "A" | "F" | "A_1" | "A_high" | "A_high_1" => change("A", block, entry("0x1p40").unwrap_or_default()),
+            "rate" | "decay" | "decay_stored" | "decay_loop" | "decay_stored_loop" => {
                 change(name, block, format!("Definition {name} : Q := 0x1p40."));
             }
             // A cubic term that drives the error away; of one that did so, one that does not.
             "N" => change("N", block, negated(block)),
             "e0" => change("e0", block, entry("0x1p0").unwrap_or_default()),
+            "d" | "D" => change(name, block, entry("0x1p60").unwrap_or_default()),
+            "s" => change(name, block, entry("0x0p0").unwrap_or_default()),
             "K" => change("K", block, entry("0x1p60").unwrap_or_default()),
             "w" if line.contains(" : Q := ") => change("w", block, format!("Definition {name} : Q := 0x1p-60.")),
             "w" => change("w", block, entry("0x1p40").unwrap_or_default()),
             "contraction" => change("contraction", block, format!("Definition {name} : Q := 0x0p0.")),
-            "overshoot" if value("lower") != value("upper") => {
-                change("overshoot", block, format!("Definition {name} : Q := 0x1p0."));
+            // Bounds of theta, of C and of what N lacks, and an ellipsoid that is too large if N lacks something.
+            // Of a deployed observer bounds of what a step adds.
+            "t" | "kappa" | "rho" | "beta" | "limit" | "start" if value(name) != zero => {
+                change(name, block, format!("Definition {name} : Q := 0x0p0."));
+            }
+            "level" if value("rho") != zero && value("t") != zero => {
+                change(name, block, format!("Definition {name} : Q := 0x1p1000."));
+            }
+            _ if name
+                .strip_prefix("overshoot")
+                .is_some_and(|of| value(&format!("lower{of}")) != value(&format!("upper{of}"))) =>
+            {
+                change(name, block, format!("Definition {name} : Q := 0x1p0."));
             }
             _ if MARGINS.contains(&name) => {
                 // Margins of 0 stay what they are.
@@ -474,8 +518,8 @@ mod tests {
 
     #[test]
     fn a_matrix_is_negated_entry_by_entry() {
-        let block = "(** N -1 *)\nDefinition N : list (list Q) := [\n  [-0x1.8p-3; 267/100];\n  [0x0p0; -1/2]].";
-        let expected = "(** N -1 *)\nDefinition N : list (list Q) := [\n  [0x1.8p-3; -267/100];\n  [-0x0p0; 1/2]].";
+        let block = "(** N -1 *)\nDefinition N : list (list Q) := [\n  [-0x1.7p-3; 267/100];\n  [0x0p0; -1/2]].";
+        let expected = "(** N -1 *)\nDefinition N : list (list Q) := [\n  [0x1.7p-3; -267/100];\n  [-0x0p0; 1/2]].";
         assert_eq!(negated(block), expected);
     }
 
@@ -494,8 +538,9 @@ mod tests {
     fn a_false_certificate_has_a_digest_that_fits() {
         let changed =
             false_certificate(r#"{"sha256": "", "b": 1, "a": ["0x1p0"]}"#, &["/c", "/a/0"], "0x1p40").unwrap();
+        assert!(false_certificate("{}", &["/c"], "0x1p40").is_ok_and(|none| none.is_none()));
         // printf '{"a":["0x1p40"],"b":1}' | sha256sum
-        assert_eq!(changed, DIGESTED);
+        assert_eq!(changed.as_deref(), Some(DIGESTED));
     }
 
     const DIGESTED: &str =

@@ -418,7 +418,13 @@ pub(super) fn feedback(random: &mut Random) -> Option<CertificateFile> {
     let o = &design.observer;
     let (n, m) = o.b.shape();
     let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &DMatrix::identity(m, m)).ok()?.k;
-    written(FeedbackDesign::cubic(&design, &k).ok()?.certificate_file("feedback"))
+    let file = FeedbackDesign::cubic(&design, &k).ok()?.certificate_file("feedback");
+    if !random.once_in(4) {
+        return written(file);
+    }
+    let Theorem::FeedbackLoop(mut theorem) = file.ok()?.theorem().clone() else { return None };
+    theorem.observer.region = Region::Within(2.0_f64.powi(random.integer(-10, 60)));
+    written(CertificateFile::prove("feedback", theorem))
 }
 
 pub(super) fn polytope(random: &mut Random) -> Option<CertificateFile> {

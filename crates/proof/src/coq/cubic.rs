@@ -83,6 +83,22 @@ pub(super) struct StoredGain {
     pub(super) slower: f64,
 }
 
+/// What a loop around the observer needs of its stored gain.
+pub(super) enum Stored {
+    /// It converges from everywhere, with a Lyapunov matrix of its own.
+    Everywhere(StoredGain),
+    /// It converges from an ellipsoid, with P: `F'P + PF <= -q I`, `P <= upper I`.
+    Within {
+        /// q.
+        q: f64,
+        /// The bound of P.
+        upper: f64,
+    },
+}
+
+/// The names of the numbers of the theorem about an ellipsoid.
+pub(super) const REGION: &str = "q lower upper overshoot mu t rho kappa level decay_stored";
+
 /// A gain of the cubic term, and how its theorems are said and proved.
 struct Gain<'a> {
     /// The beginning of the names of its theorems.
@@ -113,14 +129,24 @@ pub(super) fn structured_gain(n: usize, outputs: usize) -> String {
     format!("forall N0 : matrix, has_structure {n} {outputs} C P S N0 ->\n  ")
 }
 
+/// What is said of the errors that exist, with this matrix as N.
+fn exists_error(n: usize, outputs: usize, gain: &str) -> String {
+    format!(
+        "exists e : R -> vector,\n  \
+         (forall i, (i < {n})%nat -> e 0 i = e0 i) /\\\n  \
+         forall T, solution T {n} e (fun t => let y := (C * e t)%vector in\n    \
+         (A * e t - L * y + quadratic {outputs} theta y .* apply {outputs} {gain} y)%vector)"
+    )
+}
+
 impl Out {
-    /// The theorem; for a loop around the observer, the matrix for the stored gain if there is one.
+    /// The theorem; for a loop around the observer, what it needs if the theorem holds.
     pub(super) fn cubic(
         &mut self,
         theorem: &CubicConvergence,
         facts: &[Fact],
         claimed: &[Number],
-    ) -> Result<Option<StoredGain>, CoqError> {
+    ) -> Result<Option<Stored>, CoqError> {
         let CubicConvergence { plant, l, n: gain, theta, p, s, rate, region } = theorem;
         let [a, b, c] = [points(&plant.a)?, points(&plant.b)?, points(&plant.c)?];
         let [positive, decrease, weight, accretive, _] = facts else { return Ok(None) };
@@ -136,8 +162,11 @@ impl Out {
             self.between(&between, "")?;
             self.decay(*rate, decrease, between.upper)?;
             match *region {
-                Region::Everywhere => stored = Some(self.stored(theorem)?),
-                Region::Within(level) => self.region(theorem, [decrease, accretive], between.upper, level)?,
+                Region::Everywhere => stored = Some(Stored::Everywhere(self.stored(theorem)?)),
+                Region::Within(level) => {
+                    let q = self.region(theorem, [decrease, accretive], between.upper, level)?;
+                    stored = Some(Stored::Within { q, upper: between.upper });
+                }
             }
         }
         self.positive(n, "P", positive, claimed.first())?;
@@ -163,9 +192,9 @@ impl Out {
                 dissipates: "N0 (structure_dissipates _ _ _ _ _ _ accretive_S structure)",
             },
         );
-        if stored.is_none() {
+        if let Some(Stored::Within { .. }) = stored {
             self.over_region(n, outputs);
-            return Ok(None);
+            return Ok(stored);
         }
         self.lemma(
             "decided_stored",
@@ -192,14 +221,14 @@ impl Out {
     }
 
     /// The numbers of the theorem about the stored gain from an ellipsoid, those of the head of
-    /// `statement/deployed_cubic.rs`.
+    /// `statement/deployed_cubic.rs`; q.
     fn region(
         &mut self,
         theorem: &CubicConvergence,
         [decrease, accretive]: [&Fact; 2],
         upper: f64,
         level: f64,
-    ) -> Result<(), CoqError> {
+    ) -> Result<f64, CoqError> {
         let CubicConvergence { plant, l, n, theta, p, s, .. } = theorem;
         let deployed = deployed_cubic(&plant.a, l, &plant.c, p, n, s, theta)?;
         let q = deployed.decrease.margin().unwrap_or(0.0);
@@ -217,13 +246,13 @@ impl Out {
         self.float("t", largest_eigenvalue_bound(theta), "theta is at most t I.")?;
         self.float("rho", deployed.residual, "The norm of P N + C'S is at most this.")?;
         self.float("kappa", kappa, "The norm of C is at most this.")?;
-        self.float("decay_stored", decay, "V falls at least like exp(-2 decay_stored t) from small errors.")
+        self.float("decay_stored", decay, "V falls at least like exp(-2 decay_stored t) from small errors.")?;
+        Ok(q)
     }
 
     /// The theorem about the stored gain from an ellipsoid.
     fn over_region(&mut self, n: usize, outputs: usize) {
-        let numbers = "q lower upper overshoot mu t rho kappa level decay_stored";
-        self.lemma("decided_region", &format!("region_decays {n} {outputs} A C L N P theta S {numbers}"));
+        self.lemma("decided_region", &format!("region_decays {n} {outputs} A C L N P theta S {REGION}"));
         self.theorem(
             "stored_gain_every_error",
             "With the gains L and N exactly as stored, every differentiable e with e' = (A - L C)e + (y'theta y) N y, y = C e,\n    \
@@ -241,6 +270,12 @@ impl Out {
             ),
             "exact (region_error_decays _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided_region).",
         );
+        self.theorem(
+            "stored_gain_errors_exist",
+            "With the gains as stored, from every e(0) below the level there is such an e, for all times.",
+            &format!("forall e0 : vector, quadratic {n} P e0 < level -> {}", exists_error(n, outputs, "(real N)")),
+            "exact (region_errors_exist _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided_region).",
+        );
     }
 
     /// That there is a real gain N0.
@@ -253,12 +288,12 @@ impl Out {
         );
     }
 
-    /// The two theorems about trajectories, for one gain.
+    /// The theorems about trajectories, for one gain.
     fn observed(&mut self, n: usize, outputs: usize, gain: &Gain<'_>) {
-        let Gain { name, suffix, what, quantified, matrix: gain, proof, dissipates } = *gain;
+        let Gain { name, suffix, what, quantified, matrix: gain, proof: intros, dissipates } = *gain;
         let says = says(n, suffix);
         let proof = |result: &str, more: &str| {
-            format!("{proof}exact ({result} _ _ _ _ _ _ _ _ _ _ _ decided{suffix} {dissipates}{more}).")
+            format!("{intros}exact ({result} _ _ _ _ _ _ _ _ _ _ _ decided{suffix} {dissipates}{more}).")
         };
         self.theorem(
             &format!("{name}_every_error"),
@@ -284,6 +319,15 @@ impl Out {
                  let e t := (x t - xhat t)%vector in\n  {says}"
             ),
             &proof("cubic_observer_decays", " B"),
+        );
+        self.theorem(
+            &format!("{name}_errors_exist"),
+            &format!("{what}: from every e(0) there is such an e, for all times."),
+            &format!("{quantified}forall e0 : vector, {}", exists_error(n, outputs, gain)),
+            &format!(
+                "{intros}refine (cubic_errors_exist _ _ _ _ _ _ _ _ _ _ _ decided{suffix} _ {dissipates}).\n  \
+                 vm_cast_no_check (eq_refl true)."
+            ),
         );
     }
 

@@ -85,15 +85,8 @@ impl Out {
             return Ok(());
         }
         self.lemma("decided", &format!("contracts {n} {outputs} A C L P contraction lower upper overshoot"));
+        self.exact_linear(n);
         let says = falls(n);
-        self.theorem(
-            "every_error",
-            "Every e with e(k+1) = (A - L C)e(k): V = e'Pe and the norm of e decay.",
-            &format!(
-                "forall e : nat -> vector,\n  recursion {n} e (fun k => A * e k - L * (C * e k))%vector ->\n  {says}"
-            ),
-            "exact (error_contracts _ _ _ _ _ _ _ _ _ _ decided).",
-        );
         self.theorem(
             "observer",
             "The error e = x - xhat of plant x+ = A x + B u, y = C x and observer xhat+ = A xhat + B u + L(y - C xhat), for\n    every input u.",
@@ -106,5 +99,18 @@ impl Out {
             "exact (observer_contracts _ _ _ _ _ _ _ _ _ _ decided B).",
         );
         Ok(())
+    }
+
+    /// The theorem about the error of the step.
+    pub(super) fn exact_linear(&mut self, n: usize) {
+        let says = falls(n);
+        self.theorem(
+            "every_error",
+            "Every e with e(k+1) = (A - L C)e(k): V = e'Pe and the norm of e decay.",
+            &format!(
+                "forall e : nat -> vector,\n  recursion {n} e (fun k => A * e k - L * (C * e k))%vector ->\n  {says}"
+            ),
+            "exact (error_contracts _ _ _ _ _ _ _ _ _ _ decided).",
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! `feedback-loop`: the cubic observer and `u = -K xhat`.
 
-use super::cubic::{REAL_GAIN, STORED, StoredGain, structured_gain};
+use super::cubic::{REAL_GAIN, REGION, STORED, Stored, StoredGain, structured_gain};
 use super::{Between, CoqError, Out, points};
-use crate::certificate::{Fact, FeedbackLoop, Region};
+use crate::certificate::{Fact, FeedbackLoop};
 use crate::label::Names;
 use crate::matrix::Matrix;
 use crate::number::Number;
@@ -10,6 +10,9 @@ use crate::statement::{largest_eigenvalue_bound, positive};
 
 /// (25) with a rate of decay.
 const DECREASES: &str = "[(A - BK)'P1 + P1(A - BK) + 2 decay P1, P1 B K; *, (A - LC)'P + P(A - LC) + 2 decay P] <= 0";
+
+/// The state with a rate of decay, driven by an error of which V falls like `-q |e|^2`: `rest` is `2 decay upper - q`.
+const DRIVEN: &str = "[(A - BK)'P1 + P1(A - BK) + 2 decay P1, P1 B K; *, rest I] <= 0";
 
 /// By how much smaller than P a matrix P1 is tried, as a power of 4.
 const SMALLEST: i32 = 12;
@@ -19,12 +22,15 @@ fn rate(theorem: &FeedbackLoop, p1: &Matrix<f64>, p: &Matrix<f64>) -> Result<f64
     let (plant, names) = (&theorem.observer.plant, Names::new());
     let names = names.matrix("A", &plant.a).matrix("B", &plant.b).matrix("C", &plant.c).matrix("K", &theorem.k);
     let names = names.matrix("L", &theorem.observer.l).symmetric("P", p).symmetric("P1", p1);
-    let falls = |decay: f64| -> Result<bool, CoqError> {
-        Ok(decay.is_finite() && names.clone().number("decay", decay).decide(DECREASES)?.is_proved())
-    };
+    largest_rate(&plant.a, |decay| Ok(names.clone().number("decay", decay).decide(DECREASES)?.is_proved()))
+}
+
+/// A rate near the largest at which an inequality holds; 0 if there is none.
+fn largest_rate(a: &Matrix<f64>, holds: impl Fn(f64) -> Result<bool, CoqError>) -> Result<f64, CoqError> {
+    let falls = |decay: f64| Ok::<bool, CoqError>(decay.is_finite() && holds(decay)?);
     // The size of the matrices sets the scale; a number that is too large is halved.
-    let largest = |m: &Matrix<f64>| m.as_slice().iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    let mut high = largest(&plant.a).max(f64::MIN_POSITIVE) * 2.0 * plant.a.rows() as f64;
+    let largest = a.as_slice().iter().fold(f64::MIN_POSITIVE, |largest: f64, x| largest.max(x.abs()));
+    let mut high = largest * 2.0 * a.rows() as f64;
     let mut low = high;
     for _ in 0..60 {
         if falls(low)? {
@@ -54,6 +60,27 @@ fn bounds(p: &Matrix<f64>) -> Result<[f64; 2], CoqError> {
     Ok([positive(p)?.margin().unwrap_or(0.0), largest_eigenvalue_bound(p)])
 }
 
+/// The loop, with this matrix as N.
+fn loop_of(n: usize, outputs: usize, gain: &str) -> [String; 2] {
+    [
+        format!("solution T {n} x (fun t => A * x t - B * (K * xhat t))%vector"),
+        format!(
+            "solution T {n} xhat (fun t => let r := (C * x t - C * xhat t)%vector in\n    \
+             (A * xhat t - B * (K * xhat t) + L * r - quadratic {outputs} theta r .* apply {outputs} {gain} r)%vector)"
+        ),
+    ]
+}
+
+/// What is said of the solutions that exist.
+fn exists_loop(n: usize, outputs: usize, gain: &str) -> String {
+    let [plant, observer] = loop_of(n, outputs, gain);
+    format!(
+        "exists x xhat : R -> vector,\n  \
+         (forall i, (i < {n})%nat -> x 0 i = x0 i /\\ xhat 0 i = xhat0 i) /\\ forall T,\n  \
+         {plant}\n  /\\ {observer}"
+    )
+}
+
 impl Out {
     pub(super) fn feedback(
         &mut self,
@@ -66,9 +93,6 @@ impl Out {
             return Ok(());
         };
         let [positive, block] = of_loop;
-        if observer.region != Region::Everywhere && facts.iter().all(|fact| fact.verdict.is_proved()) {
-            return Err(CoqError::Region);
-        }
         let stored = self.cubic(observer, of_observer, claimed)?;
         let (n, inputs, outputs) = (observer.plant.a.rows(), observer.plant.b.cols(), observer.plant.c.rows());
         self.matrix("K", &points(k)?, &format!("The feedback gain, {inputs} x {n}."));
@@ -97,6 +121,10 @@ impl Out {
             "intros N0 structure. ",
             "N0 (structure_dissipates _ _ _ _ _ _ accretive_S structure)",
         );
+        let stored = match stored {
+            Stored::Everywhere(stored) => stored,
+            Stored::Within { q, upper } => return self.closed_within(theorem, q, upper),
+        };
         let (p1, between, decay) = near(theorem, &stored)?;
         self.matrix(
             "P1_stored",
@@ -111,6 +139,59 @@ impl Out {
             ["P1_stored", "P_stored", "_stored_loop"],
             "",
             STORED,
+        );
+        Ok(())
+    }
+
+    /// The theorem about the loop with the gains as stored, from errors below the level.
+    fn closed_within(&mut self, theorem: &FeedbackLoop, q: f64, upper: f64) -> Result<(), CoqError> {
+        let FeedbackLoop { observer, .. } = theorem;
+        let (n, inputs, outputs) = (observer.plant.a.rows(), observer.plant.b.cols(), observer.plant.c.rows());
+        let (p1, between, decay) = driven(theorem, q, upper)?;
+        let what = "The matrix of x'P1_stored x for the gains as stored: P1, up to a factor.";
+        self.matrix("P1_stored", &points(&p1)?, what);
+        self.loop_numbers(&between, decay, "_stored_loop")?;
+        self.lemma(
+            "decided_stored_loop",
+            &format!(
+                "region_loop_decays {n} {inputs} {outputs} A B C K L N P1_stored P theta S\n  {REGION}\n  \
+                 decay_stored_loop lower_stored_loop upper_stored_loop overshoot_stored_loop"
+            ),
+        );
+        let [plant, loop_observer] = loop_of(n, outputs, "(real N)");
+        let holes = ["_"; 27].join(" ");
+        let sum = |at: &str| format!("share * quadratic {n} P1_stored (x {at}) + quadratic {n} P (e {at})");
+        self.theorem(
+            "stored_gain_loop",
+            "With the gains K, L and N exactly as stored: x and e = x - xhat of the plant x' = A x + B u, y = C x with u = -K xhat\n    \
+             and the observer xhat' = A xhat + B u + L r - (r'theta r) N r, r = y - C xhat, from every x(0) and every e(0) with\n    \
+             e(0)'P e(0) below the level.",
+            &format!(
+                "forall (T : R) (x xhat : R -> vector),\n  \
+                 {plant} ->\n  {loop_observer} ->\n  \
+                 let e t := (x t - xhat t)%vector in\n  \
+                 quadratic {n} P (e 0) < level ->\n  \
+                 let share := 1 - quadratic {n} P (e 0) / level in\n  \
+                 0 < share\n  \
+                 /\\ (forall s t, 0 <= s -> s <= t -> t < T ->\n    \
+                 {}\n      <= exp (- (2 * (decay_stored_loop * share)) * (t - s)) * ({}))\n  \
+                 /\\ (forall t, 0 <= t -> t < T ->\n    \
+                 norm_of_pair {n} (x t) (e t)\n      \
+                 <= overshoot_stored_loop / sqrt share * exp (- (decay_stored_loop * share) * t) * norm_of_pair {n} (x 0) (e 0))",
+                sum("t"),
+                sum("s")
+            ),
+            &format!("exact (region_loop_decay {holes} decided_stored_loop)."),
+        );
+        self.theorem(
+            "stored_gain_loops_exist",
+            "With the gains as stored, from every x(0) and xhat(0) with e(0)'P e(0) below the level there are such x and xhat,\n    \
+             for all times.",
+            &format!(
+                "forall x0 xhat0 : vector, quadratic {n} P (x0 - xhat0)%vector < level -> {}",
+                exists_loop(n, outputs, "(real N)")
+            ),
+            &format!("exact (region_loops_exist {holes} decided_stored_loop)."),
         );
         Ok(())
     }
@@ -175,6 +256,7 @@ impl Out {
         proof: &str,
         dissipates: &str,
     ) {
+        let [plant, observer] = loop_of(n, outputs, gain);
         self.theorem(
             name,
             &format!(
@@ -183,9 +265,7 @@ impl Out {
             ),
             &format!(
                 "{quantified}forall (T : R) (x xhat : R -> vector),\n  \
-                 solution T {n} x (fun t => A * x t - B * (K * xhat t))%vector ->\n  \
-                 solution T {n} xhat (fun t => let r := (C * x t - C * xhat t)%vector in\n    \
-                 (A * xhat t - B * (K * xhat t) + L * r - quadratic {outputs} theta r .* apply {outputs} {gain} r)%vector) ->\n  \
+                 {plant} ->\n  {observer} ->\n  \
                  let e t := (x t - xhat t)%vector in\n  \
                  (forall s t, 0 <= s -> s <= t -> t < T ->\n    \
                  quadratic {n} {p1} (x t) + quadratic {n} {p} (e t)\n      \
@@ -194,6 +274,15 @@ impl Out {
                  norm_of_pair {n} (x t) (e t) <= overshoot{suffix} * exp (- decay{suffix} * t) * norm_of_pair {n} (x 0) (e 0))"
             ),
             &format!("{proof}exact (loop_decay _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided{suffix} {dissipates})."),
+        );
+        self.theorem(
+            &format!("{name}s_exist"),
+            &format!("{what}: from every x(0) and xhat(0) there are such x and xhat, for all times."),
+            &format!("{quantified}forall x0 xhat0 : vector, {}", exists_loop(n, outputs, gain)),
+            &format!(
+                "{proof}refine (loops_exist _ _ _ _ _ _ _ _ _ _ _ _ _ _ _ decided{suffix} _ {dissipates}).\n  \
+                 vm_cast_no_check (eq_refl true)."
+            ),
         );
     }
 }
@@ -212,4 +301,31 @@ fn near(theorem: &FeedbackLoop, stored: &StoredGain) -> Result<(Matrix<f64>, Bet
         }
     }
     Err(CoqError::StoredGain)
+}
+
+/// For an observer that converges from an ellipsoid a multiple of P1 with which the state is driven by its error, and a
+/// rate: a smaller one leaves more of q to the error, and of two in turn the faster is taken.
+fn driven(theorem: &FeedbackLoop, q: f64, upper: f64) -> Result<(Matrix<f64>, Between, f64), CoqError> {
+    let plant = &theorem.observer.plant;
+    let of_p = bounds(&theorem.observer.p)?;
+    let mut best: Option<(Matrix<f64>, Between, f64)> = None;
+    for k in 0..=SMALLEST {
+        let p1 = theorem.p1.map(|entry| entry * 4.0_f64.powi(-k));
+        let names = Names::new().matrix("A", &plant.a).matrix("B", &plant.b).matrix("K", &theorem.k);
+        let names = names.symmetric("P1", &p1);
+        let decay = largest_rate(&plant.a, |decay| {
+            let rest = ((2.0 * decay * upper).next_up() - q).next_up();
+            let names = names.clone().number("decay", decay).number("rest", rest);
+            Ok(rest.is_finite() && names.decide(DRIVEN)?.is_proved())
+        })?;
+        let between = of_both(bounds(&p1)?, of_p);
+        let is_faster = best.as_ref().is_none_or(|(.., fastest)| decay > *fastest);
+        if !is_faster {
+            break;
+        }
+        if between.lower > 0.0 && decay > 0.0 {
+            best = Some((p1, between, decay));
+        }
+    }
+    best.ok_or(CoqError::StoredGain)
 }

@@ -6,8 +6,10 @@
 //! by Coq or is visible in the file. It chooses the numbers that the proofs need in addition: bounds of the eigenvalues
 //! of P, a rate of decay where the certificate names none.
 
+mod bounds;
 mod cubic;
 pub mod cubic_paper;
+mod deployed;
 mod discrete;
 #[cfg(feature = "all-theorems")]
 mod feedback;
@@ -62,9 +64,6 @@ pub enum CoqError {
         /// The matrix.
         matrix: &'static str,
     },
-    /// A loop around a cubic observer that converges from an ellipsoid.
-    #[error("a loop around an observer that converges from an ellipsoid of errors has no proof in Coq")]
-    Region,
     /// The stored cubic gain.
     #[error(
         "for the stored N no Lyapunov matrix with P N = -C'S exactly is found that has room (it is sought for up to {MOST_OUTPUTS} outputs and an N of full column rank)"
@@ -85,7 +84,7 @@ impl From<ProofError> for CoqError {
 }
 
 /// The theorems of certificates that are proved in Coq.
-pub const KINDS: [&str; 10] = [
+pub const KINDS: [&str; 11] = [
     "linear-observer",
     "discrete-observer",
     "cubic-observer",
@@ -96,6 +95,7 @@ pub const KINDS: [&str; 10] = [
     "polytope-of-plants",
     "polytope-of-jacobians",
     "discrete-polytope-of-jacobians",
+    "deployed-observer",
 ];
 
 /// The certificate as a file for Coq: of a proved one the facts with their margins and the statement about all
@@ -120,9 +120,11 @@ pub fn theorems(file: &CertificateFile) -> Result<CoqFile, CoqError> {
     if !KINDS.contains(&theorem.name()) {
         return Err(CoqError::Kind { theorem: theorem.name() });
     }
-    let facts = match file.check() {
-        Ok(proved) => proved.facts,
-        Err(Rejection::NotProved { verdict, .. }) if matches!(*verdict, Verdict::Refuted { .. }) => theorem.facts()?,
+    let (facts, rejection) = match file.check() {
+        Ok(proved) => (proved.facts, None),
+        Err(rejection @ Rejection::NotProved { .. }) if is_refutable(theorem, &rejection) => {
+            (theorem.facts()?, Some(rejection))
+        }
         Err(rejection) => return Err(rejection.into()),
     };
     let is_refuted = facts.iter().any(|fact| !fact.verdict.is_proved());
@@ -143,15 +145,30 @@ pub fn theorems(file: &CertificateFile) -> Result<CoqFile, CoqError> {
             out.polytope(&jacobians.vertices, [&jacobians.l, &jacobians.p], jacobians.rate, &facts, &claimed)?;
         }
         Theorem::DiscreteJacobianPolytope(jacobians) => out.discrete_polytope(jacobians, &facts, &claimed)?,
+        Theorem::DeployedObserver(deployed) => out.deployed(deployed, &facts, &claimed)?,
         #[cfg(feature = "all-theorems")]
         Theorem::CubicTheorem1(cubic) => out.theorem1(cubic, &facts, &claimed)?,
         #[cfg(feature = "all-theorems")]
         Theorem::FeedbackLoop(feedback) => out.feedback(feedback, &facts, &claimed)?,
         other => return Err(CoqError::Kind { theorem: other.name() }),
     }
-    let Out { numbers, proved, theorems } = out;
+    let Out { numbers, proved, theorems, refutes } = out;
+    // Of data between bounds, no matrices are found for which an inequality is false.
+    if let Some(rejection) = rejection.filter(|_| !refutes) {
+        return Err(rejection.into());
+    }
     let text = format!("{}{numbers}\nLocal Open Scope R_scope.\n{proved}", head(file, is_refuted));
     Ok(CoqFile { text, theorems, is_refuted })
+}
+
+/// Whether a refutation may be found: of an inequality that is false, or that is undecided for all data between bounds.
+fn is_refutable(theorem: &Theorem, rejection: &Rejection) -> bool {
+    match rejection {
+        Rejection::NotProved { verdict, .. } => {
+            matches!(**verdict, Verdict::Refuted { .. }) || bounds::has_bounds(theorem)
+        }
+        _ => false,
+    }
 }
 
 /// The two parts of a file.
@@ -162,6 +179,8 @@ struct Out {
     proved: String,
     /// The names of the theorems.
     theorems: Vec<String>,
+    /// Whether one of them is a refutation.
+    refutes: bool,
 }
 
 /// A text from outside, in a comment: neither its end nor the beginning of a string, which Coq reads there too.
@@ -222,7 +241,7 @@ fn head(file: &CertificateFile, is_refuted: bool) -> String {
     format!(
         "(** {}\n\n    {said}: {}\n\n    To check it where proofs/ of luenberger is compiled: coqc -R proofs Luenberger FILE.v *)\n\n\
          From Coq Require Import Reals QArith Qreals List.\n\
-         From Luenberger Require Import Vectors Definite Inequalities Decay LinearObserver Existence Boxes DiscreteObserver\n  CubicObserver CubicRegion SampledCubic FeedbackLoop Polytope BoxPolytope\n  DiscretePolytope Refuted.\n\
+         From Luenberger Require Import Vectors Definite Inequalities Decay LinearObserver Existence Boxes DiscreteObserver\n  CubicObserver CubicRegion SampledCubic FeedbackLoop CubicExistence LoopRegion Polytope\n  BoxPolytope DiscretePolytope DiscreteBoxPolytope Refuted BoxRefuted\n  Perturbed.\n\
          Import ListNotations.\n\n\
          Local Coercion Q2R : Q >-> R.\n\
          Local Open Scope Q_scope.\n",
@@ -243,7 +262,7 @@ fn says(n: usize, suffix: &str) -> String {
 
 impl Out {
     fn new() -> Self {
-        Self { numbers: String::new(), proved: String::new(), theorems: Vec::new() }
+        Self { numbers: String::new(), proved: String::new(), theorems: Vec::new(), refutes: false }
     }
 
     /// A matrix of numbers, a row to a line.
@@ -282,6 +301,7 @@ impl Out {
         };
         let column = Matrix::from_row_major(numbers.len(), 1, numbers)?;
         self.matrix(name, &column, &format!("A vector that shows that {} is false.", fact.inequality));
+        self.refutes = true;
         Ok(true)
     }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::bounds::{Data, are_bounds};
 use super::discrete::{contraction, falls};
 use super::{Between, CoqError, Out, points, says, single};
 use crate::certificate::{DiscreteJacobianPolytope, Fact, Vertex};
@@ -31,14 +32,7 @@ impl Out {
         let Some((positive, decreases)) = facts.split_first() else { return Ok(()) };
         let (n, outputs) = l.shape();
         let all = facts.iter().all(|fact| fact.verdict.is_proved());
-        let data = vertices.iter().flat_map(|vertex| [&vertex.a, &vertex.c]);
-        // Of boxes there are no refutations: which matrices between refute them is not known.
-        let are_boxes = all && data.flat_map(Matrix::as_slice).any(|datum| !datum.is_point());
-        if are_boxes {
-            self.boxes(vertices)?;
-        } else {
-            self.vertices(vertices)?;
-        }
+        let are_boxes = self.boxes_or_vertices(vertices)?;
         self.matrix("L", &points(l)?, "The gain of the observer.");
         self.matrix("P", &points(p)?, "The matrix of V = e'Pe.");
         self.float("rate", rate, "The rate in the inequalities.")?;
@@ -49,18 +43,19 @@ impl Out {
             self.decay(rate, least, between.upper)?;
         }
         self.positive(n, "P", positive, claimed.first())?;
-        for (k, fact) in (1..).zip(decreases) {
+        for ((k, fact), Vertex { a, c }) in (1..).zip(decreases).zip(vertices) {
             let suffix = format!("_{k}");
             if are_boxes {
-                self.decrease_within((n, outputs), fact, claimed.get(k), &suffix)?;
+                self.decrease_within(&Data { a, c, l, p }, rate, fact, claimed.get(k), &suffix)?;
             } else {
                 self.decrease((n, outputs), fact, claimed.get(k), &suffix)?;
             }
         }
+        if !all {
+            return Ok(());
+        }
         if are_boxes {
             self.hull_of_boxes(n, outputs, vertices.len());
-        }
-        if are_boxes || !all {
             return Ok(());
         }
         self.lemma("decided", &format!("polytope_decays {n} {outputs} vertices L P decay lower upper overshoot"));
@@ -78,14 +73,24 @@ impl Out {
         Ok(())
     }
 
-    fn boxes(&mut self, vertices: &[Vertex]) -> Result<(), CoqError> {
+    /// The boxes, or where all data are numbers the vertices; which of both.
+    fn boxes_or_vertices(&mut self, vertices: &[Vertex]) -> Result<bool, CoqError> {
+        let are_boxes = are_bounds(vertices.iter().flat_map(|vertex| [&vertex.a, &vertex.c]));
+        if are_boxes {
+            self.boxes(vertices);
+        } else {
+            self.vertices(vertices)?;
+        }
+        Ok(are_boxes)
+    }
+
+    fn boxes(&mut self, vertices: &[Vertex]) {
         for (k, Vertex { a, c }) in (1..).zip(vertices) {
-            self.bounds(a, c, &format!("_{k}"))?;
+            self.bounds(a, c, &format!("_{k}"));
         }
         let one = |k: usize| format!("Box A_low_{k} A_high_{k} C_low_{k} C_high_{k}");
         let boxes = (1..=vertices.len()).map(one).collect::<Vec<_>>().join(";\n  ");
         _ = write!(self.numbers, "\n(** The boxes. *)\nDefinition boxes : list box := [\n  {boxes}].\n");
-        Ok(())
     }
 
     /// The theorem about the hull of boxes.
@@ -115,7 +120,7 @@ impl Out {
         let DiscreteJacobianPolytope { vertices, l, p, factor } = theorem;
         let Some((positive, blocks)) = facts.split_first() else { return Ok(()) };
         let (n, outputs) = l.shape();
-        self.vertices(vertices)?;
+        let are_boxes = self.boxes_or_vertices(vertices)?;
         self.matrix("L", &points(l)?, "The gain of the observer.");
         self.matrix("P", &points(p)?, "The matrix of V = e'Pe.");
         self.float("factor", *factor, "The factor of the inequalities.")?;
@@ -129,10 +134,18 @@ impl Out {
             self.contraction(factor, least)?;
         }
         self.positive(n, "P", positive, claimed.first())?;
-        for (k, fact) in (1..).zip(blocks) {
-            self.schur((n, outputs), fact, claimed.get(k), k)?;
+        for ((k, fact), Vertex { a, c }) in (1..).zip(blocks).zip(vertices) {
+            if are_boxes {
+                self.schur_within(&Data { a, c, l, p }, *factor, fact, claimed.get(k), &format!("_{k}"))?;
+            } else {
+                self.schur((n, outputs), fact, claimed.get(k), k)?;
+            }
         }
         if !all {
+            return Ok(());
+        }
+        if are_boxes {
+            self.hull_of_discrete_boxes(n, outputs, vertices.len());
             return Ok(());
         }
         self.lemma(
@@ -151,6 +164,24 @@ impl Out {
             "exact (polytope_error_contracts _ _ _ _ _ _ _ _ _ decided).",
         );
         Ok(())
+    }
+
+    /// The theorem about the hull of boxes in discrete time.
+    fn hull_of_discrete_boxes(&mut self, n: usize, outputs: usize, count: usize) {
+        self.lemma("decided", &format!("boxes_contract {n} {outputs} boxes L P contraction lower upper overshoot"));
+        let says = falls(n);
+        self.theorem(
+            "every_error",
+            "Every e with e(k+1) = (A(k) - L C(k))e(k), (A(k), C(k)) the sum of a pair of each box with any weights w(k) that\n    \
+             are not negative and have the sum 1.",
+            &format!(
+                "forall (e : nat -> vector) (w : nat -> nat -> R) (A C : nat -> nat -> matrix),\n  \
+                 (forall k, convex {count} (w k)) ->\n  \
+                 (forall k j, (j < {count})%nat -> in_box {n} {outputs} (nth j boxes no_box) (A k j) (C k j)) ->\n  \
+                 recursion {n} e (fun k => mixed_error {n} {count} L (w k) (A k) (C k) (e k)) ->\n  {says}"
+            ),
+            "exact (boxes_error_contracts _ _ _ _ _ _ _ _ _ decided).",
+        );
     }
 
     /// `[factor^2 P, F'P; *, P] > 0` at a vertex, proved or refuted.

@@ -34,25 +34,7 @@ impl Out {
         }
         self.positive(n, "P", positive, claimed.first())?;
         self.stein((n, outputs), decrease, claimed.get(1))?;
-        let v = "v : vector, ";
-        let f = "let f := (w .* (A * v) + A * (N * (C * v)))%vector in\n  ";
-        let form = format!("quadratic {n} P f - w ^ 2 * quadratic {n} P v");
-        if end.verdict.is_proved() {
-            self.margin("margin_w", end, claimed.get(2))?;
-            self.theorem(
-                "inequality_at_the_end",
-                "v'((w A + A N C)'P(w A + A N C) - w^2 P)v is at most minus the margin times |v|^2.",
-                &format!("0 < margin_w /\\ forall {v}{f}{form} <= - margin_w * square {n} v"),
-                &format!("apply (end_inequality {n} {outputs} A C N P w margin_w). vm_cast_no_check (eq_refl true)."),
-            );
-        } else if self.witness("v_w", end)? {
-            self.theorem(
-                "inequality_at_the_end_is_false",
-                "v'((w A + A N C)'P(w A + A N C) - w^2 P)v < 0 is false.",
-                &format!("exists {v}0 < square {n} v /\\\n  {f}0 <= {form}"),
-                &format!("apply (no_end_inequality {n} {outputs} A C N P w v_w). vm_cast_no_check (eq_refl true)."),
-            );
-        }
+        self.at_the_end((n, outputs), end, claimed.get(2))?;
         if !all {
             return Ok(());
         }
@@ -60,18 +42,8 @@ impl Out {
             "decided",
             &format!("sampled_contracts {n} {outputs} A C L N P w contraction lower upper overshoot"),
         );
+        self.exact_cubic(n);
         let says = falls(n);
-        self.theorem(
-            "every_error",
-            "Every e with e(k+1) = (A - L C + g(k) (A N + w L)C)e(k), for any numbers g(k) from 0 to 1/w.",
-            &format!(
-                "forall (e : nat -> vector) (g : nat -> R),\n  \
-                 (forall k, 0 <= g k /\\ w * g k <= 1) ->\n  \
-                 recursion {n} e (fun k =>\n    \
-                 A * e k - L * (C * e k) + g k .* (A * (N * (C * e k)) + w .* (L * (C * e k))))%vector ->\n  {says}"
-            ),
-            "exact (sampled_error_contracts _ _ _ _ _ _ _ _ _ _ _ _ decided).",
-        );
         self.theorem(
             "observer",
             "The error e = x - xhat of plant x+ = A x + B u, y = C x and observer xhat+ = A(xhat - g N z) + B u + r L z,\n    \
@@ -89,5 +61,50 @@ impl Out {
              (is_positive_correct period eq_refl)).",
         );
         Ok(())
+    }
+
+    /// `(w A + A N C)'P(w A + A N C) - w^2 P < 0`, proved or refuted.
+    pub(super) fn at_the_end(
+        &mut self,
+        (n, outputs): (usize, usize),
+        end: &Fact,
+        claimed: Option<&Number>,
+    ) -> Result<(), CoqError> {
+        let v = "v : vector, ";
+        let f = "let f := (w .* (A * v) + A * (N * (C * v)))%vector in\n  ";
+        let form = format!("quadratic {n} P f - w ^ 2 * quadratic {n} P v");
+        if end.verdict.is_proved() {
+            self.margin("margin_w", end, claimed)?;
+            self.theorem(
+                "inequality_at_the_end",
+                "v'((w A + A N C)'P(w A + A N C) - w^2 P)v is at most minus the margin times |v|^2.",
+                &format!("0 < margin_w /\\ forall {v}{f}{form} <= - margin_w * square {n} v"),
+                &format!("apply (end_inequality {n} {outputs} A C N P w margin_w). vm_cast_no_check (eq_refl true)."),
+            );
+        } else if self.witness("v_w", end)? {
+            self.theorem(
+                "inequality_at_the_end_is_false",
+                "v'((w A + A N C)'P(w A + A N C) - w^2 P)v < 0 is false.",
+                &format!("exists {v}0 < square {n} v /\\\n  {f}0 <= {form}"),
+                &format!("apply (no_end_inequality {n} {outputs} A C N P w v_w). vm_cast_no_check (eq_refl true)."),
+            );
+        }
+        Ok(())
+    }
+
+    /// The theorem about the error of the exact step, for every g.
+    pub(super) fn exact_cubic(&mut self, n: usize) {
+        let says = falls(n);
+        self.theorem(
+            "every_error",
+            "Every e with e(k+1) = (A - L C + g(k) (A N + w L)C)e(k), for any numbers g(k) from 0 to 1/w.",
+            &format!(
+                "forall (e : nat -> vector) (g : nat -> R),\n  \
+                 (forall k, 0 <= g k /\\ w * g k <= 1) ->\n  \
+                 recursion {n} e (fun k =>\n    \
+                 A * e k - L * (C * e k) + g k .* (A * (N * (C * e k)) + w .* (L * (C * e k))))%vector ->\n  {says}"
+            ),
+            "exact (sampled_error_contracts _ _ _ _ _ _ _ _ _ _ _ _ decided).",
+        );
     }
 }

@@ -27,6 +27,7 @@ pub use deployed::{
     CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
     SampledPlant, Step, Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
+pub(crate) use deployed::{RunningBound, running_bound};
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub(crate) use deployed_cubic::{deployed_cubic_knowing, output_metric, structured_for};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};

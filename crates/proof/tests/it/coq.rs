@@ -2,13 +2,14 @@
 
 use luenberger_proof::Matrix;
 use luenberger_proof::certificate::{
-    CertificateFile, CubicConvergence, CubicTheorem1, DiscreteConvergence, DiscreteJacobianPolytope, FeedbackLoop,
-    HurwitzStability, LinearConvergence, Number, PlantMatrices, PlantPolytope, PlantWithin, Region, Rejection,
-    SampledCubicConvergence, StructuredCubicConvergence, Vertex, digest,
+    CertificateFile, CubicConvergence, CubicTheorem1, DeployedObserver, DiscreteConvergence, DiscreteJacobianPolytope,
+    FeedbackLoop, HurwitzStability, LinearConvergence, Number, PlantMatrices, PlantPolytope, PlantWithin, Region,
+    Rejection, SampledCubicConvergence, StructuredCubicConvergence, Vertex, digest,
 };
 use luenberger_proof::coq::cubic_paper::{WrongSign, wrong_sign};
 use luenberger_proof::coq::{CoqError, CoqFile, theorems};
 use luenberger_proof::interval::Interval;
+use luenberger_proof::statement::{Format, Operation, SampledPlant, Step, deployed_linear};
 
 /// `x' = -x + u`, `y = x` with the gain 1: `F = -2`, and `F'P + PF = -4 P`.
 fn plant() -> PlantMatrices {
@@ -18,6 +19,10 @@ fn plant() -> PlantMatrices {
 
 fn one(entry: f64) -> Matrix<f64> {
     Matrix::from_rows([[entry]])
+}
+
+fn interval(lo: f64, hi: f64) -> Matrix<Interval> {
+    Matrix::from_rows([[Interval::new(lo, hi).unwrap()]])
 }
 
 fn linear(rate: f64) -> LinearConvergence {
@@ -139,9 +144,7 @@ fn what_is_not_proved_in_coq_is_named() {
     let error = theorems(&CertificateFile::prove("hurwitz", hurwitz).unwrap()).unwrap_err();
     assert!(error.to_string().starts_with("the theorem \"hurwitz\" has no proof in Coq: of \"linear-observer\""));
     let mut within = linear(0.0);
-    let a = Matrix::from_rows([[Interval::new(-1.5, -1.0).unwrap()]]);
-    let [b, c] = [1.0, 1.0].map(|x| Matrix::from_rows([[Interval::new(x, x).unwrap()]]));
-    within.plant = PlantWithin::within(&a, &b, &c).unwrap();
+    within.plant = PlantWithin::within(&interval(-1.5, -1.0), &interval(1.0, 1.0), &interval(1.0, 1.0)).unwrap();
     // A from -3/2 to -1: F'P + PF = 6 F is at most -12.
     let file = CertificateFile::prove("within", within).unwrap();
     let coq = theorems(&file).unwrap();
@@ -149,9 +152,47 @@ fn what_is_not_proved_in_coq_is_named() {
     assert!(coq.text.contains("Definition A_low : list (list Q) := [\n  [-0x1.8p0]].\n"));
     assert!(coq.text.contains("Definition A_high : list (list Q) := [\n  [-0x1p0]].\n"));
     assert!((0.0..1e-9).contains(&(2.0 - defined(&coq, "decay"))));
-    // P = -3: nothing is said of which A.
-    let error = theorems(&changed(&file, "[\"0x1.8p1\"]", "[\"-0x1.8p1\"]")).unwrap_err();
-    assert_eq!(error, CoqError::Bounds { matrix: "the plant" });
+}
+
+/// `x' = a x + u`, `y = x` with the gain 1 and P = 3: F'P + PF = 6 (a - 1).
+#[test]
+fn data_between_bounds_are_refuted_by_matrices_between() {
+    let mut within = linear(0.0);
+    within.plant = PlantWithin::within(&interval(-1.5, -1.0), &interval(1.0, 1.0), &interval(1.0, 1.0)).unwrap();
+    let file = CertificateFile::prove("within", within).unwrap();
+    // P = -3: -6 (a - 1) is largest at a = -3/2.
+    let coq = theorems(&changed(&file, "[\"0x1.8p1\"]", "[\"-0x1.8p1\"]")).unwrap();
+    assert!(coq.is_refuted);
+    assert_eq!(coq.theorems, ["P_is_not_positive_definite", "inequality_12_is_false"]);
+    assert!(coq.text.contains("Definition A_false : list (list Q) := [\n  [-0x1.8p0]].\n"));
+    // A from -3/2 to 2, which the checker does not decide: at a = 2 it is false.
+    let undecided = changed(&file, "\"-0x1p0\"", "\"0x1p1\"");
+    assert!(undecided.check().is_err_and(|why| why.to_string().contains("is not proved")));
+    let coq = theorems(&undecided).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_12_is_false"]);
+    assert!(coq.text.contains("Definition A_false : list (list Q) := [\n  [0x1p1]].\n"));
+    assert!(coq.text.contains("exists A C : matrix, within 1 1 A_low A_high A /\\ within 1 1 C_low C_high C /\\"));
+}
+
+/// In discrete time F = a - 1/4 with a from 1/4 to 1/2; the block [1, F; F, 1] is at least 3/4.
+#[test]
+fn a_polytope_of_boxes_in_discrete_time_has_the_bounds_of_each() {
+    let vertices = [(0.25, 0.5), (0.25, 0.25)]
+        .map(|(lo, hi)| Vertex::within(&interval(lo, hi), &interval(1.0, 1.0)).unwrap())
+        .to_vec();
+    let polytope = DiscreteJacobianPolytope { vertices, l: one(0.25), p: one(1.0), factor: 1.0 };
+    let file = CertificateFile::prove("boxes", polytope).unwrap();
+    let coq = theorems(&file).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_1", "inequality_2", "every_error"]);
+    for (name, entry) in [("A_low_1", "0x1p-2"), ("A_high_1", "0x1p-1"), ("A_high_2", "0x1p-2"), ("C_low_1", "0x1p0")] {
+        assert!(coq.text.contains(&format!("Definition {name} : list (list Q) := [\n  [{entry}]].\n")), "{name}");
+    }
+    // With |F| at most 1/4 it is at least that, and the checker bounds the whole box by its middle.
+    assert!((0.5..0.57).contains(&defined(&coq, "contraction")));
+    // a from 1/4 to 2: F = 7/4.
+    let coq = theorems(&changed(&file, "\"0x1p-1\"", "\"0x1p1\"")).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "inequality_1_is_false", "inequality_2"]);
+    assert!(coq.text.contains("Definition A_false_1 : list (list Q) := [\n  [0x1p1]].\n"));
 }
 
 /// N = -1/3 rounded, P = 3, S = 1: `P N + C'S` is not 0, and another P has the structure exactly.
@@ -169,7 +210,7 @@ fn a_stored_cubic_gain_has_a_lyapunov_matrix_of_its_own() {
         region,
     };
     let coq = theorems(&CertificateFile::prove("cubic", cubic(n.clone(), Region::Everywhere)).unwrap()).unwrap();
-    assert_eq!(coq.theorems.last().map(String::as_str), Some("stored_gain_observer"));
+    assert_eq!(coq.theorems[coq.theorems.len() - 2..], ["stored_gain_observer", "stored_gain_errors_exist"]);
     assert!(!coq.text.contains("Definition P_stored : list (list Q) := [\n  [0x1.8p1]]."));
     // V' = -4 V for this V, too.
     assert!((0.0..1e-6).contains(&(2.0 - defined(&coq, "decay_stored"))));
@@ -179,7 +220,8 @@ fn a_stored_cubic_gain_has_a_lyapunov_matrix_of_its_own() {
     assert!(coq.text.contains("Definition P_stored : list (list Q) := [\n  [0x1p2]]."));
     // From an ellipsoid: F'P + PF = -12 and S + S' = 2, P itself.
     let coq = theorems(&CertificateFile::prove("cubic", cubic(n, Region::Within(1.0))).unwrap()).unwrap();
-    assert_eq!(coq.theorems.last().map(String::as_str), Some("stored_gain_every_error"));
+    assert_eq!(coq.theorems[coq.theorems.len() - 2..], ["stored_gain_every_error", "stored_gain_errors_exist"]);
+    assert!(coq.text.contains("forall e0 : vector, quadratic 1 P e0 < level -> exists e : R -> vector,"));
     for (name, value) in [("q", 12.0), ("mu", 2.0), ("t", 1.0), ("kappa", 1.0), ("level", 1.0), ("decay_stored", 2.0)] {
         assert!((defined(&coq, name) / value - 1.0).abs() < 1e-9, "{name}");
     }
@@ -214,12 +256,16 @@ fn a_loop_has_a_rate_of_its_own_and_two_theorems() {
         "real_gain_exists",
         "real_gain_every_error",
         "real_gain_observer",
+        "real_gain_errors_exist",
         "stored_gain_every_error",
         "stored_gain_observer",
+        "stored_gain_errors_exist",
         "P1_is_positive_definite",
         "inequality_25",
         "real_gain_loop",
+        "real_gain_loops_exist",
         "stored_gain_loop",
+        "stored_gain_loops_exist",
     ];
     assert_eq!(coq.theorems, expected);
     for name in ["decay_loop", "decay_stored_loop"] {
@@ -231,6 +277,30 @@ fn a_loop_has_a_rate_of_its_own_and_two_theorems() {
     let coq = theorems(&changed(&file, "\"P1\": [\n      [\"0x1p0\"]", "\"P1\": [\n      [\"0x1.9p6\"]")).unwrap();
     assert!(coq.is_refuted);
     assert_eq!(coq.theorems.last().map(String::as_str), Some("inequality_25_is_false"));
+}
+
+/// P = 3, S = 1, N = -1/3 rounded, from e'Pe below 1: F'P + PF = -12. With K = 1 and P1 = 1 the state has
+/// [-4 + 2a, 1; 1, 6a - 12] <= 0 up to (4 - 2a)(12 - 6a) = 1, a = 2 - 1/sqrt(12).
+#[test]
+fn a_loop_from_an_ellipsoid_has_a_share_of_the_rate() {
+    let observer = CubicConvergence { n: one(-1.0 / 3.0), p: one(3.0), region: Region::Within(1.0), ..cubic() };
+    let file = CertificateFile::prove("loop", FeedbackLoop { observer, k: one(1.0), p1: one(1.0) }).unwrap();
+    let coq = theorems(&file).unwrap();
+    let expected = [
+        "stored_gain_every_error",
+        "stored_gain_errors_exist",
+        "P1_is_positive_definite",
+        "inequality_25",
+        "real_gain_loop",
+        "real_gain_loops_exist",
+        "stored_gain_loop",
+        "stored_gain_loops_exist",
+    ];
+    assert_eq!(coq.theorems[coq.theorems.len() - expected.len()..], expected);
+    let fastest = 2.0 - 1.0 / 12.0_f64.sqrt();
+    // A smaller multiple of P1 is faster, up to 2.
+    assert!((fastest * 0.99..2.0).contains(&defined(&coq, "decay_stored_loop")));
+    assert!(coq.text.contains("quadratic 1 P (e 0) < level ->"));
 }
 
 /// `F = 1/4`, `w A + A N C = 3/4` with w = 1: V falls by 9/16 at least.
@@ -264,11 +334,16 @@ fn a_gain_that_dissipates_has_its_theorem() {
     let CubicConvergence { plant, l, n, theta, p, s, .. } = cubic();
     let stored = CubicTheorem1 { plant: plant.clone(), l: l.clone(), n, theta: theta.clone(), p: p.clone() };
     let coq = theorems(&CertificateFile::prove("theorem 1", stored).unwrap()).unwrap();
-    assert_eq!(coq.theorems[3..], ["inequality_13", "stored_gain_every_error", "stored_gain_observer"]);
+    assert_eq!(
+        coq.theorems[3..],
+        ["inequality_13", "stored_gain_every_error", "stored_gain_observer", "stored_gain_errors_exist"]
+    );
     assert!((0.0..1e-5).contains(&(2.0 - defined(&coq, "margin_13"))));
     let real = StructuredCubicConvergence { plant, l, theta, p, s, rate: 0.0 };
     let coq = theorems(&CertificateFile::prove("structured", real).unwrap()).unwrap();
-    assert_eq!(coq.theorems[3..], ["inequality_13", "real_gain_exists", "real_gain_every_error", "real_gain_observer"]);
+    let expected =
+        ["inequality_13", "real_gain_exists", "real_gain_every_error", "real_gain_observer", "real_gain_errors_exist"];
+    assert_eq!(coq.theorems[3..], expected);
     assert!((0.0..1e-5).contains(&(2.0 - defined(&coq, "margin_S"))));
 }
 
@@ -302,10 +377,41 @@ fn a_gain_of_the_wrong_sign_is_refuted_with_the_decimals_of_the_paper() {
     }
 }
 
+/// F = 7/8 - 3/8, in a byte with four bits behind the point. A sum is rounded by at most 1/32: y, z and the step, the
+/// first two behind the gain, so that a step adds at most 3/8 (1/32 + 1/32) + 1/32 = 7/128, and 7/64 is the limit.
+#[test]
+fn a_deployed_observer_has_the_bound_of_its_steps() {
+    let deployed = |step: Step, l: f64| {
+        let plant = SampledPlant { a: one(0.875), b: Matrix::from_fn(1, 0, |_, _| 0.0), c: one(1.0) };
+        let operation =
+            Operation { state: vec![1.0], input: vec![], noise: vec![0.0], error: vec![1.0], deviation: None };
+        let formats = Format::Fixed { integer_bits: 4, fraction_bits: 4 }.into();
+        let derived = deployed_linear(&plant, &one(l), &one(1.0), step, formats, &operation).unwrap();
+        let ball = derived.ball().map(Into::into);
+        DeployedObserver { plant, stored: derived.stored, step, formats, operation, p: one(1.0), ball }
+    };
+    let file = CertificateFile::prove("a byte", deployed(Step::Accumulated, 0.375)).unwrap();
+    let coq = theorems(&file).unwrap();
+    assert_eq!(coq.theorems, ["P_is_positive_definite", "stein_inequality", "every_error", "running"]);
+    for (name, value) in [("contraction", 0.5), ("beta", 7.0 / 128.0), ("limit", 7.0 / 64.0), ("start", 1.0)] {
+        assert!((defined(&coq, name) / value - 1.0).abs() < 1e-5, "{name} {}", defined(&coq, name));
+    }
+    assert_eq!(defined(&coq, "kappa"), 0.0);
+    assert!(coq.text.contains("Rabs (e (S k) i - (A * e k - L * (C * e k))%vector i)"));
+    let joined = theorems(&CertificateFile::prove("a byte", deployed(Step::Joined, 0.375)).unwrap()).unwrap();
+    assert_eq!(joined.theorems, coq.theorems);
+    assert!(joined.text.contains("Definition F : list (list Q) := [\n  [0x1p-1]].\n"));
+    // That a stored number is not the nearest to the plant's refutes no inequality.
+    let other = changed(&file, "\"A\": [\n      [\"0x1.cp-1\"]", "\"A\": [\n      [\"0x1.8p-1\"]");
+    assert!(matches!(theorems(&other), Err(CoqError::Rejected(Rejection::NotProved { .. }))));
+    let other = changed(&file, "\"P\": [\n      [\"0x1p0\"]", "\"P\": [\n      [\"-0x1p0\"]");
+    // F'PF - P = -1/4 + 1.
+    assert_eq!(theorems(&other).unwrap().theorems, ["P_is_not_positive_definite", "stein_inequality_is_false"]);
+}
+
 /// Two boxes: A from -3/2 to -1, and A = -2; F'P + PF = 6 F is at most -12, and -18.
 #[test]
 fn a_polytope_of_boxes_has_the_bounds_of_each() {
-    let interval = |lo, hi| Matrix::from_rows([[Interval::new(lo, hi).unwrap()]]);
     let vertices = [(-1.5, -1.0), (-2.0, -2.0)]
         .map(|(lo, hi)| Vertex::within(&interval(lo, hi), &interval(1.0, 1.0)).unwrap())
         .to_vec();

@@ -23,8 +23,8 @@ use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{
-    CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Operation, Running, SampledPlant, Step, Stored,
-    deployed_linear, deployed_sampled_cubic,
+    CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Operation, Running, RunningBound, SampledPlant, Step,
+    Stored, deployed_linear, deployed_sampled_cubic, running_bound,
 };
 use crate::verdict::{UndecidedReason, Verdict};
 #[cfg(feature = "all-theorems")]
@@ -87,6 +87,15 @@ impl DeployedObserver {
             Some(cubic) => deployed_sampled_cubic(plant, &stored.l, cubic, p, *formats, operation),
             None => deployed_linear(plant, &stored.l, p, *step, *formats, operation),
         }
+    }
+
+    /// The numbers by which the ball is proved, if one is claimed.
+    pub(crate) fn running_bound(&self) -> Result<Option<RunningBound>, ProofError> {
+        let Self { plant, step, formats, operation, p, .. } = self;
+        if self.ball.is_none() {
+            return Ok(None);
+        }
+        running_bound(plant, &self.derived()?, p, *step, formats.running, operation)
     }
 
     /// The claim about the running observer.

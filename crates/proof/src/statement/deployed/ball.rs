@@ -51,6 +51,25 @@ pub struct Intermediate {
     pub limit: f64,
 }
 
+/// What one step adds to the exact map, and the bounds that follow from it in the norm of P, as numbers of a proof.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct RunningBound {
+    /// `|e+ - M e| <= added (1, |e|)` while `|e|_P <= start`, n x (n + 1).
+    pub(crate) added: Matrix<f64>,
+    /// `|e_i| <= widths_i |e|_P`.
+    pub(crate) widths: Vec<f64>,
+    /// `|M e|_P <= contraction |e|_P`.
+    pub(crate) contraction: f64,
+    /// What is added in proportion to the error is at most this times `|e|_P`.
+    pub(crate) kappa: f64,
+    /// What is added besides.
+    pub(crate) beta: f64,
+    /// At least `beta / (1 - contraction - kappa)`.
+    pub(crate) limit: f64,
+    /// At least the limit.
+    pub(crate) start: f64,
+}
+
 /// Maximum number of iterations to make the invariant ball and the bounds that hold in it consistent.
 const TURNS: usize = 8;
 
@@ -83,11 +102,7 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
         |contraction, relative| Ok(Running::Unproved(NoErrorBallReason::RoundingDominates { contraction, relative }));
     let Some(rho) = contraction(&metric, &maps, 1.0)? else { return unproved(f64::INFINITY, 0.0) };
     let Some(half_widths) = half_widths(p, &metric)? else { return unproved(rho, f64::INFINITY) };
-    let sizes = metric.map(|x| Interval::of(x.magnitude()));
-    let longest = |bound: &Matrix<Interval>| -> Result<f64, ProofError> {
-        let square = bound.transpose().product(&sizes.product(bound)?)?[(0, 0)];
-        Ok(square.sqrt().map_or(f64::INFINITY, |root| root.hi()))
-    };
+    let longest = |bound: &Matrix<Interval>| longest(&metric, bound);
     let at = |radius: f64| -> Vec<f64> { half_widths.iter().map(|s| s.mul(&Interval::of(radius)).hi()).collect() };
     let error = &disturbance.operation.error;
     let mut start = longest(&Matrix::from_fn(n, 1, |i, _| Interval::of(error[i])))?;
@@ -133,6 +148,36 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
         return Ok(Running::Within(ball));
     }
     unproved(rho, f64::INFINITY)
+}
+
+/// `sqrt(b'|P|b)`, rounded up: no vector with these entries at most is longer in the norm of P.
+fn longest(metric: &Matrix<Interval>, bound: &Matrix<Interval>) -> Result<f64, ProofError> {
+    let sizes = metric.map(|x| Interval::of(x.magnitude()));
+    let square = bound.transpose().product(&sizes.product(bound)?)?[(0, 0)];
+    Ok(square.sqrt().map_or(f64::INFINITY, |root| root.hi()))
+}
+
+/// The numbers by which a ball is proved; none where they have no room.
+pub(super) fn running_bound(
+    p: &Matrix<f64>,
+    disturbance: &Disturbance<'_>,
+    ball: &ErrorBall,
+) -> Result<Option<RunningBound>, ProofError> {
+    let n = disturbance.order();
+    let metric = embed_symmetric::<Interval>(p, "P", n)?;
+    let Some(half_widths) = half_widths(p, &metric)? else { return Ok(None) };
+    let reach: Vec<f64> = half_widths.iter().map(|s| s.mul(&Interval::of(ball.start)).hi()).collect();
+    let added = disturbance.step_bound(&reach)?.added.map(Interval::hi);
+    let entry = |i: usize, j: usize| Interval::of(added[(i, j)]);
+    let beta = longest(&metric, &Matrix::from_fn(n, 1, |i, _| entry(i, 0)))?;
+    let slope = Matrix::from_fn(n, n, |i, j| entry(i, j + 1));
+    let kappa = longest(&metric, &slope.product(&Matrix::from_fn(n, 1, |i, _| half_widths[i]))?)?;
+    let left = (1.0 - Interval::of(ball.contraction).add(&Interval::of(kappa)).hi()).next_down();
+    let limit = (beta / left).next_up();
+    let widths = half_widths.iter().map(Interval::hi).collect();
+    let (contraction, start) = (ball.contraction, ball.start);
+    let has_room = left > 0.0 && limit <= start;
+    Ok(has_room.then_some(RunningBound { added, widths, contraction, kappa, beta, limit, start }))
 }
 
 /// The intermediate results for `|e_i| = reach_i`, or the first that may exceed its range.

@@ -11,6 +11,7 @@ mod disturbance;
 mod format;
 
 pub use crate::verdict::NoErrorBallReason;
+pub(crate) use ball::RunningBound;
 pub use ball::{ErrorBall, Intermediate, Running};
 pub use format::{Format, Formats};
 
@@ -266,6 +267,20 @@ pub fn deployed_sampled_cubic(
         ball::running(p, &disturbance)?
     };
     Ok(Deployed { stored, positive, decrease, saturated: Some(saturated), running })
+}
+
+/// The numbers by which the ball of a deployed observer is proved, if it has one.
+pub(crate) fn running_bound(
+    plant: &SampledPlant,
+    deployed: &Deployed,
+    p: &Matrix<f64>,
+    step: Step,
+    format: Format,
+    operation: &Operation,
+) -> Result<Option<RunningBound>, ProofError> {
+    let Some(ball) = deployed.ball() else { return Ok(None) };
+    let disturbance = Disturbance { plant, stored: &deployed.stored, step, format, operation };
+    ball::running_bound(p, &disturbance, ball)
 }
 
 /// `(w A + A N C)'P(w A + A N C) - w^2 P < 0`: the error map of the sampled cubic observer decreases V in the limit of
