@@ -14,7 +14,7 @@ function element(tag, attributes = {}, ...children) {
     else if (name === "value") node.value = value;
     else node.setAttribute(name, value === true ? "" : value);
   }
-  node.append(...children.flat(2).filter((child) => child !== null && child !== undefined && child !== false));
+  node.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false));
   return node;
 }
 
@@ -674,9 +674,10 @@ function mathWord(name) {
   return mathml(/^\d+$/.test(name) ? "mn" : "mi", name);
 }
 
-function mathName(name) {
+// A name with its index; `over` puts a mark over its stem, as of a derivative.
+function mathName(name, over = (stem) => stem) {
   const parts = /^([A-Za-z]+)_(.+)$/.exec(name) ?? /^([A-Za-z]+)(\d+)$/.exec(name);
-  return parts ? mathml("msub", mathWord(parts[1]), mathWord(parts[2])) : mathWord(name);
+  return parts ? mathml("msub", over(mathWord(parts[1])), mathWord(parts[2])) : over(mathWord(name));
 }
 
 // An expression as a formula; null if it is none that is understood here, of which the module says why.
@@ -687,9 +688,18 @@ function typeset(text) {
   const shown = { "<=": "≤", ">=": "≥", "==": "=", "!=": "≠", "&&": "∧", "||": "∨", "-": "−" };
   const fail = () => { throw new Error("no formula"); };
   const row = (...children) => mathml("mrow", ...children);
-  const mark = (text) => mathml("mo", text);
+  const mark = (text) => {
+    const node = mathml("mo", text);
+    if (/[()|]/.test(text)) node.setAttribute("stretchy", "false");
+    return node;
+  };
+  // Brackets grow with a fraction or a power between them.
+  const brackets = (node) => {
+    const grow = node.querySelector("mfrac, msup") || ["mfrac", "msup"].includes(node.localName);
+    return row(grow ? mathml("mo", "(") : mark("("), node, grow ? mathml("mo", ")") : mark(")"));
+  };
   // A part with its strength, and brackets around it where it is weaker than its place asks for.
-  const held = (part, least) => (part.strength < least ? row(mark("("), part.node, mark(")")) : part.node);
+  const held = (part, least) => (part.strength < least ? brackets(part.node) : part.node);
   const part = (node, strength, number = false) => ({ node, strength, number });
 
   function operand(depth) {
@@ -726,7 +736,7 @@ function typeset(text) {
     if (token === "abs" && nodes.length === 1) return part(row(mark("|"), nodes[0], mark("|")), 10);
     if (token === "exp" && nodes.length === 1) return part(mathml("msup", mathml("mi", "e"), nodes[0]), 9);
     const list = nodes.flatMap((node, k) => (k ? [mark(","), node] : [node]));
-    return part(row(mathName(token), mark("("), ...list, mark(")")), 10);
+    return part(row(mathName(token), brackets(row(...list))), 10);
   }
 
   function expression(least, depth) {
@@ -749,7 +759,7 @@ function typeset(text) {
         const between = right.number ? mark("·") : mark("\u2062");
         const gap = mathml("mspace");
         gap.setAttribute("width", "0.17em");
-        left = part(row(held(left, 7), between, gap, held(right, 7)), 7);
+        left = part(row(held(left, 6), between, gap, held(right, 7)), 7);
       } else left = part(row(held(left, strength), mark(shown[token] ?? token), held(right, strength + 1)), strength);
     }
   }
@@ -769,6 +779,7 @@ const math = (...children) => mathml("math", ...children);
 const external = Editor.Annotation.define();
 
 const FUNCTIONS = "sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow abs min max sat sign step floor wrap mod if".split(" ");
+const NAMES = new Set(["states", "inputs", "outputs", "observers"]);
 const EXPRESSIONS = new Set(["f", "h", "expressions", "parameters", "w", "v"]);
 
 // The text of the study: `changed` is called after each change, `schema()` gives the schema once it is there.
@@ -1027,6 +1038,7 @@ class Form {
   }
 
   field(path, { key, node }) {
+    if (node.kind === "table") return this.card(key, path, () => true, node);
     const id = this.identity(path, "value");
     const about = this.schema().describe(path, this.toml);
     const unit = this.unit(path);
@@ -1039,14 +1051,13 @@ class Form {
 
   // The unit that the plant gives a name.
   unit(path) {
-    const units = this.toml.value(["plant", "units"]);
     const table = this.toml.get(["plant", "units"]);
     const time = this.toml.value(["plant", "time_unit"]);
     const name = path.at(-1);
     if (path.length === 3 && path[1] === "parameters") return table?.members?.find(({ key }) => key === name)?.node.value;
     if (path.length === 2 && path[0] === "simulation" && ["duration", "hold"].includes(name)) return time;
     if (name === "period" && path[0] === "observer") return time;
-    return Array.isArray(units) ? undefined : undefined;
+    return undefined;
   }
 
   control(path, node, id, key) {
@@ -1071,10 +1082,7 @@ class Form {
       return holder(true, input);
     }
     if (node.kind === "number") return holder(true, ...this.number(path, node, id, key));
-    if (node.kind === "table" || node.kind === "tables") {
-      if (node.kind === "tables") return holder(false, node.items.map((item, k) => this.card(`${key} ${k + 1}`, [...path, k], () => true, item)));
-      return holder(false, this.card(key, path, () => true, node));
-    }
+    if (node.kind === "tables") return holder(false, node.items.map((item, k) => this.card(`${key} ${k + 1}`, [...path, k], () => true, item)));
     if (node.kind === "array") {
       const { items } = node;
       const scalar = (item) => ["number", "string", "boolean"].includes(item.kind);
@@ -1123,7 +1131,7 @@ class Form {
     const texts = node.kind === "string" || this.schema().texts(path, this.toml);
     const shown = node.kind === "string" ? node.value : this.toml.text.slice(node.from, node.to);
     return element("input", {
-      type: "text", class: node.kind === "string" && node.value.length > 8 ? "code" : "cell", id, "aria-label": name, value: shown, inputmode: texts ? null : "text", autocomplete: "off", spellcheck: "false",
+      type: "text", class: node.kind !== "string" ? "cell" : NAMES.has(path.at(-2)) ? "cell name" : node.value.length > 8 ? "code" : "cell", id, "aria-label": name, value: shown, inputmode: texts ? null : "text", autocomplete: "off", spellcheck: "false",
       oninput: ({ target }) => {
         const text = target.value.trim();
         const fits = NUMBER.test(text) || (texts && text !== "");
@@ -1168,7 +1176,7 @@ class Form {
     const [name] = this.names(path);
     const cells = items.map((item, k) => (item.kind === "boolean" ? element("code", {}, String(item.value))
       : this.cell([...path, k], item, this.identity([...path, k], "cell"), name?.(k) ?? `${path.at(-1)} ${k + 1}`)));
-    return [cells.map((cell, k) => (name && cell.title === "" ? Object.assign(cell, { title: name(k) }) : cell)), this.ends(path, items)];
+    return [cells.map((cell, k) => (name && cell.title === "" ? Object.assign(cell, { title: name(k) }) : cell)), path[0] === "plant" && NAMES.has(path[1]) ? null : this.ends(path, items)];
   }
 
   // Buttons that make an array longer or shorter.
@@ -1236,7 +1244,7 @@ class Form {
       const formula = typeset(text);
       const left = name.replace(/[′+]$/, "");
       const mover = key === "f" && name.endsWith("′");
-      const first = mover ? mathml("mover", mathName(left), mathml("mo", "˙")) : key === "f" && name.endsWith("+") ? mathml("msup", mathml("mrow", mathName(left)), mathml("mo", "+")) : mathName(left);
+      const first = mover ? mathName(left, (stem) => mathml("mover", stem, mathml("mo", "˙"))) : key === "f" && name.endsWith("+") ? mathml("msup", mathml("mrow", mathName(left)), mathml("mo", "+")) : mathName(left);
       place.replaceChildren(formula ? math(mathml("mrow", first, mathml("mo", "="), formula)) : element("span", { class: "small" }, "no formula yet"));
     };
     draw(node.value);
@@ -1566,7 +1574,7 @@ const LIMITS = { study: 2e6, log: 64e6, stored: 1.5e6, link: 2e6, certificate: 1
 // A run that takes longer is asked for, in seconds.
 const LONG = 20;
 const TONES = { proved: "good", refuted: "bad" };
-const LANGUAGES = { c: "C", rust: "Rust", fmu: "FMU", fmu2: "FMU (FMI 2.0)", fmu3: "FMU (FMI 3.0)" };
+const LANGUAGES = { c: "C", rust: "Rust", fmu2: "FMU (FMI 2.0)", fmu3: "FMU (FMI 3.0)" };
 
 class Studio {
   constructor() {
@@ -1608,10 +1616,9 @@ class Studio {
       throw new Error(`The program in this page does not load: ${error.message}.`);
     }
     [this.checker, this.runner] = [new Engine(compiled), new Engine(compiled)];
-    const { json } = await this.checker.ask({ do: "about" });
-    const answer = await this.checker.ask({ do: "about" }).catch(() => null);
+    const { json, files } = await this.checker.ask({ do: "about" });
     this.about = json;
-    this.templateFiles = answer?.files ?? [];
+    this.templateFiles = files;
     this.schema = new Schema(json.schema);
     at("version").textContent = json.version ?? "";
     for (const { name, title, about } of json.templates) {
@@ -1799,7 +1806,7 @@ class Studio {
     this.saved = template.text;
     this.form.draw();
     if (how === "first") {
-      this.banner("On the left is a study: a plant, a run and some observers for it, as text or as a form. On the right are its results, which follow what you write. Nothing leaves this page.");
+      this.banner("This is a study: a plant, a run and some observers for it, as text or as a form. Its results follow what you write. Nothing leaves this page.");
     }
   }
 
@@ -1956,21 +1963,18 @@ class Studio {
       return;
     }
     const seconds = checked.estimate?.seconds ?? 0;
-    if (seconds > LONG) this.question(seconds, checked.estimate.memory_bytes);
+    if (seconds > LONG) this.question(checked.estimate);
     else this.starting = setTimeout(() => this.run(), 250);
   }
 
   cost() {
-    const estimate = this.checked?.estimate;
-    if (!estimate) return "";
-    const seconds = estimate.seconds < 1 ? "less than a second" : `about ${Number(estimate.seconds.toPrecision(2))} s`;
-    return ` (${seconds})`;
+    const words = this.checked?.estimate?.in_words;
+    return words ? ` (${words})` : "";
   }
 
-  question(seconds, memory) {
-    const time = seconds < 120 ? `${Number(seconds.toPrecision(2))} s` : `${Math.round(seconds / 60)} minutes`;
+  question({ in_words: words }) {
     at("question").replaceChildren(
-      element("span", {}, `This run would take about ${time}${memory ? ` and ${size(memory)} of memory` : ""}.`),
+      element("span", {}, `This run would take ${words}.`),
       button("Run it", () => this.run({ asked: true }), { class: "primary" }),
       button("Not now", () => { at("question").hidden = true; at("run").focus(); }));
     at("question").hidden = false;
@@ -1999,6 +2003,7 @@ class Studio {
     const words = this.errors === 1 ? "One mistake" : `${this.errors} mistakes`;
     const head = this.errors || shown.length ? [element("p", { role: "status" }, this.errors ? `${words}: the study does not run as it is.` : "The study runs, with warnings.")] : [];
     const alone = message && !found.length ? [element("p", {}, message)] : [];
+    alone.push(...(this.checked?.warnings ?? []).map((warning) => element("p", {}, element("span", { class: "badge open" }, "warning"), ` ${warning}`)));
     at("mistakes").replaceChildren(...head, ...alone, ...(items.length ? [element("ul", {}, items)] : []));
   }
 
@@ -2070,7 +2075,7 @@ class Studio {
     if (!answer) return;
     const { json, files, seconds } = answer;
     if (json.error) {
-      this.failed(json.error);
+      this.failed(json);
       return;
     }
     this.ranVersion = version;
@@ -2081,10 +2086,10 @@ class Studio {
     this.stale();
   }
 
-  failed(error) {
-    this.status(error.message ?? "The run failed.", true);
+  failed({ error, rendered }) {
+    this.status(error.message, true);
     if (error.diagnostics?.length) this.mistakes(error.diagnostics, null, this.editor.text);
-    if (!this.results) at("panel-summary").replaceChildren(element("pre", {}, error.rendered ?? error.message ?? ""));
+    if (!this.results) at("panel-summary").replaceChildren(element("pre", {}, rendered || error.message));
   }
 
   // ---- Results ----
@@ -2276,7 +2281,7 @@ class Studio {
       let said;
       try {
         const { json } = await this.checker.ask({ do: "verify" }, { files: [{ name: file.name, bytes: file.bytes }] });
-        said = json.rendered ?? json.error?.rendered ?? json.error?.message ?? "no answer";
+        said = json.rendered || json.error?.message;
       } catch (error) {
         said = error?.message ?? "stopped";
       }
@@ -2323,7 +2328,7 @@ class Studio {
     const answer = await this.work("study", "Running with figures", this.request("run", { step: "run", figures: true }), { named: this.files });
     if (!answer) return null;
     if (answer.json.error) {
-      this.failed(answer.json.error);
+      this.failed(answer.json);
       return null;
     }
     Object.assign(this, { results: answer.json, outputs: answer.files, ranVersion: version });
@@ -2333,10 +2338,10 @@ class Studio {
 
   // ---- Export ----
 
+  // The observers with what each can be written as; while the study has a mistake, those it had before.
   exportable() {
-    const exports = this.checked?.exports;
-    if (Array.isArray(exports) && exports.length) return exports.map(({ observer, languages }) => ({ observer, languages: languages ?? ["c", "rust", "fmu2", "fmu3"] }));
-    return (this.checked?.observers ?? []).map(({ name }) => ({ observer: name, languages: ["c", "rust", "fmu2", "fmu3"] }));
+    if (this.checked?.exports) this.exports = this.checked.exports;
+    return this.exports ?? [];
   }
 
   drawExport() {
@@ -2357,18 +2362,19 @@ class Studio {
     const names = element("select", { id: "export-observer", onchange: fill }, list.map(({ observer }) => element("option", { value: observer }, observer)));
     fill();
     const period = element("input", { type: "text", id: "export-period", size: 8, placeholder: "as the study", inputmode: "decimal" });
-    const scalar = element("select", { id: "export-scalar" }, [["f64", "binary64"], ["f32", "binary32"]].map(([value, text]) => element("option", { value }, text)));
+    const scalar = element("select", { id: "export-scalar" }, [["f64", "binary64"], ["f32", "binary32"], ["q16.16", "q16.16, fixed point"]].map(([value, text]) => element("option", { value }, text)));
     const unproved = element("input", { type: "checkbox", id: "export-unproved" });
+    const feedback = element("input", { type: "checkbox", id: "export-feedback" });
     panel.replaceChildren(
       element("p", {}, "The step of an observer as source code for the target, with a test that repeats its results to the last bit, a README and a certificate."),
       element("div", { class: "line" }, element("label", {}, "Observer ", names), element("label", {}, "as ", language), element("label", {}, "numbers ", scalar), element("label", {}, "period ", period),
-        element("label", {}, unproved, " also without a certificate"),
-        button("Export", () => this.export({ observer: names.value, language: language.value, period: period.value.trim(), scalar: scalar.value, unproved: unproved.checked }), { id: "export-run", class: "primary" })),
+        element("label", {}, unproved, " also without a certificate"), element("label", {}, feedback, " with the feedback"),
+        button("Export", () => this.export({ observer: names.value, language: language.value, period: period.value.trim(), scalar: scalar.value, unproved: unproved.checked, feedback: feedback.checked }), { id: "export-run", class: "primary" })),
       element("div", { id: "exported", "aria-live": "polite" }), element("div", { id: "exported-file" }));
   }
 
-  exporting({ observer, language, period, scalar, unproved }) {
-    return this.request("export", { observer, language, scalar, ...(period ? { period: Number(period) } : {}), ...(unproved ? { unproved: true } : {}) });
+  exporting({ observer, language, period = "", scalar = "f64", unproved = false, feedback = false }) {
+    return this.request("export", { observer, language, scalar, unproved, feedback, period: period ? Number(period) : null });
   }
 
   async export(options) {
@@ -2385,15 +2391,15 @@ class Studio {
     }
     const { json, files } = answer;
     if (json.error) {
-      this.status("Not exported.");
-      at("exported").replaceChildren(element("pre", {}, json.error.rendered ?? json.error.message));
+      this.status("Not exported: the reason is under Export.");
+      at("exported").replaceChildren(element("pre", {}, json.rendered || json.error.message));
       return;
     }
     this.status(`Exported in ${answer.seconds.toPrecision(2)} s.`);
     this.exported = files;
     const folder = `${options.observer} ${options.language}`.replace(/[^A-Za-z0-9_-]+/g, "-");
     at("exported").replaceChildren(
-      json.text ?? json.summary ? element("pre", {}, json.text ?? json.summary) : "",
+      element("pre", {}, json.text),
       element("div", { class: "line" }, button("Save as zip", () => this.packed(`${folder}.zip`, files))),
       element("table", { class: "rows" }, element("tbody", {}, files.map((file) => element("tr", {},
         element("td", {}, isText(file.name) ? button(file.name, () => this.view(file, "exported-file"), { class: "plain" }) : file.name),
@@ -2423,8 +2429,8 @@ class Studio {
     for (const { name, bytes } of answer.files) files.push({ name: `results/${name}`, bytes });
     const left = [];
     for (const { observer, languages } of this.exportable()) {
-      for (const language of languages.filter((one) => ["c", "rust", "fmu", "fmu2"].includes(one))) {
-        const exported = await this.work("export", `Exporting ${observer} as ${LANGUAGES[language] ?? language}`, this.exporting({ observer, language, scalar: "f64" }), { named: this.files });
+      for (const language of languages.filter((one) => ["c", "rust", "fmu2"].includes(one))) {
+        const exported = await this.work("export", `Exporting ${observer} as ${LANGUAGES[language] ?? language}`, this.exporting({ observer, language }), { named: this.files });
         if (!exported) return null;
         if (exported.json.error) left.push(`${observer}, ${LANGUAGES[language] ?? language}: ${exported.json.error.message}`);
         const folder = `code/${observer.replace(/[^A-Za-z0-9_-]+/g, "-")}/${language}`;
@@ -2474,7 +2480,7 @@ class Studio {
       json = { error: { message: error?.message ?? "stopped" } };
     }
     if (json.error) {
-      at("columns").replaceChildren(element("pre", {}, json.error.rendered ?? json.error.message));
+      at("columns").replaceChildren(element("pre", {}, json.rendered || json.error.message));
       return;
     }
     this.chooseColumns(name, json);
@@ -2538,17 +2544,17 @@ class Studio {
     const { json, files } = answer;
     if (json.error) {
       this.status("Not done.");
-      at("advice").replaceChildren(element("pre", {}, json.error.rendered ?? json.error.message));
+      at("advice").replaceChildren(element("pre", {}, json.rendered || json.error.message));
       return;
     }
     this.status(`Done in ${answer.seconds.toPrecision(2)} s.`);
-    const tuned = files.find(({ name }) => /tuned.*\.toml$/.test(name));
     const report = files.find(({ name }) => name === "report.html");
+    const next = { advise: "the study with the advised observers", tune: "the tuned study" }[what];
     at("advice").replaceChildren(element("div", { class: "line" },
-      tuned ? button("Use the tuned study", () => { this.show(decode(tuned.bytes), this.name); this.banner("The tuned study is shown; undo brings back the one before."); }, { class: "primary" }) : null,
+      json.study ? button(`Use ${next}`, () => { this.show(json.study, this.name); this.banner(`This is ${next}; undo brings back the one before.`); }, { class: "primary", id: "use-advice" }) : null,
       report ? button("Open the report", () => this.openBytes(report.bytes, "text/html")) : null,
       files.map((file) => button(`Save ${file.name}`, () => download(file.name, file.bytes, typeOf(file.name))))),
-      element("pre", {}, json.text ?? json.summary ?? ""));
+      element("pre", {}, `${json.text}${json.stopped ? `\n${json.stopped}` : ""}`));
   }
 
   // ---- Links ----
