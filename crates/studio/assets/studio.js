@@ -1293,7 +1293,14 @@ class Form {
       if (f) append(f, quoted("0"));
       append(get("simulation", "x0"), "0");
       append(get("simulation", "scale"), "1");
-      for (const [k] of (get("observer")?.items ?? []).entries()) append(get("observer", k, "initial"), "0");
+      for (const [k] of (get("observer")?.items ?? []).entries()) {
+        // What an observer has one of for each state.
+        for (const [key, text] of [["initial", "0"], ["w", "1"], ["p0", "1"], ["poles", null]]) {
+          const list = get("observer", k, key);
+          if (list?.items?.length !== n || !list.items.every(({ kind }) => kind === "number")) continue;
+          append(list, text ?? String(Math.min(...list.value) - (get("plant", "dt") ? 0 : 1)));
+        }
+      }
     } else if (what === "input") {
       columns(b);
       columns(d);
