@@ -1526,13 +1526,16 @@ class Engine {
   }
 
   // The answer to a request. `named` are the files that the worker keeps from request to request.
-  ask(json, { files = [], named = new Map(), progress = null } = {}) {
+  ask(json, { files = [], named = null, progress = null } = {}) {
     if (!this.worker) this.start();
+    const forget = named ? [...this.sent.keys()].filter((name) => !named.has(name)) : [];
+    for (const name of forget) this.sent.delete(name);
+    named ??= new Map();
     const keep = [...named].filter(([name, bytes]) => this.sent.get(name) !== bytes).map(([name, bytes]) => ({ name, bytes }));
     for (const { name, bytes } of keep) this.sent.set(name, bytes);
     const id = ++this.count;
     const answer = new Promise((done, fail) => this.pending.set(id, { done, fail, progress }));
-    this.worker.postMessage({ id, json, files, keep, names: [...named.keys()] });
+    this.worker.postMessage({ id, json, files, keep, forget, names: [...named.keys()] });
     return answer;
   }
 
@@ -1731,7 +1734,7 @@ class Studio {
     const banner = element("p", { class: `banner ${tone}`, role: tone === "bad" ? "alert" : "status" }, element("span", {}, text), actions,
       button("×", () => banner.remove(), { class: "plain", "aria-label": "Close this message" }));
     const all = at("banners").children;
-    if (all.length > 3) all[0].remove();
+    if (all.length > 2) all[0].remove();
     at("banners").append(banner);
     return banner;
   }
@@ -1866,7 +1869,7 @@ class Studio {
   }
 
   async read(file, most, what) {
-    if (file.size > most) throw new Error(`it has ${size(file.size)}; ${what} may have ${size(most)} here. The command luenberger has no such limit. Nothing was changed.`);
+    if (file.size > most) throw new Error(`it has ${size(file.size)}; ${what} may have ${size(most)} here. Nothing was changed.`);
     return new Uint8Array(await file.arrayBuffer());
   }
 
@@ -2270,6 +2273,10 @@ class Studio {
 
   drawCertificates() {
     const certificates = this.outputs.filter(({ name }) => /^certificates\/.*\.json$/.test(name));
+    // What was verified stays as long as it is about these certificates.
+    const key = certificates.map(({ name, bytes }) => `${name} ${decode(bytes)}`).join();
+    const verified = key === this.certified ? [...(at("verified")?.childNodes ?? [])] : [];
+    this.certified = key;
     const rows = certificates.map((file) => element("tr", {}, element("td", {}, file.name.slice(13)),
       element("td", { class: "acts" }, button("Verify", () => this.verify([file]), { "aria-label": `Verify ${file.name}` }), " ",
         button("Save", () => download(file.name, file.bytes, typeOf(file.name)), { "aria-label": `Save ${file.name}` }))));
@@ -2278,7 +2285,7 @@ class Studio {
       element("div", { class: "line" }, certificates.length ? button("Verify all", () => this.verify(certificates), { id: "verify-all", class: "primary" }) : null,
         button("Verify a file …", () => this.choose(".json"))),
       certificates.length ? element("table", { class: "rows" }, element("tbody", {}, rows)) : element("p", { class: "small" }, "The run has no certificates."),
-      element("div", { id: "verified", "aria-live": "polite" }));
+      element("div", { id: "verified", "aria-live": "polite" }, verified));
   }
 
   async verify(files) {
