@@ -1583,6 +1583,8 @@ const STORED = "luenberger-studio";
 const LIMITS = { study: 2e6, log: 64e6, stored: 1.5e6, link: 2e6, certificate: 16e6 };
 // A run that takes longer is asked for, in seconds.
 const LONG = 20;
+// The chip that is about no observer: no name has a line break.
+const WARNINGS = "\n";
 const TONES = { proved: "good", refuted: "bad" };
 const LANGUAGES = { c: "C", rust: "Rust", fmu2: "FMU (FMI 2.0)", fmu3: "FMU (FMI 3.0)" };
 
@@ -1604,6 +1606,7 @@ class Studio {
     } catch (error) {
       this.status(error.message, true);
       this.banner(`${error.message} The study can be edited and saved here, not run.`, "bad");
+      await this.followLink();
       return;
     }
     if (first) this.begin(this.about.templates[0], first);
@@ -1648,8 +1651,8 @@ class Studio {
         else (this.fields ??= new Form(at("panel-form"), this.editor, () => this.schema)).draw();
       },
     };
-    panels(document.querySelector("#study .tabs"), () => this.form.draw());
-    this.showTab = panels(document.querySelector("#results .tabs"));
+    panels(document.querySelector("#study [role=tablist]"), () => this.form.draw());
+    this.showTab = panels(document.querySelector("#results [role=tablist]"));
     this.showSide = tabs(document.querySelector(".sides"), (tab) => { document.body.dataset.side = tab.id.slice(5); });
     const on = (id, act) => at(id).addEventListener("click", act);
     on("open", () => this.choose());
@@ -1997,7 +2000,7 @@ class Studio {
       const from = place(mistake.from ?? 0);
       let to = Math.max(place(mistake.to ?? 0), from);
       if (to === from && to < text.length && text[to] !== "\n") to++;
-      const says = [mistake.message, mistake.expected && `expected ${mistake.expected}`, mistake.help].filter((part) => part);
+      const says = [mistake.message, mistake.expected, mistake.help].filter((part) => part);
       return { from, to, severity: mistake.severity === "warning" ? "warning" : "error", message: says.join("\n"), mistake };
     });
     shown.sort((one, other) => one.from - other.from);
@@ -2008,8 +2011,8 @@ class Studio {
     const items = shown.map(({ from, to, severity, mistake }) => element("li", {},
       element("span", { class: severity === "error" ? "badge bad" : "badge open" }, severity), " ",
       button(`line ${mistake.line ?? line(from)}`, () => { this.toText(); this.editor.go(from, to); }, { class: "plain" }), " ",
-      mistake.message, mistake.expected ? element("span", { class: "help" }, ` Expected ${mistake.expected}.`) : null,
-      mistake.help ? element("span", { class: "help" }, ` ${mistake.help}`) : null));
+      mistake.message, mistake.expected ? element("span", { class: "help" }, `: ${mistake.expected}`) : null,
+      mistake.help ? element("span", { class: "help" }, `; ${mistake.help}`) : null));
     const words = this.errors === 1 ? "One mistake" : `${this.errors} mistakes`;
     const head = this.errors || shown.length ? [element("p", { role: "status" }, this.errors ? `${words}: the study does not run as it is.` : "The study runs, with warnings.")] : [];
     const alone = message && !found.length ? [element("p", {}, message)] : [];
@@ -2127,19 +2130,20 @@ class Studio {
       const word = failure || !design ? "not applicable" : design.verdict === "none" ? "no certificate" : design.verdict;
       const tone = failure || !design ? "failed" : TONES[design.verdict] ?? "open";
       const ended = rows.find((row) => row.observer === name && row.failure)?.failure;
-      const chip = button("", () => this.choice(observer, ended), { class: `chip ${ended ? "failed" : tone}`, "aria-expanded": String(this.chosen === name), "aria-controls": "chosen" });
+      const chip = button("", () => this.choice(observer, ended), { class: `chip ${ended ? "failed" : tone}`, "aria-expanded": "false", "aria-controls": "chosen", "data-of": name });
       chip.append(name, element("span", { class: `badge ${tone}` }, word), ended ? element("span", { class: "badge failed" }, "ended early") : "");
       return chip;
     });
     const warnings = this.results?.warnings ?? results?.warnings ?? [];
     if (warnings.length) {
       const text = warnings.length === 1 ? "one warning" : `${warnings.length} warnings`;
-      chips.push(button(text, () => this.explain("warnings", [element("ul", {}, warnings.map((warning) => element("li", {}, String(warning.message ?? warning))))]), { class: "chip open", "aria-controls": "chosen", "aria-expanded": String(this.chosen === "warnings") }));
+      chips.push(button(text, () => this.explain(WARNINGS, [element("ul", {}, warnings.map((warning) => element("li", {}, String(warning.message ?? warning))))]), { class: "chip open", "aria-expanded": "false", "aria-controls": "chosen", "data-of": WARNINGS }));
     }
     at("chips").replaceChildren(...chips);
     const still = (results?.observers ?? []).find(({ name }) => name === this.chosen);
-    if (this.chosen && still) this.choice(still, rows.find((row) => row.observer === still.name && row.failure)?.failure, true);
-    else at("chosen").hidden = true;
+    this.chosen = still?.name ?? null;
+    at("chosen").hidden = !still;
+    if (still) this.choice(still, rows.find((row) => row.observer === still.name && row.failure)?.failure, true);
   }
 
   // What is said of an observer; once more closes it.
@@ -2165,7 +2169,7 @@ class Studio {
     this.chosen = close ? null : what;
     at("chosen").replaceChildren(...parts);
     at("chosen").hidden = close;
-    for (const chip of at("chips").children) chip.setAttribute("aria-expanded", String(!close && chip.textContent.startsWith(what === "warnings" ? chip.textContent : what) && (what !== "warnings" || /warning/.test(chip.textContent))));
+    for (const chip of at("chips").children) chip.setAttribute("aria-expanded", String(chip.dataset.of === this.chosen));
   }
 
   toLine(line) {
