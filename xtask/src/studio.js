@@ -8,10 +8,10 @@ addEventListener("securitypolicyviolation", (event) => requests.push(`${event.vi
 const consoleError = console.error;
 console.error = (...words) => { errors.push(words.join(" ")); consoleError(...words); };
 
-// Under a virtual clock, waiting takes no time in which the workers could do anything: work for some 20 ms between any two
-// steps of 5 ms gives them some.
+// Under a virtual clock, waiting takes no time in which the workers could do anything: some work at every step of 20 ms gives
+// them about as much.
 let spun = 1;
-const spinning = setInterval(() => { for (let k = 0; k < 2e7; k++) spun = Math.imul(spun, 48271); }, 5);
+const spinning = setInterval(() => { for (let k = 0; k < 1e7; k++) spun = Math.imul(spun, 48271); }, 20);
 
 const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
 
@@ -19,7 +19,7 @@ const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseco
 async function expect(what, holds) {
   for (let wait = 0; wait < 3000; wait++) {
     if (holds()) return true;
-    await pause(5);
+    await pause(20);
   }
   wrong.push(`${what}: ${document.getElementById("status").textContent}`);
   return false;
