@@ -20,6 +20,27 @@ function element(tag, attributes = {}, ...children) {
 
 const button = (text, click, attributes = {}) => element("button", { type: "button", onclick: click, ...attributes }, text);
 
+// A list whose choice does something: chosen with the mouse at once, with the keys by Enter, since arrow keys choose on their
+// way.
+function picker(select, act) {
+  let keys = false;
+  const pick = () => {
+    const { value } = select;
+    select.value = "";
+    if (value) act(value);
+  };
+  select.title ||= "Enter applies the choice";
+  select.addEventListener("pointerdown", () => { keys = false; });
+  select.addEventListener("keydown", (event) => {
+    keys = event.key !== "Enter";
+    if (keys || !select.value) return;
+    event.preventDefault();
+    pick();
+  });
+  select.addEventListener("change", () => { if (!keys) pick(); });
+  return select;
+}
+
 // Tabs of which the arrow keys choose one.
 function tabs(list, chosen) {
   const all = [...list.querySelectorAll("[role=tab]")];
@@ -1417,14 +1438,8 @@ class Form {
       && (path.length || !["object", "array"].includes(schema.type)));
     if (free) return this.addNamed(path);
     if (!keys.length) return null;
-    const select = element("select", {
-      id: this.identity(path, "add"), "aria-label": `Add a key to ${what}`,
-      onchange: ({ target }) => {
-        const key = keys.find(({ name }) => name === target.value);
-        if (key) this.insertKey(path, key.name, this.fresh(path, key));
-      },
-    }, element("option", { value: "" }, "add a key …"), keys.map(({ name, schema, required }) => element("option", { value: name, title: schema.description }, required ? `${name} (required)` : name)));
-    return element("div", { class: "line" }, select);
+    const select = element("select", { id: this.identity(path, "add"), "aria-label": `Add a key to ${what}` }, element("option", { value: "" }, "add a key …"), keys.map(({ name, schema, required }) => element("option", { value: name, title: schema.description }, required ? `${name} (required)` : name)));
+    return element("div", { class: "line" }, picker(select, (chosen) => this.insertKey(path, chosen, this.fresh(path, keys.find(({ name }) => name === chosen)))));
   }
 
   // A table whose keys are names, such as `parameters`.
@@ -1462,20 +1477,16 @@ class Form {
   adding() {
     const { toml } = this;
     const kinds = this.schema().choices(["observer", 0, "kind"], null);
-    const observer = element("select", {
-      id: "add-observer", "aria-label": "Add an observer",
-      onchange: ({ target }) => target.value && this.addObserver(target.value),
-    }, element("option", { value: "" }, "add an observer …"), kinds.map(({ value, description }) => element("option", { value, title: description }, value)));
+    const observer = element("select", { id: "add-observer", "aria-label": "Add an observer" }, element("option", { value: "" }, "add an observer …"), kinds.map(({ value, description }) => element("option", { value, title: description }, value)));
     const there = new Set(toml.root.members.map(({ key }) => key));
     const tables = this.schema().keys([], toml).filter(({ name, schema }) => schema.type === "object" && !there.has(name));
-    const table = element("select", {
-      id: "add-table", "aria-label": "Add a table",
-      onchange: ({ target }) => {
-        const { schema } = tables.find(({ name }) => name === target.value);
-        const needed = (schema.required ?? []).map((key) => `${key} = ${this.fresh([target.value], { name: key, schema: schema.properties[key] })}\n`);
-        this.append(`[${target.value}]\n${needed.join("")}`);
-      },
-    }, element("option", { value: "" }, "add a table …"), tables.map(({ name, schema }) => element("option", { value: name, title: schema.description }, name)));
+    const table = element("select", { id: "add-table", "aria-label": "Add a table" }, element("option", { value: "" }, "add a table …"), tables.map(({ name, schema }) => element("option", { value: name, title: schema.description }, name)));
+    picker(observer, (kind) => this.addObserver(kind));
+    picker(table, (chosen) => {
+      const { schema } = tables.find(({ name }) => name === chosen);
+      const needed = (schema.required ?? []).map((key) => `${key} = ${this.fresh([chosen], { name: key, schema: schema.properties[key] })}\n`);
+      this.append(`[${chosen}]\n${needed.join("")}`);
+    });
     return element("div", { class: "line" }, observer, tables.length ? table : null);
   }
 
@@ -1665,11 +1676,7 @@ class Studio {
     on("undo", () => Editor.undo(this.editor.view));
     on("redo", () => Editor.redo(this.editor.view));
     at("auto").addEventListener("change", () => { this.keep(); if (at("auto").checked) this.check(); });
-    at("template").addEventListener("change", ({ target }) => {
-      const template = this.about.templates.find(({ name }) => name === target.value);
-      target.value = "";
-      if (template) this.template(template);
-    });
+    picker(at("template"), (chosen) => this.template(this.about.templates.find(({ name }) => name === chosen)));
     at("theme").addEventListener("change", () => { this.theme(at("theme").value); this.keep(); });
     at("file").addEventListener("change", async ({ target }) => {
       const files = [...target.files];
@@ -1736,6 +1743,8 @@ class Studio {
   banner(text, tone = "", actions = []) {
     const banner = element("p", { class: `banner ${tone}`, role: tone === "bad" ? "alert" : "status" }, element("span", {}, text), actions,
       button("×", () => banner.remove(), { class: "plain", "aria-label": "Close this message" }));
+    // One that only tells something gives way to the next.
+    for (const other of [...at("banners").children]) if (!other.classList.contains("bad")) other.remove();
     const all = at("banners").children;
     if (all.length > 2) all[0].remove();
     at("banners").append(banner);
@@ -2102,7 +2111,7 @@ class Studio {
   failed({ error, rendered }) {
     this.status(error.message, true);
     if (error.diagnostics?.length) this.mistakes(error.diagnostics, null, this.editor.text);
-    if (!this.results) at("panel-summary").replaceChildren(element("pre", {}, rendered || error.message));
+    if (!this.results) at("panel-summary").replaceChildren(element("pre", { class: "said" }, rendered || error.message));
   }
 
   // ---- Results ----
@@ -2303,7 +2312,7 @@ class Studio {
       } catch (error) {
         said = error?.message ?? "stopped";
       }
-      at("verified").append(element("pre", {}, said));
+      at("verified").append(element("pre", { class: "said" }, said));
     }
   }
 
@@ -2410,14 +2419,14 @@ class Studio {
     const { json, files } = answer;
     if (json.error) {
       this.status("Not exported: the reason is under Export.");
-      at("exported").replaceChildren(element("pre", {}, json.rendered || json.error.message));
+      at("exported").replaceChildren(element("pre", { class: "said" }, json.rendered || json.error.message));
       return;
     }
     this.status(`Exported in ${answer.seconds.toPrecision(2)} s.`);
     this.exported = files;
     const folder = `${options.observer} ${options.language}`.replace(/[^A-Za-z0-9_-]+/g, "-");
     at("exported").replaceChildren(
-      element("pre", {}, json.text),
+      element("pre", { class: "said" }, json.text),
       element("div", { class: "line" }, button("Save as zip", () => this.packed(`${folder}.zip`, files))),
       element("table", { class: "rows" }, element("tbody", {}, files.map((file) => element("tr", {},
         element("td", {}, isText(file.name) ? button(file.name, () => this.view(file, "exported-file"), { class: "plain" }) : file.name),
@@ -2498,7 +2507,7 @@ class Studio {
       json = { error: { message: error?.message ?? "stopped" } };
     }
     if (json.error) {
-      at("columns").replaceChildren(element("pre", {}, json.rendered || json.error.message));
+      at("columns").replaceChildren(element("pre", { class: "said" }, json.rendered || json.error.message));
       return;
     }
     this.chooseColumns(name, json);
@@ -2562,7 +2571,7 @@ class Studio {
     const { json, files } = answer;
     if (json.error) {
       this.status("Not done.");
-      at("advice").replaceChildren(element("pre", {}, json.rendered || json.error.message));
+      at("advice").replaceChildren(element("pre", { class: "said" }, json.rendered || json.error.message));
       return;
     }
     this.status(`Done in ${answer.seconds.toPrecision(2)} s.`);
