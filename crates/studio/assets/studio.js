@@ -1537,7 +1537,7 @@ class Engine {
   }
 
   // The answer to a request. `named` are the files that the worker keeps from request to request.
-  ask(json, { files = [], named = null, progress = null } = {}) {
+  async ask(json, { files = [], named = null, progress = null } = {}) {
     if (!this.worker) this.start();
     const forget = named ? [...this.sent.keys()].filter((name) => !named.has(name)) : [];
     for (const name of forget) this.sent.delete(name);
@@ -1546,7 +1546,12 @@ class Engine {
     for (const { name, bytes } of keep) this.sent.set(name, bytes);
     const id = ++this.count;
     const answer = new Promise((done, fail) => this.pending.set(id, { done, fail, progress }));
-    this.worker.postMessage({ id, json, files, keep, forget, names: [...named.keys()] });
+    try {
+      this.worker.postMessage({ id, json, files, keep, forget, names: [...named.keys()] });
+    } catch (error) {
+      this.pending.delete(id);
+      throw new Error(`The page has not enough memory for this: ${error.message}`);
+    }
     return answer;
   }
 
