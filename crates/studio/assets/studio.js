@@ -1152,7 +1152,7 @@ class Form {
     const texts = node.kind === "string" || this.schema().texts(path, this.toml);
     const shown = node.kind === "string" ? node.value : this.toml.text.slice(node.from, node.to);
     return element("input", {
-      type: "text", class: node.kind !== "string" ? "cell" : NAMES.has(path.at(-2)) ? "cell name" : node.value.length > 8 ? "code" : "cell", id, "aria-label": name, value: shown, inputmode: texts ? null : "text", autocomplete: "off", spellcheck: "false",
+      type: "text", class: node.kind !== "string" ? "cell" : NAMES.has(path.at(-2)) ? "cell name" : node.value.length > 8 ? "code" : "cell", id, "aria-label": name, value: shown, autocomplete: "off", spellcheck: "false",
       oninput: ({ target }) => {
         const text = target.value.trim();
         const fits = NUMBER.test(text) || (texts && text !== "");
@@ -1688,6 +1688,7 @@ class Studio {
       target.value = "";
       await this.take(files);
     });
+    this.divider();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.theme(at("theme").value));
     for (const skip of document.querySelectorAll(".skip")) {
       skip.addEventListener("click", (event) => {
@@ -1732,6 +1733,32 @@ class Studio {
     });
     this.drawResults();
     this.drawLogs();
+  }
+
+  // The border between the sides, moved with the mouse or with arrow keys.
+  divider() {
+    const divider = at("divider");
+    const place = (percent) => {
+      const share = Math.min(Math.max(percent, 20), 80);
+      document.documentElement.style.setProperty("--share", `${share}%`);
+      divider.setAttribute("aria-valuenow", String(Math.round(share)));
+      return share;
+    };
+    let share = 42;
+    divider.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: -2, ArrowRight: 2 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      share = place(share + step);
+    });
+    divider.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      divider.setPointerCapture(event.pointerId);
+    });
+    divider.addEventListener("pointermove", (event) => {
+      if (divider.hasPointerCapture(event.pointerId)) share = place(100 * event.clientX / innerWidth);
+    });
+    divider.addEventListener("dblclick", () => { share = place(42); });
   }
 
   get format() {
@@ -1980,6 +2007,7 @@ class Studio {
     const found = [...(checked.diagnostics ?? []), ...(checked.error?.diagnostics ?? [])];
     this.mistakes(found, checked.error?.message ?? null, text);
     this.drawExport();
+    if (checked.title) document.title = `${checked.title} – luenberger studio`;
     clearTimeout(this.starting);
     if (this.errors) {
       this.status(this.results ? "The results are those of the study before the mistake." : "The study has a mistake.");
@@ -2457,19 +2485,20 @@ class Studio {
     if (!answer) return null;
     this.drawResults();
     const files = [{ name: this.name, bytes: encode(this.editor.text) }];
-    for (const [name, bytes] of this.files) files.push({ name, bytes });
+    for (const [name, bytes] of this.files) if (this.editor.text.includes(name)) files.push({ name, bytes });
     for (const { name, bytes } of answer.files) files.push({ name: `results/${name}`, bytes });
-    const left = [];
+    // What has no code, each reason once.
+    const left = new Set();
     for (const { observer, languages } of this.exportable()) {
       for (const language of languages.filter((one) => ["c", "rust", "fmu2"].includes(one))) {
         const exported = await this.work("export", `Exporting ${observer} as ${LANGUAGES[language] ?? language}`, this.exporting({ observer, language }), { named: this.files });
         if (!exported) return null;
-        if (exported.json.error) left.push(`${observer}, ${LANGUAGES[language] ?? language}: ${exported.json.error.message}`);
+        if (exported.json.error) left.add(exported.json.error.message);
         const folder = `code/${observer.replace(/[^A-Za-z0-9_-]+/g, "-")}/${language}`;
         for (const { name, bytes } of exported.files) files.push({ name: `${folder}/${name}`, bytes });
       }
     }
-    if (left.length) this.banner(`Without code in the archive: ${left.join("; ")}`);
+    if (left.size) this.banner(`Not in the archive: ${[...left].join("; ")}`);
     return this.packed(`${this.name.replace(/\.[^.]*$/, "")}.zip`, files);
   }
 
