@@ -2487,18 +2487,21 @@ class Studio {
     const files = [{ name: this.name, bytes: encode(this.editor.text) }];
     for (const [name, bytes] of this.files) if (this.editor.text.includes(name)) files.push({ name, bytes });
     for (const { name, bytes } of answer.files) files.push({ name: `results/${name}`, bytes });
-    // What has no code, each reason once.
-    const left = new Set();
+    // The observers without code, with the reason.
+    const left = new Map();
     for (const { observer, languages } of this.exportable()) {
       for (const language of languages.filter((one) => ["c", "rust", "fmu2"].includes(one))) {
         const exported = await this.work("export", `Exporting ${observer} as ${LANGUAGES[language] ?? language}`, this.exporting({ observer, language }), { named: this.files });
         if (!exported) return null;
-        if (exported.json.error) left.add(exported.json.error.message);
+        if (exported.json.error) left.set(observer, exported.json.error.message);
         const folder = `code/${observer.replace(/[^A-Za-z0-9_-]+/g, "-")}/${language}`;
         for (const { name, bytes } of exported.files) files.push({ name: `${folder}/${name}`, bytes });
       }
     }
-    if (left.size) this.banner(`Not in the archive: ${[...left].join("; ")}`);
+    if (left.size) {
+      files.push({ name: "code/not-exported.txt", bytes: encode([...left.values()].map((why) => `${why}\n`).join("\n")) });
+      this.banner(`The archive has no code of ${[...left.keys()].join(", ")}: code/not-exported.txt says why, and Export has what may help.`);
+    }
     return this.packed(`${this.name.replace(/\.[^.]*$/, "")}.zip`, files);
   }
 
