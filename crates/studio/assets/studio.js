@@ -18,7 +18,8 @@ function element(tag, attributes = {}, ...children) {
   return node;
 }
 
-const button = (text, click, attributes = {}) => element("button", { type: "button", onclick: click, ...attributes }, text);
+const button = (text, click, attributes = {}) =>
+  element("button", { type: "button", onclick: click, ...attributes }, text);
 
 // A list whose choice does something: chosen with the mouse at once, with the keys by Enter, since arrow keys choose on their
 // way.
@@ -30,14 +31,18 @@ function picker(select, act) {
     if (value) act(value);
   };
   select.title ||= "Enter applies the choice";
-  select.addEventListener("pointerdown", () => { keys = false; });
+  select.addEventListener("pointerdown", () => {
+    keys = false;
+  });
   select.addEventListener("keydown", (event) => {
     keys = event.key !== "Enter";
     if (keys || !select.value) return;
     event.preventDefault();
     pick();
   });
-  select.addEventListener("change", () => { if (!keys) pick(); });
+  select.addEventListener("change", () => {
+    if (!keys) pick();
+  });
   return select;
 }
 
@@ -67,12 +72,13 @@ function tabs(list, chosen) {
   return choose;
 }
 
-const panels = (list, then) => tabs(list, (chosen) => {
-  for (const tab of list.querySelectorAll("[role=tab]")) {
-    at(tab.getAttribute("aria-controls")).hidden = tab !== chosen;
-  }
-  then?.(chosen.id);
-});
+const panels = (list, then) =>
+  tabs(list, (chosen) => {
+    for (const tab of list.querySelectorAll("[role=tab]")) {
+      at(tab.getAttribute("aria-controls")).hidden = tab !== chosen;
+    }
+    then?.(chosen.id);
+  });
 
 // ---- Bytes ----
 
@@ -114,7 +120,7 @@ function packedBytes(letters) {
   for (let code = 33, digit = 0; code < 127; code++) {
     if (!"\"&'<>\\`,;".includes(String.fromCharCode(code))) digits[code] = digit++;
   }
-  const bytes = new Uint8Array(Math.floor(text.length * 4 / 5));
+  const bytes = new Uint8Array(Math.floor((text.length * 4) / 5));
   for (let from = 0, to = 0; from < text.length; from += 5) {
     let word = 0;
     for (let place = from; place < from + 5; place++) {
@@ -155,14 +161,17 @@ const through = (bytes, transform, most) => gathered(new Blob([bytes]).stream().
 async function toLetters(text) {
   const bytes = await through(encode(text), new CompressionStream("deflate"), 1e9);
   let letters = "";
-  for (let from = 0; from < bytes.length; from += 8192) letters += String.fromCharCode(...bytes.subarray(from, from + 8192));
+  for (let from = 0; from < bytes.length; from += 8192)
+    letters += String.fromCharCode(...bytes.subarray(from, from + 8192));
   return btoa(letters).replace(/\+/g, "-").replace(/\//g, "_").replace(/=+$/, "");
 }
 
 async function fromLetters(letters, most) {
   if (!/^[A-Za-z0-9_-]+$/.test(letters)) throw new Error("it has letters that no link has");
   const bytes = Uint8Array.from(atob(letters.replace(/-/g, "+").replace(/_/g, "/")), (letter) => letter.charCodeAt(0));
-  return new TextDecoder("utf-8", { fatal: true }).decode(await through(bytes, new DecompressionStream("deflate"), most));
+  return new TextDecoder("utf-8", { fatal: true }).decode(
+    await through(bytes, new DecompressionStream("deflate"), most),
+  );
 }
 
 function download(name, bytes, type = "application/octet-stream") {
@@ -174,17 +183,30 @@ function download(name, bytes, type = "application/octet-stream") {
   setTimeout(() => URL.revokeObjectURL(address), 60000);
 }
 
-const types = { html: "text/html", json: "application/json", csv: "text/csv", svg: "image/svg+xml", png: "image/png", zip: "application/zip" };
+const types = {
+  html: "text/html",
+  json: "application/json",
+  csv: "text/csv",
+  svg: "image/svg+xml",
+  png: "image/png",
+  zip: "application/zip",
+};
 const typeOf = (name) => types[name.split(".").pop()] ?? (isText(name) ? "text/plain" : "application/octet-stream");
-const isText = (name) => /\.(html|json|csv|svg|toml|c|h|rs|md|txt|py|xml|v|lock|gitignore)$|(^|\/)(CMakeLists|Makefile)[^/]*$/.test(name);
+const isText = (name) =>
+  /\.(html|json|csv|svg|toml|c|h|rs|md|txt|py|xml|v|lock|gitignore)$|(^|\/)(CMakeLists|Makefile)[^/]*$/.test(name);
 
 // ---- TOML ----
 
-const escapes = { b: "\b", t: "\t", n: "\n", f: "\f", r: "\r", e: "\x1b", "\"": "\"", "\\": "\\" };
-const NUMBER = /^[+-]?(?:inf|nan|(?:\d+(?:_\d+)*)(?:\.\d+(?:_\d+)*)?(?:[eE][+-]?\d+(?:_\d+)*)?|0x[0-9a-fA-F_]+|0o[0-7_]+|0b[01_]+)$/;
+const escapes = { b: "\b", t: "\t", n: "\n", f: "\f", r: "\r", e: "\x1b", '"': '"', "\\": "\\" };
+const NUMBER =
+  /^[+-]?(?:inf|nan|(?:\d+(?:_\d+)*)(?:\.\d+(?:_\d+)*)?(?:[eE][+-]?\d+(?:_\d+)*)?|0x[0-9a-fA-F_]+|0o[0-7_]+|0b[01_]+)$/;
 
-const quoted = (text) => `"${text.replace(/[\\"]/g, "\\$&").replace(/\n/g, "\\n").replace(/\t/g, "\\t")
-  .replace(/[\u0000-\u001f\u007f]/g, (letter) => `\\u${letter.charCodeAt(0).toString(16).padStart(4, "0")}`)}"`;
+const quoted = (text) =>
+  `"${text
+    .replace(/[\\"]/g, "\\$&")
+    .replace(/\n/g, "\\n")
+    .replace(/\t/g, "\\t")
+    .replace(/[\u0000-\u001f\u007f]/g, (letter) => `\\u${letter.charCodeAt(0).toString(16).padStart(4, "0")}`)}"`;
 const keyText = (key) => (/^[A-Za-z0-9_-]+$/.test(key) ? key : quoted(key));
 
 // A text in TOML as a tree of tables, arrays and values, each with its place. What is not TOML is a value of the kind
@@ -244,7 +266,7 @@ class Toml {
       this.space(false);
       const from = this.place;
       const letter = this.text[from];
-      if (letter === "\"" || letter === "'") {
+      if (letter === '"' || letter === "'") {
         const node = this.string();
         if (node.kind !== "string") return null;
         keys.push({ key: node.value, from, to: this.place });
@@ -355,7 +377,7 @@ class Toml {
     const { text } = this;
     const from = this.place;
     const letter = text[from];
-    if (letter === "\"" || letter === "'") return this.string();
+    if (letter === '"' || letter === "'") return this.string();
     if (depth < 60 && letter === "[") return this.array(depth);
     if (depth < 60 && letter === "{") return this.inline(depth);
     const pattern = /[^\s,\]}#=]*/y;
@@ -369,7 +391,8 @@ class Toml {
       return { kind: "number", from, to: this.place, value };
     }
     if (/^\d{4}-|^\d\d:/.test(word)) return { kind: "datetime", from, to: this.place, value: word };
-    if (!word) this.place = Math.max(from, text[from] === undefined || /[\r\n,\]}#]/.test(letter) ? from : this.lineEnd(from));
+    if (!word)
+      this.place = Math.max(from, text[from] === undefined || /[\r\n,\]}#]/.test(letter) ? from : this.lineEnd(from));
     return { kind: "bad", from, to: this.place };
   }
 
@@ -396,9 +419,11 @@ class Toml {
       }
       const letter = text[place];
       if (!long && (letter === "\n" || letter === "\r")) break;
-      if (letter === "\\" && mark === "\"") {
+      if (letter === "\\" && mark === '"') {
         const next = text[place + 1];
-        const code = /^(?:u([0-9a-fA-F]{4})|U([0-9a-fA-F]{8})|x([0-9a-fA-F]{2}))/.exec(text.slice(place + 1, place + 10));
+        const code = /^(?:u([0-9a-fA-F]{4})|U([0-9a-fA-F]{8})|x([0-9a-fA-F]{2}))/.exec(
+          text.slice(place + 1, place + 10),
+        );
         if (code) {
           const number = parseInt(code[1] ?? code[2] ?? code[3], 16);
           value += number <= 0x10ffff ? String.fromCodePoint(number) : "";
@@ -470,7 +495,8 @@ class Toml {
       const last = keys.pop();
       const target = this.descend(node, keys, []);
       const value = this.read(depth + 1);
-      if (target && !this.member(target, last.key)) target.members.push({ key: last.key, keyFrom: last.from, keyTo: last.to, node: value });
+      if (target && !this.member(target, last.key))
+        target.members.push({ key: last.key, keyFrom: last.from, keyTo: last.to, node: value });
       if (value.kind === "bad") break;
     }
     node.to = this.place;
@@ -533,12 +559,18 @@ class Toml {
         } else {
           now++;
         }
-      } else if (letter === "\"" || letter === "'") {
+      } else if (letter === '"' || letter === "'") {
         this.place = now;
         const string = this.string();
         const open = now + (string.long ? 3 : 1);
         if (string.to > place || (string.kind === "bad" && string.to >= place)) {
-          return { mode: "value", path: [...top.path, ...(top.key === null ? [] : top.key.split("."))], from: open, string: true, to: string.kind === "bad" ? place : string.to - 1 };
+          return {
+            mode: "value",
+            path: [...top.path, ...(top.key === null ? [] : top.key.split("."))],
+            from: open,
+            string: true,
+            to: string.kind === "bad" ? place : string.to - 1,
+          };
         }
         now = string.to;
       } else if (letter === "[" || letter === "{") {
@@ -555,7 +587,8 @@ class Toml {
         const word = /[^\s,\]}#"'[{]+/y;
         word.lastIndex = now;
         word.test(text);
-        if (word.lastIndex >= place) return { mode: "value", path: [...top.path, ...(top.key === null ? [] : top.key.split("."))], from: now };
+        if (word.lastIndex >= place)
+          return { mode: "value", path: [...top.path, ...(top.key === null ? [] : top.key.split("."))], from: now };
         now = word.lastIndex;
       }
     }
@@ -601,10 +634,12 @@ class Schema {
 
   narrowed(schema, node) {
     if (!schema.oneOf?.some((one) => one.properties)) return [schema];
-    const fits = schema.oneOf.filter((one) => Object.entries(one.properties).every(([key, { const: value }]) => {
-      const written = node?.members?.find((member) => member.key === key)?.node.value;
-      return value === undefined || written === undefined || written === value;
-    }));
+    const fits = schema.oneOf.filter((one) =>
+      Object.entries(one.properties).every(([key, { const: value }]) => {
+        const written = node?.members?.find((member) => member.key === key)?.node.value;
+        return value === undefined || written === undefined || written === value;
+      }),
+    );
     return fits.length ? fits : schema.oneOf;
   }
 
@@ -634,7 +669,9 @@ class Schema {
     const parent = path.slice(0, -1);
     const key = path.at(-1);
     // A tag such as `kind` is that of every variant, not of the chosen one.
-    const tagged = this.untagged(parent).flatMap((schema) => (schema.oneOf ?? []).flatMap((one) => one.properties?.[key]?.const === undefined ? [] : [one.properties[key]]));
+    const tagged = this.untagged(parent).flatMap((schema) =>
+      (schema.oneOf ?? []).flatMap((one) => (one.properties?.[key]?.const === undefined ? [] : [one.properties[key]])),
+    );
     for (const schema of tagged.length ? tagged : this.at(path, toml)) walk(schema);
     return [...choices].map(([value, description]) => ({ value, description }));
   }
@@ -646,14 +683,21 @@ class Schema {
   }
 
   describe(path, toml) {
-    return this.at(path, toml).map((schema) => schema.description).find((text) => text) ?? "";
+    return (
+      this.at(path, toml)
+        .map((schema) => schema.description)
+        .find((text) => text) ?? ""
+    );
   }
 
   // Whether a value of the path may be a text, as an expression in place of a number may.
   texts(path, toml) {
-    const may = (schema) => schema.type === "string" || (Array.isArray(schema.type) && schema.type.includes("string"))
-      || [...(schema.anyOf ?? []), ...(schema.oneOf ?? [])].some(may) || (schema.items && may(schema.items))
-      || schema.enum?.some((value) => typeof value === "string");
+    const may = (schema) =>
+      schema.type === "string" ||
+      (Array.isArray(schema.type) && schema.type.includes("string")) ||
+      [...(schema.anyOf ?? []), ...(schema.oneOf ?? [])].some(may) ||
+      (schema.items && may(schema.items)) ||
+      schema.enum?.some((value) => typeof value === "string");
     return this.at(path, toml).some(may);
   }
 
@@ -662,25 +706,30 @@ class Schema {
     const type = Array.isArray(schema.type) ? schema.type[0] : schema.type;
     const first = schema.const ?? schema.oneOf?.find((one) => one.const !== undefined)?.const ?? schema.enum?.[0];
     if (first !== undefined) return typeof first === "string" ? quoted(first) : String(first);
-    if (type === "string") return "\"\"";
+    if (type === "string") return '""';
     if (type === "boolean") return "true";
     if (type === "number" || type === "integer") return String(schema.minimum ?? 1);
     if (type === "array") {
       const inner = schema.items ? this.template(schema.items) : "";
-      return `[${Array(schema.minItems ?? 1).fill(inner).join(", ")}]`;
+      return `[${Array(schema.minItems ?? 1)
+        .fill(inner)
+        .join(", ")}]`;
     }
     if (type === "object") {
       const needed = (schema.required ?? []).map((key) => `${key} = ${this.template(schema.properties[key])}`);
       return needed.length ? `{ ${needed.join(", ")} }` : "{}";
     }
     const one = schema.anyOf?.[0] ?? schema.oneOf?.[0];
-    return one ? this.template(one) : "\"\"";
+    return one ? this.template(one) : '""';
   }
 }
 
 // ---- Formulas ----
 
-const GREEK = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi omega".split(" ");
+const GREEK =
+  "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi omega".split(
+    " ",
+  );
 const LETTERS = "αβγδεζηθικλμνξπρστυφχψω";
 
 const mathml = (tag, ...children) => {
@@ -703,11 +752,29 @@ function mathName(name, over = (stem) => stem) {
 
 // An expression as a formula; null if it is none that is understood here, of which the module says why.
 function typeset(text) {
-  const tokens = text.match(/\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[A-Za-z_][A-Za-z0-9_]*|\*\*|<=|>=|==|!=|&&|\|\||\S/g) ?? [];
+  const tokens =
+    text.match(
+      /\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[A-Za-z_][A-Za-z0-9_]*|\*\*|<=|>=|==|!=|&&|\|\||\S/g,
+    ) ?? [];
   let place = 0;
-  const operators = { "||": 1, "&&": 2, "<": 3, ">": 3, "<=": 3, ">=": 3, "==": 3, "!=": 3, "+": 5, "-": 5, "*": 7, "/": 7 };
+  const operators = {
+    "||": 1,
+    "&&": 2,
+    "<": 3,
+    ">": 3,
+    "<=": 3,
+    ">=": 3,
+    "==": 3,
+    "!=": 3,
+    "+": 5,
+    "-": 5,
+    "*": 7,
+    "/": 7,
+  };
   const shown = { "<=": "≤", ">=": "≥", "==": "=", "!=": "≠", "&&": "∧", "||": "∨", "-": "−" };
-  const fail = () => { throw new Error("no formula"); };
+  const fail = () => {
+    throw new Error("no formula");
+  };
   const row = (...children) => mathml("mrow", ...children);
   const mark = (text) => {
     const node = mathml("mo", text);
@@ -799,7 +866,10 @@ const math = (...children) => mathml("math", ...children);
 
 const external = Editor.Annotation.define();
 
-const FUNCTIONS = "sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow abs min max sat sign step floor wrap mod if".split(" ");
+const FUNCTIONS =
+  "sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow abs min max sat sign step floor wrap mod if".split(
+    " ",
+  );
 const NAMES = new Set(["states", "inputs", "outputs", "observers"]);
 const EXPRESSIONS = new Set(["f", "h", "expressions", "parameters", "w", "v"]);
 
@@ -818,15 +888,30 @@ class StudyEditor {
     ]);
     const leave = { key: "Tab", run: Editor.indentMore, shift: Editor.indentLess };
     this.extensions = [
-      Editor.lineNumbers(), Editor.highlightActiveLineGutter(), Editor.highlightSpecialChars(), Editor.history(),
-      Editor.drawSelection(), Editor.highlightActiveLine(), Editor.bracketMatching(), Editor.closeBrackets(),
-      Editor.highlightSelectionMatches(), Editor.lintGutter(), Editor.search({ top: true }), Editor.syntaxHighlighting(highlight),
+      Editor.lineNumbers(),
+      Editor.highlightActiveLineGutter(),
+      Editor.highlightSpecialChars(),
+      Editor.history(),
+      Editor.drawSelection(),
+      Editor.highlightActiveLine(),
+      Editor.bracketMatching(),
+      Editor.closeBrackets(),
+      Editor.highlightSelectionMatches(),
+      Editor.lintGutter(),
+      Editor.search({ top: true }),
+      Editor.syntaxHighlighting(highlight),
       Editor.autocompletion({ override: [(context) => this.complete(context)], icons: false }),
       Editor.hoverTooltip((view, place) => this.about(place)),
       Editor.keymap.of([
-        { key: "Mod-Enter", run: () => (run(), true) }, { key: "Mod-s", run: () => (save(), true), preventDefault: true },
-        ...Editor.closeBracketsKeymap, ...Editor.completionKeymap, ...Editor.searchKeymap, ...Editor.lintKeymap,
-        ...Editor.historyKeymap, ...Editor.defaultKeymap, leave,
+        { key: "Mod-Enter", run: () => (run(), true) },
+        { key: "Mod-s", run: () => (save(), true), preventDefault: true },
+        ...Editor.closeBracketsKeymap,
+        ...Editor.completionKeymap,
+        ...Editor.searchKeymap,
+        ...Editor.lintKeymap,
+        ...Editor.historyKeymap,
+        ...Editor.defaultKeymap,
+        leave,
       ]),
       Editor.EditorView.lineWrapping,
       Editor.EditorView.contentAttributes.of({ "aria-label": "Study file, TOML. Escape, then Tab leaves the editor." }),
@@ -835,7 +920,8 @@ class StudyEditor {
         this.reading = null;
         changed(update);
       }),
-      this.themes.of([]), this.language.of(Editor.StreamLanguage.define(Editor.toml)),
+      this.themes.of([]),
+      this.language.of(Editor.StreamLanguage.define(Editor.toml)),
     ];
     this.view = new Editor.EditorView({ parent, state: this.state("") });
   }
@@ -858,7 +944,12 @@ class StudyEditor {
     const { view } = this;
     const { length } = view.state.doc;
     const marks = [Editor.isolateHistory.of("full"), Editor.Transaction.userEvent.of("input.replace")];
-    view.dispatch({ changes: { from: 0, to: length, insert: text }, selection: { anchor: 0 }, annotations: marks, scrollIntoView: true });
+    view.dispatch({
+      changes: { from: 0, to: length, insert: text },
+      selection: { anchor: 0 },
+      annotations: marks,
+      scrollIntoView: true,
+    });
   }
 
   // The first text, before which there is none.
@@ -882,7 +973,10 @@ class StudyEditor {
   }
 
   go(from, to = from) {
-    this.view.dispatch({ selection: { anchor: Math.min(from, this.text.length), head: Math.min(to, this.text.length) }, scrollIntoView: true });
+    this.view.dispatch({
+      selection: { anchor: Math.min(from, this.text.length), head: Math.min(to, this.text.length) },
+      scrollIntoView: true,
+    });
     this.view.focus();
   }
 
@@ -898,19 +992,34 @@ class StudyEditor {
     if (found.mode === "key") {
       const there = new Set(toml.get(found.path)?.members?.map(({ key }) => key) ?? []);
       there.delete(word);
-      const options = schema.keys(found.path, toml).filter(({ name }) => !there.has(name)).map((key) => ({
-        label: key.name, info: key.schema.description, boost: key.required ? 2 : 0, detail: key.required ? "required" : undefined,
-        apply: (view, completion, from, to) => this.writeKey(view, key, from, to),
-      }));
+      const options = schema
+        .keys(found.path, toml)
+        .filter(({ name }) => !there.has(name))
+        .map((key) => ({
+          label: key.name,
+          info: key.schema.description,
+          boost: key.required ? 2 : 0,
+          detail: key.required ? "required" : undefined,
+          apply: (view, completion, from, to) => this.writeKey(view, key, from, to),
+        }));
       return options.length ? { from: found.from, options, validFor: /^[A-Za-z0-9_-]*$/ } : null;
     }
     const key = found.path.at(-1);
     const choices = schema.choices(found.path, toml);
-    const names = ["observer", "observers"].includes(key) && found.path.length > 1
-      ? (toml.get(["observer"])?.items ?? []).map((_, k) => ({ value: toml.value(["observer", k, "name"]), description: "An observer of this study." })) : [];
-    const options = [...choices, ...names].filter(({ value }) => value !== undefined).map(({ value, description }) => ({
-      label: String(value), info: description || undefined, apply: typeof value !== "string" ? String(value) : found.string ? value : quoted(value),
-    }));
+    const names =
+      ["observer", "observers"].includes(key) && found.path.length > 1
+        ? (toml.get(["observer"])?.items ?? []).map((_, k) => ({
+            value: toml.value(["observer", k, "name"]),
+            description: "An observer of this study.",
+          }))
+        : [];
+    const options = [...choices, ...names]
+      .filter(({ value }) => value !== undefined)
+      .map(({ value, description }) => ({
+        label: String(value),
+        info: description || undefined,
+        apply: typeof value !== "string" ? String(value) : found.string ? value : quoted(value),
+      }));
     if (options.length) return { from: found.from, options, validFor: /^[^"'\n]*$/ };
     if (!found.string || !EXPRESSIONS.has(key)) return null;
     const name = /[A-Za-z_][A-Za-z0-9_]*$/.exec(word);
@@ -921,13 +1030,21 @@ class StudyEditor {
 
   // What an expression may name.
   names(toml) {
-    const named = (key, type) => (toml.value(["plant", key]) ?? []).filter((name) => typeof name === "string")
-      .map((label) => ({ label, detail: type, boost: 2 }));
+    const named = (key, type) =>
+      (toml.value(["plant", key]) ?? [])
+        .filter((name) => typeof name === "string")
+        .map((label) => ({ label, detail: type, boost: 2 }));
     const parameters = toml.get(["plant", "parameters"])?.members ?? [];
     return [
-      ...named("states", "state"), ...named("inputs", "input"),
-      ...parameters.map(({ key, node }) => ({ label: key, detail: node.value === undefined ? "parameter" : `= ${node.value}`, boost: 1 })),
-      { label: "t", detail: "time" }, { label: "pi", detail: "3.14159..." },
+      ...named("states", "state"),
+      ...named("inputs", "input"),
+      ...parameters.map(({ key, node }) => ({
+        label: key,
+        detail: node.value === undefined ? "parameter" : `= ${node.value}`,
+        boost: 1,
+      })),
+      { label: "t", detail: "time" },
+      { label: "pi", detail: "3.14159..." },
       ...FUNCTIONS.map((label) => ({ label, detail: "function", apply: `${label}(` })),
     ];
   }
@@ -939,7 +1056,8 @@ class StudyEditor {
         const tables = inner.type === "array" && (inner.items?.properties || inner.items?.oneOf);
         const table = inner.type === "object" || inner.oneOf?.some((one) => one.properties);
         if (!tables && !table) continue;
-        if (Boolean(tables) === found.array) options.push({ label: [...path, name].join("."), info: inner.description });
+        if (Boolean(tables) === found.array)
+          options.push({ label: [...path, name].join("."), info: inner.description });
         if (depth < 1) walk([...path, name], depth + 1);
       }
     };
@@ -951,20 +1069,31 @@ class StudyEditor {
   writeKey(view, { name, schema }, from, to) {
     const rest = view.state.sliceDoc(to, view.state.doc.lineAt(to).to);
     if (/^\s*=/.test(rest)) {
-      view.dispatch({ changes: { from, to, insert: name }, selection: { anchor: from + name.length }, userEvent: "input.complete" });
+      view.dispatch({
+        changes: { from, to, insert: name },
+        selection: { anchor: from + name.length },
+        userEvent: "input.complete",
+      });
       return;
     }
     const value = this.schema().template(schema);
-    const inner = value === "\"\"" || value.startsWith("[") || value.startsWith("{") ? 1 : 0;
+    const inner = value === '""' || value.startsWith("[") || value.startsWith("{") ? 1 : 0;
     const start = from + name.length + 3 + inner;
     const choice = schema.oneOf || schema.enum;
-    const head = inner || choice ? (choice && value.startsWith("\"") ? from + name.length + 3 + value.length - 1 : start) : from + name.length + 3 + value.length;
+    const head =
+      inner || choice
+        ? choice && value.startsWith('"')
+          ? from + name.length + 3 + value.length - 1
+          : start
+        : from + name.length + 3 + value.length;
     view.dispatch({
       changes: { from, to, insert: `${name} = ${value}` },
-      selection: choice ? { anchor: from + name.length + 4, head } : { anchor: start, head: value === "\"\"" ? start : from + name.length + 3 + value.length - inner },
+      selection: choice
+        ? { anchor: from + name.length + 4, head }
+        : { anchor: start, head: value === '""' ? start : from + name.length + 3 + value.length - inner },
       userEvent: "input.complete",
     });
-    if (choice || value === "\"\"") setTimeout(() => Editor.startCompletion(view));
+    if (choice || value === '""') setTimeout(() => Editor.startCompletion(view));
   }
 
   // The description of the key, table or value at a place.
@@ -990,7 +1119,18 @@ class StudyEditor {
     if (header) found = { path: header.path, from: header.from, to: header.to };
     const text = found && (found.text ?? schema.describe(found.path, toml));
     if (!text) return null;
-    return { pos: found.from, end: found.to, create: () => ({ dom: element("div", { class: "cm-about" }, element("p", {}, element("code", {}, found.path.filter((step) => typeof step === "string").join("."))), element("p", {}, text)) }) };
+    return {
+      pos: found.from,
+      end: found.to,
+      create: () => ({
+        dom: element(
+          "div",
+          { class: "cm-about" },
+          element("p", {}, element("code", {}, found.path.filter((step) => typeof step === "string").join("."))),
+          element("p", {}, text),
+        ),
+      }),
+    };
   }
 }
 
@@ -1003,7 +1143,21 @@ class Form {
   constructor(root, editor, schema) {
     Object.assign(this, { root, editor, schema, serial: 0 });
     // Which sections a study has, in the order in which they are shown.
-    this.order = ["plant", "operating_point", "estimate", "input", "simulation", "truth", "log", "observer", "sweep", "frequency", "plot", "advise", "tune"];
+    this.order = [
+      "plant",
+      "operating_point",
+      "estimate",
+      "input",
+      "simulation",
+      "truth",
+      "log",
+      "observer",
+      "sweep",
+      "frequency",
+      "plot",
+      "advise",
+      "tune",
+    ];
   }
 
   get toml() {
@@ -1029,9 +1183,11 @@ class Form {
     const tables = toml.root.members.filter(({ node }) => ["table", "tables"].includes(node.kind) && !node.inline);
     const rank = ({ key }) => (this.order.includes(key) ? this.order.indexOf(key) : 99);
     tables.sort((one, other) => rank(one) - rank(other));
-    const cards = tables.flatMap(({ key, node }) => (node.kind === "tables"
-      ? node.items.map((item, k) => this.card(key === "observer" ? "Observer" : key, [key, k], () => true, item))
-      : [key === "plant" ? this.plant(node) : this.card(key, [key], () => true, node)]));
+    const cards = tables.flatMap(({ key, node }) =>
+      node.kind === "tables"
+        ? node.items.map((item, k) => this.card(key === "observer" ? "Observer" : key, [key, k], () => true, item))
+        : [key === "plant" ? this.plant(node) : this.card(key, [key], () => true, node)],
+    );
     this.root.replaceChildren(top, ...cards, this.adding());
     this.root.scrollTop = scrollTop;
     if (!id) return;
@@ -1044,14 +1200,25 @@ class Form {
   card(title, path, chosen, table, { actions = [], before = [] } = {}) {
     const name = table.members?.find(({ key }) => key === "name")?.node.value;
     const kind = table.members?.find(({ key }) => key === "kind")?.node.value;
-    const heading = path[0] === "observer" && path.length === 2 ? `${name ?? "Observer"}${kind ? ` (${kind})` : ""}` : title;
-    const fields = (table.members ?? []).filter(({ key, node }) => chosen(key, node)).map((member) => this.field([...path, member.key], member));
+    const heading =
+      path[0] === "observer" && path.length === 2 ? `${name ?? "Observer"}${kind ? ` (${kind})` : ""}` : title;
+    const fields = (table.members ?? [])
+      .filter(({ key, node }) => chosen(key, node))
+      .map((member) => this.field([...path, member.key], member));
     const what = path.length ? heading : "the study";
-    const removing = path.length && path[0] !== "plant" ? button("Remove", () => this.removeTable(path), { "aria-label": `Remove ${what}` }) : null;
-    return element("section", { class: "card", "aria-label": heading },
+    const removing =
+      path.length && path[0] !== "plant"
+        ? button("Remove", () => this.removeTable(path), { "aria-label": `Remove ${what}` })
+        : null;
+    return element(
+      "section",
+      { class: "card", "aria-label": heading },
       element("div", { class: "head" }, element(path.length > 2 ? "h3" : "h2", {}, heading), actions, removing),
       path.length ? element("p", { class: "small" }, this.schema().describe(path, this.toml)) : null,
-      before, fields, this.addKey(path, table, what));
+      before,
+      fields,
+      this.addKey(path, table, what),
+    );
   }
 
   identity(path, role) {
@@ -1064,10 +1231,17 @@ class Form {
     const about = this.schema().describe(path, this.toml);
     const unit = this.unit(path);
     const control = this.control(path, node, id, key);
-    const label = control.dataset?.single ? element("label", { for: id, title: about }, key) : element("span", { class: "label", title: about, id: this.identity(path, "label") }, key);
+    const label = control.dataset?.single
+      ? element("label", { for: id, title: about }, key)
+      : element("span", { class: "label", title: about, id: this.identity(path, "label") }, key);
     if (unit) label.append(element("span", { class: "unit" }, ` (${unit})`));
-    return element("div", { class: "field" }, label, control,
-      button("×", () => this.removeKey(path), { class: "remove", "aria-label": `Remove ${key}`, title: "Remove" }));
+    return element(
+      "div",
+      { class: "field" },
+      label,
+      control,
+      button("×", () => this.removeKey(path), { class: "remove", "aria-label": `Remove ${key}`, title: "Remove" }),
+    );
   }
 
   // The unit that the plant gives a name.
@@ -1075,7 +1249,8 @@ class Form {
     const table = this.toml.get(["plant", "units"]);
     const time = this.toml.value(["plant", "time_unit"]);
     const name = path.at(-1);
-    if (path.length === 3 && path[1] === "parameters") return table?.members?.find(({ key }) => key === name)?.node.value;
+    if (path.length === 3 && path[1] === "parameters")
+      return table?.members?.find(({ key }) => key === name)?.node.value;
     if (path.length === 2 && path[0] === "simulation" && ["duration", "hold"].includes(name)) return time;
     if (name === "period" && path[0] === "observer") return time;
     return undefined;
@@ -1090,7 +1265,11 @@ class Form {
       return control;
     };
     if (node.kind === "boolean") {
-      const box = element("input", { type: "checkbox", id, onchange: ({ target }) => this.write(path, String(target.checked), true) });
+      const box = element("input", {
+        type: "checkbox",
+        id,
+        onchange: ({ target }) => this.write(path, String(target.checked), true),
+      });
       box.checked = node.value;
       return holder(true, box);
     }
@@ -1099,27 +1278,51 @@ class Form {
       if (choices.length) return holder(true, this.choice(path, node, id, choices));
       if (this.isExpression(path)) return holder(false, this.equation(path, node, id, key, ""));
       const long = node.long || node.value.length > 44;
-      const input = element(long ? "textarea" : "input", { type: long ? null : "text", id, rows: long ? 3 : null, value: node.value, oninput: ({ target }) => this.write(path, quoted(target.value), true) });
+      const input = element(long ? "textarea" : "input", {
+        type: long ? null : "text",
+        id,
+        rows: long ? 3 : null,
+        value: node.value,
+        oninput: ({ target }) => this.write(path, quoted(target.value), true),
+      });
       return holder(true, input);
     }
     if (node.kind === "number") return holder(true, ...this.number(path, node, id, key));
-    if (node.kind === "tables") return holder(false, node.items.map((item, k) => this.card(`${key} ${k + 1}`, [...path, k], () => true, item)));
+    if (node.kind === "tables")
+      return holder(
+        false,
+        node.items.map((item, k) => this.card(`${key} ${k + 1}`, [...path, k], () => true, item)),
+      );
     if (node.kind === "array") {
       const { items } = node;
       const scalar = (item) => ["number", "string", "boolean"].includes(item.kind);
-      if (items.length && items.every((item) => item.kind === "string") && this.isExpression(path)) return holder(false, this.equations(path, items));
+      if (items.length && items.every((item) => item.kind === "string") && this.isExpression(path))
+        return holder(false, this.equations(path, items));
       if (items.length && items.every(scalar)) return holder(false, this.list(path, items));
-      if (items.length && items.every((item) => item.kind === "array" && item.items.length && item.items.every(scalar))) return holder(false, this.matrix(path, items));
+      if (items.length && items.every((item) => item.kind === "array" && item.items.length && item.items.every(scalar)))
+        return holder(false, this.matrix(path, items));
     }
     // What has no field of its own is its text.
-    const input = element("textarea", { id, rows: 2, class: "code", value: this.toml.text.slice(node.from, node.to), onchange: ({ target }) => this.write(path, target.value, false) });
+    const input = element("textarea", {
+      id,
+      rows: 2,
+      class: "code",
+      value: this.toml.text.slice(node.from, node.to),
+      onchange: ({ target }) => this.write(path, target.value, false),
+    });
     return holder(true, input);
   }
 
   choice(path, node, id, choices) {
-    const select = element("select", { id, onchange: ({ target }) => this.write(path, quoted(target.value), false) },
-      choices.map(({ value, description }) => element("option", { value: String(value), title: description }, String(value))));
-    if (!choices.some(({ value }) => value === node.value)) select.prepend(element("option", { value: node.value }, `${node.value} (unknown)`));
+    const select = element(
+      "select",
+      { id, onchange: ({ target }) => this.write(path, quoted(target.value), false) },
+      choices.map(({ value, description }) =>
+        element("option", { value: String(value), title: description }, String(value)),
+      ),
+    );
+    if (!choices.some(({ value }) => value === node.value))
+      select.prepend(element("option", { value: node.value }, `${node.value} (unknown)`));
     select.value = node.value;
     return select;
   }
@@ -1127,11 +1330,24 @@ class Form {
   // A number with a slider over a decade to either side, which stands in the middle again when it is released.
   number(path, node, id, key) {
     const cell = this.cell(path, node, id, key);
-    if (!(node.value > 0) || !Number.isFinite(node.value) || !(path[0] === "observer" || path[1] === "parameters")
-      || this.schema().at(path, this.toml).some((schema) => schema.type === "integer")) return [cell];
+    if (
+      !(node.value > 0) ||
+      !Number.isFinite(node.value) ||
+      !(path[0] === "observer" || path[1] === "parameters") ||
+      this.schema()
+        .at(path, this.toml)
+        .some((schema) => schema.type === "integer")
+    )
+      return [cell];
     let base = node.value;
     const slider = element("input", {
-      type: "range", min: -1, max: 1, step: 0.02, value: "0", id: `${id}-slider`, "aria-label": `${key}, from a tenth to ten times`,
+      type: "range",
+      min: -1,
+      max: 1,
+      step: 0.02,
+      value: "0",
+      id: `${id}-slider`,
+      "aria-label": `${key}, from a tenth to ten times`,
       oninput: ({ target }) => {
         const value = Number((base * 10 ** Number(target.value)).toPrecision(4));
         target.setAttribute("aria-valuetext", String(value));
@@ -1152,20 +1368,44 @@ class Form {
     const texts = node.kind === "string" || this.schema().texts(path, this.toml);
     const shown = node.kind === "string" ? node.value : this.toml.text.slice(node.from, node.to);
     return element("input", {
-      type: "text", class: node.kind !== "string" ? "cell" : NAMES.has(path.at(-2)) ? "cell name" : node.value.length > 8 ? "code" : "cell", id, "aria-label": name, value: shown, autocomplete: "off", spellcheck: "false",
+      type: "text",
+      class:
+        node.kind !== "string"
+          ? "cell"
+          : NAMES.has(path.at(-2))
+            ? "cell name"
+            : node.value.length > 8
+              ? "code"
+              : "cell",
+      id,
+      "aria-label": name,
+      value: shown,
+      autocomplete: "off",
+      spellcheck: "false",
       oninput: ({ target }) => {
         const text = target.value.trim();
         const fits = NUMBER.test(text) || (texts && text !== "");
         target.setAttribute("aria-invalid", String(!fits));
         target.title = fits ? "" : "Not a number: the text keeps the one before.";
-        if (fits) this.write(path, NUMBER.test(text) && node.kind !== "string" ? text : NUMBER.test(text) && !this.onlyText(path) ? text : quoted(text), true);
+        if (fits)
+          this.write(
+            path,
+            NUMBER.test(text) && node.kind !== "string"
+              ? text
+              : NUMBER.test(text) && !this.onlyText(path)
+                ? text
+                : quoted(text),
+            true,
+          );
       },
       onkeydown: (event) => this.move(event),
     });
   }
 
   onlyText(path) {
-    return this.schema().at(path, this.toml).every((schema) => schema.type === "string");
+    return this.schema()
+      .at(path, this.toml)
+      .every((schema) => schema.type === "string");
   }
 
   // Up and down go from row to row.
@@ -1174,7 +1414,9 @@ class Form {
     const row = event.target.closest("tr");
     if (!step || !row) return;
     const cells = [...row.querySelectorAll("input")];
-    const other = (step < 0 ? row.previousElementSibling : row.nextElementSibling)?.querySelectorAll("input")[cells.indexOf(event.target)];
+    const other = (step < 0 ? row.previousElementSibling : row.nextElementSibling)?.querySelectorAll("input")[
+      cells.indexOf(event.target)
+    ];
     if (!other) return;
     event.preventDefault();
     other.focus();
@@ -1184,10 +1426,19 @@ class Form {
   names(path) {
     const key = path.at(-1);
     const plant = (what) => this.toml.value(["plant", what]) ?? [];
-    const states = plant("states"), inputs = plant("inputs"), outputs = plant("outputs");
+    const states = plant("states"),
+      inputs = plant("inputs"),
+      outputs = plant("outputs");
     const name = (list, letter) => (k) => list[k] ?? `${letter}${k + 1}`;
-    const state = name(states, "x"), input = name(inputs, "u"), output = name(outputs, "y");
-    if (path[0] === "plant") return { a: [state, state], b: [state, input], c: [output, state], d: [output, input], f: [state], h: [output] }[key] ?? [];
+    const state = name(states, "x"),
+      input = name(inputs, "u"),
+      output = name(outputs, "y");
+    if (path[0] === "plant")
+      return (
+        { a: [state, state], b: [state, input], c: [output, state], d: [output, input], f: [state], h: [output] }[
+          key
+        ] ?? []
+      );
     if (["x0", "initial", "scale"].includes(key)) return [state];
     if (path[0] === "input" && key === "expressions") return [input];
     return [];
@@ -1195,9 +1446,15 @@ class Form {
 
   list(path, items) {
     const [name] = this.names(path);
-    const cells = items.map((item, k) => (item.kind === "boolean" ? element("code", {}, String(item.value))
-      : this.cell([...path, k], item, this.identity([...path, k], "cell"), name?.(k) ?? `${path.at(-1)} ${k + 1}`)));
-    return [cells.map((cell, k) => (name && cell.title === "" ? Object.assign(cell, { title: name(k) }) : cell)), path[0] === "plant" && NAMES.has(path[1]) ? null : this.ends(path, items)];
+    const cells = items.map((item, k) =>
+      item.kind === "boolean"
+        ? element("code", {}, String(item.value))
+        : this.cell([...path, k], item, this.identity([...path, k], "cell"), name?.(k) ?? `${path.at(-1)} ${k + 1}`),
+    );
+    return [
+      cells.map((cell, k) => (name && cell.title === "" ? Object.assign(cell, { title: name(k) }) : cell)),
+      path[0] === "plant" && NAMES.has(path[1]) ? null : this.ends(path, items),
+    ];
   }
 
   // Buttons that make an array longer or shorter.
@@ -1205,8 +1462,20 @@ class Form {
     const last = () => this.toml.text.slice(items.at(-1).from, items.at(-1).to);
     const key = path.at(-1);
     return [
-      button("+", () => this.lengthen(path, last()), { class: "plain", id: this.identity(path, "more"), "aria-label": `One more in ${key}`, title: "One more" }),
-      items.length > 1 ? button("−", () => this.shorten(path), { class: "plain", id: this.identity(path, "less"), "aria-label": `One less in ${key}`, title: "One less" }) : null,
+      button("+", () => this.lengthen(path, last()), {
+        class: "plain",
+        id: this.identity(path, "more"),
+        "aria-label": `One more in ${key}`,
+        title: "One more",
+      }),
+      items.length > 1
+        ? button("−", () => this.shorten(path), {
+            class: "plain",
+            id: this.identity(path, "less"),
+            "aria-label": `One less in ${key}`,
+            title: "One less",
+          })
+        : null,
     ];
   }
 
@@ -1216,7 +1485,7 @@ class Form {
     if (!items.length) return { from: node.from + 1, to: node.from + 1, insert: text };
     const last = items.at(-1);
     const before = items.length > 1 ? this.toml.text.slice(items.at(-2).to, last.from) : ", ";
-    const gap = /\n/.test(before) ? /\n[ \t]*$/.exec(before)?.[0] ?? "\n" : " ";
+    const gap = /\n/.test(before) ? (/\n[ \t]*$/.exec(before)?.[0] ?? "\n") : " ";
     return { from: last.to, to: last.to, insert: `,${gap}${text}` };
   }
 
@@ -1237,24 +1506,59 @@ class Form {
   matrix(path, rows) {
     const [row, column] = this.names(path);
     const width = Math.max(...rows.map(({ items }) => items.length));
-    const head = column ? element("tr", {}, element("th"), Array.from({ length: width }, (_, k) => element("th", { scope: "col" }, column(k)))) : null;
-    const body = rows.map(({ items }, i) => element("tr", {},
-      element("th", { scope: "row" }, row ? row(i) : ""),
-      items.map((item, k) => element("td", {}, this.cell([...path, i, k], item, this.identity([...path, i, k], "cell"), `${path.at(-1)}, ${row ? row(i) : `row ${i + 1}`}, ${column ? column(k) : `column ${k + 1}`}`)))));
+    const head = column
+      ? element(
+          "tr",
+          {},
+          element("th"),
+          Array.from({ length: width }, (_, k) => element("th", { scope: "col" }, column(k))),
+        )
+      : null;
+    const body = rows.map(({ items }, i) =>
+      element(
+        "tr",
+        {},
+        element("th", { scope: "row" }, row ? row(i) : ""),
+        items.map((item, k) =>
+          element(
+            "td",
+            {},
+            this.cell(
+              [...path, i, k],
+              item,
+              this.identity([...path, i, k], "cell"),
+              `${path.at(-1)}, ${row ? row(i) : `row ${i + 1}`}, ${column ? column(k) : `column ${k + 1}`}`,
+            ),
+          ),
+        ),
+      ),
+    );
     const sizes = path[0] === "plant" ? [] : this.ends(path, rows);
     return [element("div", { class: "grid" }, element("table", {}, head, body)), sizes];
   }
 
   isExpression(path) {
     const key = path.at(-1);
-    return (path[0] === "plant" && ["f", "h"].includes(key)) || key === "expressions" || (path[0] === "truth" && ["f", "h"].includes(key));
+    return (
+      (path[0] === "plant" && ["f", "h"].includes(key)) ||
+      key === "expressions" ||
+      (path[0] === "truth" && ["f", "h"].includes(key))
+    );
   }
 
   equations(path, items) {
     const [name] = this.names(path);
     const key = path.at(-1);
     const dot = key === "f" ? (this.toml.get(["plant", "dt"]) ? "+" : "′") : "";
-    const lines = items.map((item, k) => this.equation([...path, k], item, this.identity([...path, k], "line"), `${name?.(k) ?? `${key}${k + 1}`}${dot}`, key));
+    const lines = items.map((item, k) =>
+      this.equation(
+        [...path, k],
+        item,
+        this.identity([...path, k], "line"),
+        `${name?.(k) ?? `${key}${k + 1}`}${dot}`,
+        key,
+      ),
+    );
     return [lines, path[0] === "plant" ? [] : this.ends(path, items)];
   }
 
@@ -1265,33 +1569,60 @@ class Form {
       const formula = typeset(text);
       const left = name.replace(/[′+]$/, "");
       const mover = key === "f" && name.endsWith("′");
-      const first = mover ? mathName(left, (stem) => mathml("mover", stem, mathml("mo", "˙"))) : key === "f" && name.endsWith("+") ? mathml("msup", mathml("mrow", mathName(left)), mathml("mo", "+")) : mathName(left);
-      place.replaceChildren(formula ? math(mathml("mrow", first, mathml("mo", "="), formula)) : element("span", { class: "small" }, "no formula yet"));
+      const first = mover
+        ? mathName(left, (stem) => mathml("mover", stem, mathml("mo", "˙")))
+        : key === "f" && name.endsWith("+")
+          ? mathml("msup", mathml("mrow", mathName(left)), mathml("mo", "+"))
+          : mathName(left);
+      place.replaceChildren(
+        formula
+          ? math(mathml("mrow", first, mathml("mo", "="), formula))
+          : element("span", { class: "small" }, "no formula yet"),
+      );
     };
     draw(node.value);
-    return element("div", { class: "equation" }, element("span", { class: "name" }, `${name} =`),
+    return element(
+      "div",
+      { class: "equation" },
+      element("span", { class: "name" }, `${name} =`),
       element("input", {
-        type: "text", class: "code", id, "aria-label": name, value: node.value, autocomplete: "off", spellcheck: "false",
+        type: "text",
+        class: "code",
+        id,
+        "aria-label": name,
+        value: node.value,
+        autocomplete: "off",
+        spellcheck: "false",
         oninput: ({ target }) => {
           draw(target.value);
           this.write(path, quoted(target.value), true);
         },
-      }), element("span"), place);
+      }),
+      element("span"),
+      place,
+    );
   }
 
   // The plant, whose states, inputs and outputs come and go in all its matrices at once.
   plant(node) {
     const has = (key) => this.toml.get(["plant", key]);
     const sized = (has("a") && has("c")) || (has("f") && has("h"));
-    const count = (what) => ({ state: has("a") ?? has("f"), input: has("b")?.items?.[0], output: has("c") ?? has("h") })[what]?.items?.length ?? 0;
+    const count = (what) =>
+      ({ state: has("a") ?? has("f"), input: has("b")?.items?.[0], output: has("c") ?? has("h") })[what]?.items
+        ?.length ?? 0;
     const one = (what) => [
       button(`+ ${what}`, () => this.resize(what, true), { id: `more-${what}` }),
-      button("−", () => this.resize(what, false), { id: `less-${what}`, "aria-label": `One ${what} less`, disabled: count(what) <= (what === "input" ? 0 : 1) }),
+      button("−", () => this.resize(what, false), {
+        id: `less-${what}`,
+        "aria-label": `One ${what} less`,
+        disabled: count(what) <= (what === "input" ? 0 : 1),
+      }),
     ];
     const linear = Boolean(has("a"));
     const actions = sized ? [one("state"), linear && has("b") ? one("input") : null, one("output")] : [];
     const switching = linear
-      ? button("as equations", () => this.toEquations(), { title: "Writes x' = A x + B u as expressions" }) : null;
+      ? button("as equations", () => this.toEquations(), { title: "Writes x' = A x + B u as expressions" })
+      : null;
     return this.card("Plant", ["plant"], () => true, node, { actions: [actions, switching] });
   }
 
@@ -1300,12 +1631,23 @@ class Form {
     const { toml } = this;
     const changes = [];
     const get = (...path) => toml.get(path);
-    const append = (node, text) => node && node.kind === "array" && changes.push(more ? this.appended(node, text) : node.items.length > 1 ? this.shortened(node) : { from: node.from, to: node.to, insert: "[]" });
+    const append = (node, text) =>
+      node &&
+      node.kind === "array" &&
+      changes.push(
+        more
+          ? this.appended(node, text)
+          : node.items.length > 1
+            ? this.shortened(node)
+            : { from: node.from, to: node.to, insert: "[]" },
+      );
     // A new row of a matrix has the new column, too, where both grow.
     const rows = (node, width) => append(node, `[${Array(width).fill("0").join(", ")}]`);
     const columns = (node, but) => node?.items?.slice(0, but).forEach((row) => append(row, "0"));
     const [a, b, c, d, f, h] = ["a", "b", "c", "d", "f", "h"].map((key) => get("plant", key));
-    const n = (a ?? f)?.items.length ?? 0, m = b?.items?.[0]?.items?.length ?? 0, p = (c ?? h)?.items.length ?? 0;
+    const n = (a ?? f)?.items.length ?? 0,
+      m = b?.items?.[0]?.items?.length ?? 0,
+      p = (c ?? h)?.items.length ?? 0;
     if (what === "state") {
       if (a) columns(a, more ? n : n - 1);
       rows(a, more ? n + 1 : n);
@@ -1316,7 +1658,12 @@ class Form {
       append(get("simulation", "scale"), "1");
       for (const [k] of (get("observer")?.items ?? []).entries()) {
         // What an observer has one of for each state.
-        for (const [key, text] of [["initial", "0"], ["w", "1"], ["p0", "1"], ["poles", null]]) {
+        for (const [key, text] of [
+          ["initial", "0"],
+          ["w", "1"],
+          ["p0", "1"],
+          ["poles", null],
+        ]) {
           const list = get("observer", k, key);
           if (list?.items?.length !== n || !list.items.every(({ kind }) => kind === "number")) continue;
           append(list, text ?? String(Math.min(...list.value) - (get("plant", "dt") ? 0 : 1)));
@@ -1344,17 +1691,29 @@ class Form {
     const value = (key) => toml.value(["plant", key]);
     const named = (key, letter, count) => value(key) ?? Array.from({ length: count }, (_, k) => `${letter}${k + 1}`);
     const [a, b, c, d] = ["a", "b", "c", "d"].map(value);
-    const states = named("states", "x", a.length), inputs = named("inputs", "u", b?.[0]?.length ?? 0);
+    const states = named("states", "x", a.length),
+      inputs = named("inputs", "u", b?.[0]?.length ?? 0);
     const known = (name) => /^[A-Za-z_][A-Za-z0-9_]*$/.test(name);
     const use = (names, letter) => names.map((name, k) => (known(name) ? name : `${letter}${k + 1}`));
-    const sum = (row, names) => (row ?? []).map((factor, k) => (factor === 0 ? "" : factor === 1 ? names[k] : factor === -1 ? `-${names[k]}` : `${factor}*${names[k]}`));
-    const lines = (one, two) => one.map((row, i) => {
-      const terms = [...sum(row, use(states, "x")), ...sum(two?.[i], use(inputs, "u"))].filter((term) => term);
-      return quoted(terms.join(" + ").replace(/\+ -/g, "- ") || "0");
-    });
+    const sum = (row, names) =>
+      (row ?? []).map((factor, k) =>
+        factor === 0 ? "" : factor === 1 ? names[k] : factor === -1 ? `-${names[k]}` : `${factor}*${names[k]}`,
+      );
+    const lines = (one, two) =>
+      one.map((row, i) => {
+        const terms = [...sum(row, use(states, "x")), ...sum(two?.[i], use(inputs, "u"))].filter((term) => term);
+        return quoted(terms.join(" + ").replace(/\+ -/g, "- ") || "0");
+      });
     const block = (list) => `[\n${list.map((line) => `  ${line},\n`).join("")}]`;
     const member = (key) => toml.member(toml.get(["plant"]), key);
-    const changes = [["a", "f", lines(a, b)], ["c", "h", lines(c, d)]].map(([key, other, list]) => ({ from: member(key).keyFrom, to: member(key).node.to, insert: `${other} = ${block(list)}` }));
+    const changes = [
+      ["a", "f", lines(a, b)],
+      ["c", "h", lines(c, d)],
+    ].map(([key, other, list]) => ({
+      from: member(key).keyFrom,
+      to: member(key).node.to,
+      insert: `${other} = ${block(list)}`,
+    }));
     for (const key of ["b", "d"]) {
       if (member(key)) changes.push(this.lineOf(member(key).keyFrom, member(key).node.to));
     }
@@ -1380,7 +1739,8 @@ class Form {
       if (member.node.kind === "table" && member.node.header) return this.removeTable(path);
       return this.editor.edit(this.lineOf(member.keyFrom, member.node.to));
     }
-    const before = parent.members[k - 1], after = parent.members[k + 1];
+    const before = parent.members[k - 1],
+      after = parent.members[k + 1];
     if (before) return this.editor.edit({ from: before.node.to, to: member.node.to, insert: "" });
     return this.editor.edit({ from: member.keyFrom, to: after ? after.keyFrom : member.node.to, insert: "" });
   }
@@ -1421,11 +1781,13 @@ class Form {
     const line = `${keyText(key)} = ${value}`;
     if (table.inline) {
       const last = table.members.at(-1);
-      const change = last ? { from: last.node.to, insert: `, ${line}` } : { from: table.from, to: table.to, insert: `{ ${line} }` };
+      const change = last
+        ? { from: last.node.to, insert: `, ${line}` }
+        : { from: table.from, to: table.to, insert: `{ ${line} }` };
       return this.editor.edit(change);
     }
     const direct = table.members.filter(({ node }) => !(node.header || node.kind === "tables"));
-    const end = direct.length ? Math.max(...direct.map(({ node }) => node.to)) : table.header?.to ?? 0;
+    const end = direct.length ? Math.max(...direct.map(({ node }) => node.to)) : (table.header?.to ?? 0);
     const place = toml.lineEnd(end);
     const start = !direct.length && !table.header;
     return this.editor.edit({ from: start ? 0 : place, insert: start ? `${line}\n` : `\n${line}` });
@@ -1434,17 +1796,43 @@ class Form {
   addKey(path, table, what) {
     const there = new Set((table.members ?? []).map(({ key }) => key));
     const free = this.isFree(path);
-    const keys = this.schema().keys(path, this.toml).filter(({ name, schema }) => !there.has(name) && name !== "$schema"
-      && (path.length || !["object", "array"].includes(schema.type)));
+    const keys = this.schema()
+      .keys(path, this.toml)
+      .filter(
+        ({ name, schema }) =>
+          !there.has(name) && name !== "$schema" && (path.length || !["object", "array"].includes(schema.type)),
+      );
     if (free) return this.addNamed(path);
     if (!keys.length) return null;
-    const select = element("select", { id: this.identity(path, "add"), "aria-label": `Add a key to ${what}` }, element("option", { value: "" }, "add a key …"), keys.map(({ name, schema, required }) => element("option", { value: name, title: schema.description }, required ? `${name} (required)` : name)));
-    return element("div", { class: "line" }, picker(select, (chosen) => this.insertKey(path, chosen, this.fresh(path, keys.find(({ name }) => name === chosen)))));
+    const select = element(
+      "select",
+      { id: this.identity(path, "add"), "aria-label": `Add a key to ${what}` },
+      element("option", { value: "" }, "add a key …"),
+      keys.map(({ name, schema, required }) =>
+        element("option", { value: name, title: schema.description }, required ? `${name} (required)` : name),
+      ),
+    );
+    return element(
+      "div",
+      { class: "line" },
+      picker(select, (chosen) =>
+        this.insertKey(
+          path,
+          chosen,
+          this.fresh(
+            path,
+            keys.find(({ name }) => name === chosen),
+          ),
+        ),
+      ),
+    );
   }
 
   // A table whose keys are names, such as `parameters`.
   isFree(path) {
-    return this.schema().at(path, this.toml).some((schema) => [schema, ...(schema.anyOf ?? [])].some((one) => typeof one.additionalProperties === "object"));
+    return this.schema()
+      .at(path, this.toml)
+      .some((schema) => [schema, ...(schema.anyOf ?? [])].some((one) => typeof one.additionalProperties === "object"));
   }
 
   addNamed(path) {
@@ -1452,23 +1840,39 @@ class Form {
     const add = () => {
       const name = at(id).value.trim();
       const schema = this.schema().at([...path, name], this.toml)[0];
-      if (name && !this.toml.get([...path, name])) this.insertKey(path, name, schema ? this.schema().template(schema) : "1");
+      if (name && !this.toml.get([...path, name]))
+        this.insertKey(path, name, schema ? this.schema().template(schema) : "1");
     };
-    const input = element("input", { type: "text", id, placeholder: "name", "aria-label": `Name of what is added to ${path.at(-1)}`, size: 10, onkeydown: (event) => event.key === "Enter" && add() });
+    const input = element("input", {
+      type: "text",
+      id,
+      placeholder: "name",
+      "aria-label": `Name of what is added to ${path.at(-1)}`,
+      size: 10,
+      onkeydown: (event) => event.key === "Enter" && add(),
+    });
     return element("div", { class: "line" }, input, button("Add", add));
   }
 
   // The value of a new key, with as many entries as there are states, inputs or outputs.
   fresh(path, { name, schema }) {
     const { toml } = this;
-    const states = (toml.get(["plant", "a"]) ?? toml.get(["plant", "f"]) ?? toml.get(["plant", "states"]))?.items?.length;
+    const states = (toml.get(["plant", "a"]) ?? toml.get(["plant", "f"]) ?? toml.get(["plant", "states"]))?.items
+      ?.length;
     const outputs = (toml.get(["plant", "c"]) ?? toml.get(["plant", "h"]))?.items?.length;
     const inputs = toml.get(["plant", "b"])?.items?.[0]?.items?.length;
     const row = (length, value) => (length ? `[${Array(length).fill(value).join(", ")}]` : null);
     const known = {
-      x0: row(states, "0"), initial: row(states, "0"), scale: row(states, "1"), p0: row(states, "1"), states: row(states, "\"\""),
+      x0: row(states, "0"),
+      initial: row(states, "0"),
+      scale: row(states, "1"),
+      p0: row(states, "1"),
+      states: row(states, '""'),
       poles: states ? `[${Array.from({ length: states }, (_, k) => -1 - k).join(", ")}]` : null,
-      expressions: row(inputs, "\"0\""), duration: "10", w: path[0] === "observer" ? row(states, "1") : null, v: path[0] === "observer" ? row(outputs, "1") : null,
+      expressions: row(inputs, '"0"'),
+      duration: "10",
+      w: path[0] === "observer" ? row(states, "1") : null,
+      v: path[0] === "observer" ? row(outputs, "1") : null,
     }[name];
     return known ?? this.schema().template(schema);
   }
@@ -1477,14 +1881,28 @@ class Form {
   adding() {
     const { toml } = this;
     const kinds = this.schema().choices(["observer", 0, "kind"], null);
-    const observer = element("select", { id: "add-observer", "aria-label": "Add an observer" }, element("option", { value: "" }, "add an observer …"), kinds.map(({ value, description }) => element("option", { value, title: description }, value)));
+    const observer = element(
+      "select",
+      { id: "add-observer", "aria-label": "Add an observer" },
+      element("option", { value: "" }, "add an observer …"),
+      kinds.map(({ value, description }) => element("option", { value, title: description }, value)),
+    );
     const there = new Set(toml.root.members.map(({ key }) => key));
-    const tables = this.schema().keys([], toml).filter(({ name, schema }) => schema.type === "object" && !there.has(name));
-    const table = element("select", { id: "add-table", "aria-label": "Add a table" }, element("option", { value: "" }, "add a table …"), tables.map(({ name, schema }) => element("option", { value: name, title: schema.description }, name)));
+    const tables = this.schema()
+      .keys([], toml)
+      .filter(({ name, schema }) => schema.type === "object" && !there.has(name));
+    const table = element(
+      "select",
+      { id: "add-table", "aria-label": "Add a table" },
+      element("option", { value: "" }, "add a table …"),
+      tables.map(({ name, schema }) => element("option", { value: name, title: schema.description }, name)),
+    );
     picker(observer, (kind) => this.addObserver(kind));
     picker(table, (chosen) => {
       const { schema } = tables.find(({ name }) => name === chosen);
-      const needed = (schema.required ?? []).map((key) => `${key} = ${this.fresh([chosen], { name: key, schema: schema.properties[key] })}\n`);
+      const needed = (schema.required ?? []).map(
+        (key) => `${key} = ${this.fresh([chosen], { name: key, schema: schema.properties[key] })}\n`,
+      );
       this.append(`[${chosen}]\n${needed.join("")}`);
     });
     return element("div", { class: "line" }, observer, tables.length ? table : null);
@@ -1492,7 +1910,10 @@ class Form {
 
   append(text) {
     const before = this.toml.text;
-    this.editor.edit({ from: before.length, insert: `${!before || before.endsWith("\n\n") ? "" : before.endsWith("\n") ? "\n" : "\n\n"}${text}` });
+    this.editor.edit({
+      from: before.length,
+      insert: `${!before || before.endsWith("\n\n") ? "" : before.endsWith("\n") ? "\n" : "\n\n"}${text}`,
+    });
   }
 
   addObserver(kind) {
@@ -1501,12 +1922,18 @@ class Form {
     const names = new Set(items.map((_, k) => toml.value(["observer", k, "name"])));
     let name = kind;
     for (let k = 2; names.has(name); k++) name = `${kind} ${k}`;
-    const variant = this.schema().untagged(["observer", 0]).flatMap((schema) => schema.oneOf ?? []).find(({ properties }) => properties?.kind?.const === kind);
+    const variant = this.schema()
+      .untagged(["observer", 0])
+      .flatMap((schema) => schema.oneOf ?? [])
+      .find(({ properties }) => properties?.kind?.const === kind);
     const needed = (variant?.required ?? []).filter((key) => !["name", "kind"].includes(key));
     // The usual way to choose a gain, where a kind leaves it open.
     if (!needed.length && variant?.properties?.poles) needed.push("poles");
-    else if (variant?.properties?.w && variant?.properties?.v) for (const key of ["w", "v"]) if (!needed.includes(key)) needed.push(key);
-    const lines = needed.map((key) => `${key} = ${this.fresh(["observer", items.length], { name: key, schema: variant.properties[key] })}\n`);
+    else if (variant?.properties?.w && variant?.properties?.v)
+      for (const key of ["w", "v"]) if (!needed.includes(key)) needed.push(key);
+    const lines = needed.map(
+      (key) => `${key} = ${this.fresh(["observer", items.length], { name: key, schema: variant.properties[key] })}\n`,
+    );
     const text = `[[observer]]\nname = ${quoted(name)}\nkind = ${quoted(kind)}\n${lines.join("")}`;
     if (!items.length) return this.append(text);
     const extent = this.extent(["observer", items.length - 1]);
@@ -1542,7 +1969,9 @@ class Engine {
     const forget = named ? [...this.sent.keys()].filter((name) => !named.has(name)) : [];
     for (const name of forget) this.sent.delete(name);
     named ??= new Map();
-    const keep = [...named].filter(([name, bytes]) => this.sent.get(name) !== bytes).map(([name, bytes]) => ({ name, bytes }));
+    const keep = [...named]
+      .filter(([name, bytes]) => this.sent.get(name) !== bytes)
+      .map(([name, bytes]) => ({ name, bytes }));
     for (const { name, bytes } of keep) this.sent.set(name, bytes);
     const id = ++this.count;
     const answer = new Promise((done, fail) => this.pending.set(id, { done, fail, progress }));
@@ -1568,8 +1997,10 @@ class Engine {
       return;
     }
     const large = memory > 1e9;
-    const words = panicked ? `The program stopped with an error of its own: ${failure}`
-      : large || /memory|allocat/i.test(failure) ? `The run outgrew the memory of the page (${size(memory)} used).`
+    const words = panicked
+      ? `The program stopped with an error of its own: ${failure}`
+      : large || /memory|allocat/i.test(failure)
+        ? `The run outgrew the memory of the page (${size(memory)} used).`
         : `The program stopped: ${failure}`;
     request.fail(new Error(`${words} The page goes on; the study is as it was.`));
     // The memory that the instance grew to goes with its worker.
@@ -1577,7 +2008,8 @@ class Engine {
   }
 
   broken(message) {
-    for (const { fail } of this.pending.values()) fail(new Error(`The worker stopped: ${message}. The page goes on; the study is as it was.`));
+    for (const { fail } of this.pending.values())
+      fail(new Error(`The worker stopped: ${message}. The page goes on; the study is as it was.`));
     this.stop();
   }
 
@@ -1607,10 +2039,24 @@ const LANGUAGES = { c: "C", rust: "Rust", fmu2: "FMU (FMI 2.0)", fmu3: "FMU (FMI
 class Studio {
   constructor() {
     Object.assign(this, {
-      name: "study.toml", files: new Map(), about: null, checked: null, results: null, outputs: [], version: 0,
-      ranVersion: -1, saved: "", running: null, cursor: null, chosen: null, errors: 0, form: null,
+      name: "study.toml",
+      files: new Map(),
+      about: null,
+      checked: null,
+      results: null,
+      outputs: [],
+      version: 0,
+      ranVersion: -1,
+      saved: "",
+      running: null,
+      cursor: null,
+      chosen: null,
+      errors: 0,
+      form: null,
     });
-    this.ready = new Promise((done) => { this.isReady = done; });
+    this.ready = new Promise((done) => {
+      this.isReady = done;
+    });
   }
 
   async start() {
@@ -1635,7 +2081,8 @@ class Studio {
   // The module, and what it says of itself.
   async load() {
     if (typeof WebAssembly !== "object") throw new Error("This browser has no WebAssembly.");
-    if (typeof DecompressionStream !== "function") throw new Error("This browser cannot decompress (DecompressionStream): it is older than 2023.");
+    if (typeof DecompressionStream !== "function")
+      throw new Error("This browser cannot decompress (DecompressionStream): it is older than 2023.");
     const packed = packedBytes(at("module").textContent);
     at("module").textContent = "";
     let compiled;
@@ -1658,18 +2105,24 @@ class Studio {
 
   wire() {
     this.editor = new StudyEditor(at("editor"), {
-      changed: (update) => this.changed(update), schema: () => this.schema, run: () => this.run({ asked: true }), save: () => this.save(),
+      changed: (update) => this.changed(update),
+      schema: () => this.schema,
+      run: () => this.run({ asked: true }),
+      save: () => this.save(),
     });
     this.form = {
       draw: () => {
         if (at("panel-form").hidden || !this.schema) return;
-        if (this.format === "json") at("panel-form").replaceChildren(element("p", {}, "The form is for studies in TOML; this one is JSON."));
+        if (this.format === "json")
+          at("panel-form").replaceChildren(element("p", {}, "The form is for studies in TOML; this one is JSON."));
         else (this.fields ??= new Form(at("panel-form"), this.editor, () => this.schema)).draw();
       },
     };
     panels(document.querySelector("#study [role=tablist]"), () => this.form.draw());
     this.showTab = panels(document.querySelector("#results [role=tablist]"));
-    this.showSide = tabs(document.querySelector(".sides"), (tab) => { document.body.dataset.side = tab.id.slice(5); });
+    this.showSide = tabs(document.querySelector(".sides"), (tab) => {
+      document.body.dataset.side = tab.id.slice(5);
+    });
     const on = (id, act) => at(id).addEventListener("click", act);
     on("open", () => this.choose());
     on("save", () => this.save());
@@ -1680,9 +2133,15 @@ class Studio {
     on("cancel", () => this.cancel("The run was cancelled; the results are those of the run before."));
     on("undo", () => Editor.undo(this.editor.view));
     on("redo", () => Editor.redo(this.editor.view));
-    at("auto").addEventListener("change", () => { this.keep(); if (at("auto").checked) this.check(); });
+    at("auto").addEventListener("change", () => {
+      this.keep();
+      if (at("auto").checked) this.check();
+    });
     picker(at("template"), (chosen) => this.template(this.about.templates.find(({ name }) => name === chosen)));
-    at("theme").addEventListener("change", () => { this.theme(at("theme").value); this.keep(); });
+    at("theme").addEventListener("change", () => {
+      this.theme(at("theme").value);
+      this.keep();
+    });
     at("file").addEventListener("change", async ({ target }) => {
       const files = [...target.files];
       target.value = "";
@@ -1713,8 +2172,13 @@ class Studio {
         (back ? Editor.undo : Editor.redo)(this.editor.view);
       }
     });
-    addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("dragging"); });
-    addEventListener("dragleave", (event) => { if (!event.relatedTarget) document.body.classList.remove("dragging"); });
+    addEventListener("dragover", (event) => {
+      event.preventDefault();
+      document.body.classList.add("dragging");
+    });
+    addEventListener("dragleave", (event) => {
+      if (!event.relatedTarget) document.body.classList.remove("dragging");
+    });
     addEventListener("drop", (event) => {
       event.preventDefault();
       document.body.classList.remove("dragging");
@@ -1722,14 +2186,20 @@ class Studio {
     });
     addEventListener("hashchange", () => this.followLink());
     addEventListener("pagehide", () => this.keep());
-    document.addEventListener("visibilitychange", () => { if (document.visibilityState === "hidden") this.keep(); });
+    document.addEventListener("visibilitychange", () => {
+      if (document.visibilityState === "hidden") this.keep();
+    });
     addEventListener("beforeunload", (event) => {
       // Where nothing can be stored, closing would lose what was typed.
       if (this.stored === false && this.editor.text !== this.saved) event.preventDefault();
     });
     addEventListener("beforeprint", () => {
-      at("print").replaceChildren(element("h1", {}, this.results?.results?.title ?? "Study"), element("pre", {}, this.results?.summary ?? ""),
-        element("h2", {}, this.name), element("pre", {}, this.editor.text));
+      at("print").replaceChildren(
+        element("h1", {}, this.results?.results?.title ?? "Study"),
+        element("pre", {}, this.results?.summary ?? ""),
+        element("h2", {}, this.name),
+        element("pre", {}, this.editor.text),
+      );
     });
     this.drawResults();
     this.drawLogs();
@@ -1756,9 +2226,11 @@ class Studio {
       divider.setPointerCapture(event.pointerId);
     });
     divider.addEventListener("pointermove", (event) => {
-      if (divider.hasPointerCapture(event.pointerId)) share = place(100 * event.clientX / innerWidth);
+      if (divider.hasPointerCapture(event.pointerId)) share = place((100 * event.clientX) / innerWidth);
     });
-    divider.addEventListener("dblclick", () => { share = place(42); });
+    divider.addEventListener("dblclick", () => {
+      share = place(42);
+    });
   }
 
   get format() {
@@ -1773,8 +2245,13 @@ class Studio {
   }
 
   banner(text, tone = "", actions = []) {
-    const banner = element("p", { class: `banner ${tone}`, role: tone === "bad" ? "alert" : "status" }, element("span", {}, text), actions,
-      button("×", () => banner.remove(), { class: "plain", "aria-label": "Close this message" }));
+    const banner = element(
+      "p",
+      { class: `banner ${tone}`, role: tone === "bad" ? "alert" : "status" },
+      element("span", {}, text),
+      actions,
+      button("×", () => banner.remove(), { class: "plain", "aria-label": "Close this message" }),
+    );
     // One that only tells something gives way to the next.
     for (const other of [...at("banners").children]) if (!other.classList.contains("bad")) other.remove();
     const all = at("banners").children;
@@ -1814,7 +2291,8 @@ class Studio {
       this.editor.begin(kept.text);
       this.language();
       this.saved = kept.saved ?? "";
-      if (kept.left?.length) this.banner(`Not kept, being large: ${kept.left.join(", ")}. Choose the file again under Log.`);
+      if (kept.left?.length)
+        this.banner(`Not kept, being large: ${kept.left.join(", ")}. Choose the file again under Log.`);
       this.drawLogs();
       return null;
     } catch {
@@ -1825,20 +2303,30 @@ class Studio {
   keep() {
     clearTimeout(this.keeping);
     if (!this.editor.text && !this.about) return;
-    const files = {}, left = [];
+    const files = {},
+      left = [];
     let sum = this.editor.text.length;
     for (const [name, bytes] of this.files) {
       sum += bytes.length;
       if (sum < LIMITS.stored) files[name] = decode(bytes);
       else left.push(name);
     }
-    const kept = { text: this.editor.text, name: this.name, files, left, saved: this.saved.length < 1e5 ? this.saved : "", theme: at("theme").value, auto: at("auto").checked };
+    const kept = {
+      text: this.editor.text,
+      name: this.name,
+      files,
+      left,
+      saved: this.saved.length < 1e5 ? this.saved : "",
+      theme: at("theme").value,
+      auto: at("auto").checked,
+    };
     try {
       if (this.cleared === this.editor.text) return;
       localStorage.setItem(STORED, JSON.stringify(kept));
       this.stored = true;
     } catch {
-      if (this.stored !== false) this.banner("This browser does not keep the study (its storage is full or denied): save it as a file.");
+      if (this.stored !== false)
+        this.banner("This browser does not keep the study (its storage is full or denied): save it as a file.");
       this.stored = false;
     }
   }
@@ -1850,7 +2338,9 @@ class Studio {
       // What cannot be written holds nothing either.
     }
     this.cleared = this.editor.text;
-    this.banner("Nothing of this page is stored in the browser any more. The study stays here until you close it, and is stored again when you change it.");
+    this.banner(
+      "Nothing of this page is stored in the browser any more. The study stays here until you close it, and is stored again when you change it.",
+    );
   }
 
   begin(template, how) {
@@ -1860,7 +2350,9 @@ class Studio {
     this.saved = template.text;
     this.form.draw();
     if (how === "first") {
-      this.banner("This is a study: a plant, a run and some observers for it, as text or as a form. Its results follow what you write. Nothing leaves this page.");
+      this.banner(
+        "This is a study: a plant, a run and some observers for it, as text or as a form. Its results follow what you write. Nothing leaves this page.",
+      );
     }
   }
 
@@ -1913,7 +2405,8 @@ class Studio {
   }
 
   async read(file, most, what) {
-    if (file.size > most) throw new Error(`it has ${size(file.size)}; ${what} may have ${size(most)} here. Nothing was changed.`);
+    if (file.size > most)
+      throw new Error(`it has ${size(file.size)}; ${what} may have ${size(most)} here. Nothing was changed.`);
     return new Uint8Array(await file.arrayBuffer());
   }
 
@@ -1978,7 +2471,10 @@ class Studio {
     const { version } = this;
     const text = this.editor.text;
     if (text.length > LIMITS.study) {
-      this.status(`The study has ${size(text.length)}; here it may have ${size(LIMITS.study)}. It is kept, and can be saved.`, true);
+      this.status(
+        `The study has ${size(text.length)}; here it may have ${size(LIMITS.study)}. It is kept, and can be saved.`,
+        true,
+      );
       return;
     }
     if (this.asking) {
@@ -2031,7 +2527,11 @@ class Studio {
     at("question").replaceChildren(
       element("span", {}, `This run would take ${words}.`),
       button("Run it", () => this.run({ asked: true }), { class: "primary" }),
-      button("Not now", () => { at("question").hidden = true; at("run").focus(); }));
+      button("Not now", () => {
+        at("question").hidden = true;
+        at("run").focus();
+      }),
+    );
     at("question").hidden = false;
     this.status("A long run waits for you.");
   }
@@ -2043,22 +2543,56 @@ class Studio {
       let to = Math.max(place(mistake.to ?? 0), from);
       if (to === from && to < text.length && text[to] !== "\n") to++;
       const says = [mistake.message, mistake.expected, mistake.help].filter((part) => part);
-      return { from, to, severity: mistake.severity === "warning" ? "warning" : "error", message: says.join("\n"), mistake };
+      return {
+        from,
+        to,
+        severity: mistake.severity === "warning" ? "warning" : "error",
+        message: says.join("\n"),
+        mistake,
+      };
     });
     shown.sort((one, other) => one.from - other.from);
     if (text === this.editor.text) this.editor.show(shown);
     const errors = shown.filter(({ severity }) => severity === "error");
     this.errors = errors.length || (message && !found.length ? 1 : 0);
     const line = (offset) => text.slice(0, offset).split("\n").length;
-    const items = shown.map(({ from, to, severity, mistake }) => element("li", {},
-      element("span", { class: severity === "error" ? "badge bad" : "badge open" }, severity), " ",
-      button(`line ${mistake.line ?? line(from)}`, () => { this.toText(); this.editor.go(from, to); }, { class: "plain" }), " ",
-      mistake.message, mistake.expected ? element("span", { class: "help" }, `: ${mistake.expected}`) : null,
-      mistake.help ? element("span", { class: "help" }, `; ${mistake.help}`) : null));
+    const items = shown.map(({ from, to, severity, mistake }) =>
+      element(
+        "li",
+        {},
+        element("span", { class: severity === "error" ? "badge bad" : "badge open" }, severity),
+        " ",
+        button(
+          `line ${mistake.line ?? line(from)}`,
+          () => {
+            this.toText();
+            this.editor.go(from, to);
+          },
+          { class: "plain" },
+        ),
+        " ",
+        mistake.message,
+        mistake.expected ? element("span", { class: "help" }, `: ${mistake.expected}`) : null,
+        mistake.help ? element("span", { class: "help" }, `; ${mistake.help}`) : null,
+      ),
+    );
     const words = this.errors === 1 ? "One mistake" : `${this.errors} mistakes`;
-    const head = this.errors || shown.length ? [element("p", { role: "status" }, this.errors ? `${words}: the study does not run as it is.` : "The study runs, with warnings.")] : [];
+    const head =
+      this.errors || shown.length
+        ? [
+            element(
+              "p",
+              { role: "status" },
+              this.errors ? `${words}: the study does not run as it is.` : "The study runs, with warnings.",
+            ),
+          ]
+        : [];
     const alone = message && !found.length ? [element("p", {}, message)] : [];
-    alone.push(...(this.checked?.warnings ?? []).map((warning) => element("p", {}, element("span", { class: "badge open" }, "warning"), ` ${warning}`)));
+    alone.push(
+      ...(this.checked?.warnings ?? []).map((warning) =>
+        element("p", {}, element("span", { class: "badge open" }, "warning"), ` ${warning}`),
+      ),
+    );
     at("mistakes").replaceChildren(...head, ...alone, ...(items.length ? [element("ul", {}, items)] : []));
   }
 
@@ -2080,7 +2614,10 @@ class Studio {
     const began = performance.now();
     try {
       const answer = await this.runner.ask(request, {
-        ...options, progress: (progress) => { if (this.running === token) this.progress(what, progress, began); },
+        ...options,
+        progress: (progress) => {
+          if (this.running === token) this.progress(what, progress, began);
+        },
       });
       if (this.running !== token) return null;
       return { ...answer, seconds: (performance.now() - began) / 1000 };
@@ -2098,7 +2635,7 @@ class Studio {
     const bar = at("progress");
     bar.classList.toggle("unknown", !known);
     if (known) {
-      const percent = Math.round(100 * done / of);
+      const percent = Math.round((100 * done) / of);
       bar.setAttribute("aria-valuenow", String(percent));
       bar.firstElementChild.style.width = `${percent}%`;
     }
@@ -2126,7 +2663,12 @@ class Studio {
     clearTimeout(this.starting);
     at("question").hidden = true;
     const { version } = this;
-    const answer = await this.work("study", asked ? `Running${this.cost()}` : "Running", this.request("run", { step: "run", figures: false }), { named: this.files });
+    const answer = await this.work(
+      "study",
+      asked ? `Running${this.cost()}` : "Running",
+      this.request("run", { step: "run", figures: false }),
+      { named: this.files },
+    );
     if (!answer) return;
     const { json, files, seconds } = answer;
     if (json.error) {
@@ -2136,7 +2678,9 @@ class Studio {
     this.ranVersion = version;
     this.results = json;
     this.outputs = files;
-    this.status(`${json.stopped ? `Stopped: ${json.stopped}` : "Done"} in ${seconds < 10 ? seconds.toPrecision(2) : Math.round(seconds)} s.`);
+    this.status(
+      `${json.stopped ? `Stopped: ${json.stopped}` : "Done"} in ${seconds < 10 ? seconds.toPrecision(2) : Math.round(seconds)} s.`,
+    );
     this.drawResults();
     this.stale();
   }
@@ -2144,7 +2688,8 @@ class Studio {
   failed({ error, rendered }) {
     this.status(error.message, true);
     if (error.diagnostics?.length) this.mistakes(error.diagnostics, null, this.editor.text);
-    if (!this.results) at("panel-summary").replaceChildren(element("pre", { class: "said" }, rendered || error.message));
+    if (!this.results)
+      at("panel-summary").replaceChildren(element("pre", { class: "said" }, rendered || error.message));
   }
 
   // ---- Results ----
@@ -2169,17 +2714,40 @@ class Studio {
     const rows = [...(results?.simulation?.rows ?? []), ...(results?.log?.rows ?? [])];
     const chips = (results?.observers ?? []).map((observer) => {
       const { name, design, failure } = observer;
-      const word = failure || !design ? "not applicable" : design.verdict === "none" ? "no certificate" : design.verdict;
-      const tone = failure || !design ? "failed" : TONES[design.verdict] ?? "open";
+      const word =
+        failure || !design ? "not applicable" : design.verdict === "none" ? "no certificate" : design.verdict;
+      const tone = failure || !design ? "failed" : (TONES[design.verdict] ?? "open");
       const ended = rows.find((row) => row.observer === name && row.failure)?.failure;
-      const chip = button("", () => this.choice(observer, ended), { class: `chip ${ended ? "failed" : tone}`, "aria-expanded": "false", "aria-controls": "chosen", "data-of": name });
-      chip.append(name, element("span", { class: `badge ${tone}` }, word), ended ? element("span", { class: "badge failed" }, "ended early") : "");
+      const chip = button("", () => this.choice(observer, ended), {
+        class: `chip ${ended ? "failed" : tone}`,
+        "aria-expanded": "false",
+        "aria-controls": "chosen",
+        "data-of": name,
+      });
+      chip.append(
+        name,
+        element("span", { class: `badge ${tone}` }, word),
+        ended ? element("span", { class: "badge failed" }, "ended early") : "",
+      );
       return chip;
     });
     const warnings = this.results?.warnings ?? results?.warnings ?? [];
     if (warnings.length) {
       const text = warnings.length === 1 ? "one warning" : `${warnings.length} warnings`;
-      chips.push(button(text, () => this.explain(WARNINGS, [element("ul", {}, warnings.map((warning) => element("li", {}, String(warning.message ?? warning))))]), { class: "chip open", "aria-expanded": "false", "aria-controls": "chosen", "data-of": WARNINGS }));
+      chips.push(
+        button(
+          text,
+          () =>
+            this.explain(WARNINGS, [
+              element(
+                "ul",
+                {},
+                warnings.map((warning) => element("li", {}, String(warning.message ?? warning))),
+              ),
+            ]),
+          { class: "chip open", "aria-expanded": "false", "aria-controls": "chosen", "data-of": WARNINGS },
+        ),
+      );
     }
     at("chips").replaceChildren(...chips);
     const still = (results?.observers ?? []).find(({ name }) => name === this.chosen);
@@ -2194,13 +2762,30 @@ class Studio {
     if (ended) parts.push(element("p", {}, `Its run ended early: ${ended}`));
     if (failure) {
       parts.push(element("p", {}, failure.hypothesis));
-      const advice = [...(failure.alternatives ?? []).map((text) => `alternative: ${text}`), ...(failure.hints ?? []).map((text) => `hint: ${text}`)];
-      if (advice.length) parts.push(element("ul", {}, advice.map((text) => element("li", {}, text))));
+      const advice = [
+        ...(failure.alternatives ?? []).map((text) => `alternative: ${text}`),
+        ...(failure.hints ?? []).map((text) => `hint: ${text}`),
+      ];
+      if (advice.length)
+        parts.push(
+          element(
+            "ul",
+            {},
+            advice.map((text) => element("li", {}, text)),
+          ),
+        );
       if (failure.line) parts.push(button(`to line ${failure.line}`, () => this.toLine(failure.line)));
     } else if (design) {
       parts.push(element("p", {}, design.statement));
       const open = (design.facts ?? []).filter(({ verdict }) => verdict !== "proved");
-      if (open.length) parts.push(element("ul", {}, open.map(({ statement, words }) => element("li", {}, `${statement}: ${words}`))));
+      if (open.length)
+        parts.push(
+          element(
+            "ul",
+            {},
+            open.map(({ statement, words }) => element("li", {}, `${statement}: ${words}`)),
+          ),
+        );
       parts.push(button("in the report", () => this.toReport(`${name} (${kind})`)));
     }
     this.explain(name, parts, again);
@@ -2211,7 +2796,8 @@ class Studio {
     this.chosen = close ? null : what;
     at("chosen").replaceChildren(...parts);
     at("chosen").hidden = close;
-    for (const chip of at("chips").children) chip.setAttribute("aria-expanded", String(chip.dataset.of === this.chosen));
+    for (const chip of at("chips").children)
+      chip.setAttribute("aria-expanded", String(chip.dataset.of === this.chosen));
   }
 
   toLine(line) {
@@ -2237,10 +2823,16 @@ class Studio {
     if (!this.frames) {
       this.bar = element("span", { class: "small" });
       const tab = button("Open in a tab", () => this.openReport(), { id: "open-report" });
-      const file = button("Save", () => download("report.html", this.output("report.html").bytes, "text/html"), { "aria-label": "Save the report" });
+      const file = button("Save", () => download("report.html", this.output("report.html").bytes, "text/html"), {
+        "aria-label": "Save the report",
+      });
       const print = button("Print", () => this.frame?.contentWindow.print(), { "aria-label": "Print the report" });
       this.reportBar = element("div", { class: "report-bar", hidden: true }, this.bar, tab, file, print);
-      this.frames = element("div", { class: "frames" }, element("p", { class: "empty" }, "The report of the run appears here."));
+      this.frames = element(
+        "div",
+        { class: "frames" },
+        element("p", { class: "empty" }, "The report of the run appears here."),
+      );
       panel.replaceChildren(this.reportBar, this.frames);
     }
     if (!report) return;
@@ -2313,8 +2905,27 @@ class Studio {
   drawSummary() {
     const summary = this.results?.summary;
     const failures = this.results?.failures ?? [];
-    at("panel-summary").replaceChildren(summary ? element("pre", {}, summary) : element("p", { class: "small" }, "The text of the run appears here."),
-      ...(failures.length ? [element("h2", {}, "What is not proved or did not run"), element("ul", {}, failures.map((failure) => element("li", {}, typeof failure === "string" ? failure : `${failure.observer ? `${failure.observer}: ` : ""}${failure.message}`)))] : []));
+    at("panel-summary").replaceChildren(
+      summary ? element("pre", {}, summary) : element("p", { class: "small" }, "The text of the run appears here."),
+      ...(failures.length
+        ? [
+            element("h2", {}, "What is not proved or did not run"),
+            element(
+              "ul",
+              {},
+              failures.map((failure) =>
+                element(
+                  "li",
+                  {},
+                  typeof failure === "string"
+                    ? failure
+                    : `${failure.observer ? `${failure.observer}: ` : ""}${failure.message}`,
+                ),
+              ),
+            ),
+          ]
+        : []),
+    );
   }
 
   drawCertificates() {
@@ -2323,15 +2934,41 @@ class Studio {
     const key = certificates.map(({ name, bytes }) => `${name} ${decode(bytes)}`).join();
     const verified = key === this.certified ? [...(at("verified")?.childNodes ?? [])] : [];
     this.certified = key;
-    const rows = certificates.map((file) => element("tr", {}, element("td", {}, file.name.slice(13)),
-      element("td", { class: "acts" }, button("Verify", () => this.verify([file]), { "aria-label": `Verify ${file.name}` }), " ",
-        button("Save", () => download(file.name, file.bytes, typeOf(file.name)), { "aria-label": `Save ${file.name}` }))));
+    const rows = certificates.map((file) =>
+      element(
+        "tr",
+        {},
+        element("td", {}, file.name.slice(13)),
+        element(
+          "td",
+          { class: "acts" },
+          button("Verify", () => this.verify([file]), { "aria-label": `Verify ${file.name}` }),
+          " ",
+          button("Save", () => download(file.name, file.bytes, typeOf(file.name)), {
+            "aria-label": `Save ${file.name}`,
+          }),
+        ),
+      ),
+    );
     at("panel-certificates").replaceChildren(
-      element("p", {}, "A certificate holds the data of a theorem. It is verified here from that data alone, with all rounding errors enclosed, by the checker that luenberger verify is."),
-      element("div", { class: "line" }, certificates.length ? button("Verify all", () => this.verify(certificates), { id: "verify-all", class: "primary" }) : null,
-        button("Verify a file …", () => this.choose(".json"))),
-      certificates.length ? element("table", { class: "rows" }, element("tbody", {}, rows)) : element("p", { class: "small" }, "The run has no certificates."),
-      element("div", { id: "verified", "aria-live": "polite" }, verified));
+      element(
+        "p",
+        {},
+        "A certificate holds the data of a theorem. It is verified here from that data alone, with all rounding errors enclosed, by the checker that luenberger verify is.",
+      ),
+      element(
+        "div",
+        { class: "line" },
+        certificates.length
+          ? button("Verify all", () => this.verify(certificates), { id: "verify-all", class: "primary" })
+          : null,
+        button("Verify a file …", () => this.choose(".json")),
+      ),
+      certificates.length
+        ? element("table", { class: "rows" }, element("tbody", {}, rows))
+        : element("p", { class: "small" }, "The run has no certificates."),
+      element("div", { id: "verified", "aria-live": "polite" }, verified),
+    );
   }
 
   async verify(files) {
@@ -2350,30 +2987,75 @@ class Studio {
   }
 
   drawFiles() {
-    const rows = this.outputs.map((file) => element("tr", {},
-      element("td", {}, isText(file.name) || /\.(png|svg)$/.test(file.name) ? button(file.name, () => this.view(file), { class: "plain" }) : file.name),
-      element("td", { class: "number" }, size(file.bytes.length)),
-      element("td", { class: "acts" }, button("Save", () => download(file.name, file.bytes, typeOf(file.name)), { "aria-label": `Save ${file.name}` }))));
+    const rows = this.outputs.map((file) =>
+      element(
+        "tr",
+        {},
+        element(
+          "td",
+          {},
+          isText(file.name) || /\.(png|svg)$/.test(file.name)
+            ? button(file.name, () => this.view(file), { class: "plain" })
+            : file.name,
+        ),
+        element("td", { class: "number" }, size(file.bytes.length)),
+        element(
+          "td",
+          { class: "acts" },
+          button("Save", () => download(file.name, file.bytes, typeOf(file.name)), {
+            "aria-label": `Save ${file.name}`,
+          }),
+        ),
+      ),
+    );
     const drawn = this.outputs.some(({ name }) => name.startsWith("figures/"));
     at("panel-files").replaceChildren(
-      element("div", { class: "line" }, button("Everything as zip", () => this.zip(), { disabled: !this.runner }),
-        this.results && !drawn ? button("Draw the figures (SVG, PNG)", () => this.drawFigures()) : null),
-      rows.length ? element("table", { class: "rows" }, element("thead", {}, element("tr", {}, element("th", {}, "file"), element("th", { class: "number" }, "size"), element("th"))), element("tbody", {}, rows))
+      element(
+        "div",
+        { class: "line" },
+        button("Everything as zip", () => this.zip(), { disabled: !this.runner }),
+        this.results && !drawn ? button("Draw the figures (SVG, PNG)", () => this.drawFigures()) : null,
+      ),
+      rows.length
+        ? element(
+            "table",
+            { class: "rows" },
+            element(
+              "thead",
+              {},
+              element("tr", {}, element("th", {}, "file"), element("th", { class: "number" }, "size"), element("th")),
+            ),
+            element("tbody", {}, rows),
+          )
         : element("p", { class: "small" }, "The files of the run appear here."),
-      element("div", { id: "viewed" }));
+      element("div", { id: "viewed" }),
+    );
   }
 
   view(file, place = "viewed") {
     const most = 200000;
     const text = () => {
       const shown = decode(file.bytes.subarray(0, most));
-      return [element("pre", { tabindex: 0 }, shown), file.bytes.length > most ? element("p", { class: "small" }, `The first ${size(most)} of ${size(file.bytes.length)}.`) : null];
+      return [
+        element("pre", { tabindex: 0 }, shown),
+        file.bytes.length > most
+          ? element("p", { class: "small" }, `The first ${size(most)} of ${size(file.bytes.length)}.`)
+          : null,
+      ];
     };
     const image = () => {
       const address = URL.createObjectURL(new Blob([file.bytes], { type: typeOf(file.name) }));
-      return element("img", { src: address, alt: file.name, style: "max-width: 100%", onload: () => URL.revokeObjectURL(address) });
+      return element("img", {
+        src: address,
+        alt: file.name,
+        style: "max-width: 100%",
+        onload: () => URL.revokeObjectURL(address),
+      });
     };
-    at(place).replaceChildren(element("h3", {}, file.name), ...[/\.(png|svg)$/.test(file.name) ? image() : text()].flat().filter(Boolean));
+    at(place).replaceChildren(
+      element("h3", {}, file.name),
+      ...[/\.(png|svg)$/.test(file.name) ? image() : text()].flat().filter(Boolean),
+    );
     at(place).scrollIntoView({ block: "nearest" });
   }
 
@@ -2385,7 +3067,12 @@ class Studio {
   // The run with all its files, figures as well.
   async complete() {
     const { version } = this;
-    const answer = await this.work("study", "Running with figures", this.request("run", { step: "run", figures: true }), { named: this.files });
+    const answer = await this.work(
+      "study",
+      "Running with figures",
+      this.request("run", { step: "run", figures: true }),
+      { named: this.files },
+    );
     if (!answer) return null;
     if (answer.json.error) {
       this.failed(answer.json);
@@ -2419,32 +3106,87 @@ class Studio {
       const { languages } = list.find(({ observer }) => observer === names.value) ?? list[0];
       language.replaceChildren(...languages.map((one) => element("option", { value: one }, LANGUAGES[one] ?? one)));
     };
-    const names = element("select", { id: "export-observer", onchange: fill }, list.map(({ observer }) => element("option", { value: observer }, observer)));
+    const names = element(
+      "select",
+      { id: "export-observer", onchange: fill },
+      list.map(({ observer }) => element("option", { value: observer }, observer)),
+    );
     fill();
-    const period = element("input", { type: "text", id: "export-period", size: 8, placeholder: "as the study", inputmode: "decimal" });
-    const scalar = element("select", { id: "export-scalar" }, [["f64", "binary64"], ["f32", "binary32"], ["q16.16", "q16.16, fixed point"]].map(([value, text]) => element("option", { value }, text)));
+    const period = element("input", {
+      type: "text",
+      id: "export-period",
+      size: 8,
+      placeholder: "as the study",
+      inputmode: "decimal",
+    });
+    const scalar = element(
+      "select",
+      { id: "export-scalar" },
+      [
+        ["f64", "binary64"],
+        ["f32", "binary32"],
+        ["q16.16", "q16.16, fixed point"],
+      ].map(([value, text]) => element("option", { value }, text)),
+    );
     const unproved = element("input", { type: "checkbox", id: "export-unproved" });
     const feedback = element("input", { type: "checkbox", id: "export-feedback" });
     panel.replaceChildren(
-      element("p", {}, "The step of an observer as source code for the target, with a test that repeats its results to the last bit, a README and a certificate."),
-      element("div", { class: "line" }, element("label", {}, "Observer ", names), element("label", {}, "as ", language), element("label", {}, "numbers ", scalar), element("label", {}, "period ", period),
-        element("label", {}, unproved, " also without a certificate"), element("label", {}, feedback, " with the feedback"),
-        button("Export", () => this.export({ observer: names.value, language: language.value, period: period.value.trim(), scalar: scalar.value, unproved: unproved.checked, feedback: feedback.checked }), { id: "export-run", class: "primary" })),
-      element("div", { id: "exported", "aria-live": "polite" }), element("div", { id: "exported-file" }));
+      element(
+        "p",
+        {},
+        "The step of an observer as source code for the target, with a test that repeats its results to the last bit, a README and a certificate.",
+      ),
+      element(
+        "div",
+        { class: "line" },
+        element("label", {}, "Observer ", names),
+        element("label", {}, "as ", language),
+        element("label", {}, "numbers ", scalar),
+        element("label", {}, "period ", period),
+        element("label", {}, unproved, " also without a certificate"),
+        element("label", {}, feedback, " with the feedback"),
+        button(
+          "Export",
+          () =>
+            this.export({
+              observer: names.value,
+              language: language.value,
+              period: period.value.trim(),
+              scalar: scalar.value,
+              unproved: unproved.checked,
+              feedback: feedback.checked,
+            }),
+          { id: "export-run", class: "primary" },
+        ),
+      ),
+      element("div", { id: "exported", "aria-live": "polite" }),
+      element("div", { id: "exported-file" }),
+    );
   }
 
   exporting({ observer, language, period = "", scalar = "f64", unproved = false, feedback = false }) {
-    return this.request("export", { observer, language, scalar, unproved, feedback, period: period ? Number(period) : null });
+    return this.request("export", {
+      observer,
+      language,
+      scalar,
+      unproved,
+      feedback,
+      period: period ? Number(period) : null,
+    });
   }
 
   async export(options) {
     if (options.period && !(Number(options.period) > 0)) {
-      at("exported").replaceChildren(element("p", { class: "small" }, `The period is a positive number, not "${options.period}".`));
+      at("exported").replaceChildren(
+        element("p", { class: "small" }, `The period is a positive number, not "${options.period}".`),
+      );
       return;
     }
     at("exported-file").replaceChildren();
     at("exported").replaceChildren(element("p", { class: "small" }, "Exporting …"));
-    const answer = await this.work("export", `Exporting ${options.observer}`, this.exporting(options), { named: this.files });
+    const answer = await this.work("export", `Exporting ${options.observer}`, this.exporting(options), {
+      named: this.files,
+    });
     if (!answer) {
       at("exported").replaceChildren(element("p", { class: "small" }, "Nothing was exported."));
       return;
@@ -2460,11 +3202,41 @@ class Studio {
     const folder = `${options.observer} ${options.language}`.replace(/[^A-Za-z0-9_-]+/g, "-");
     at("exported").replaceChildren(
       element("pre", { class: "said" }, json.text),
-      element("div", { class: "line" }, button("Save as zip", () => this.packed(`${folder}.zip`, files))),
-      element("table", { class: "rows" }, element("tbody", {}, files.map((file) => element("tr", {},
-        element("td", {}, isText(file.name) ? button(file.name, () => this.view(file, "exported-file"), { class: "plain" }) : file.name),
-        element("td", { class: "number" }, size(file.bytes.length)),
-        element("td", { class: "acts" }, button("Save", () => download(file.name, file.bytes, typeOf(file.name)), { "aria-label": `Save ${file.name}` })))))));
+      element(
+        "div",
+        { class: "line" },
+        button("Save as zip", () => this.packed(`${folder}.zip`, files)),
+      ),
+      element(
+        "table",
+        { class: "rows" },
+        element(
+          "tbody",
+          {},
+          files.map((file) =>
+            element(
+              "tr",
+              {},
+              element(
+                "td",
+                {},
+                isText(file.name)
+                  ? button(file.name, () => this.view(file, "exported-file"), { class: "plain" })
+                  : file.name,
+              ),
+              element("td", { class: "number" }, size(file.bytes.length)),
+              element(
+                "td",
+                { class: "acts" },
+                button("Save", () => download(file.name, file.bytes, typeOf(file.name)), {
+                  "aria-label": `Save ${file.name}`,
+                }),
+              ),
+            ),
+          ),
+        ),
+      ),
+    );
   }
 
   async packed(name, files) {
@@ -2491,7 +3263,12 @@ class Studio {
     const left = new Map();
     for (const { observer, languages } of this.exportable()) {
       for (const language of languages.filter((one) => ["c", "rust", "fmu2"].includes(one))) {
-        const exported = await this.work("export", `Exporting ${observer} as ${LANGUAGES[language] ?? language}`, this.exporting({ observer, language }), { named: this.files });
+        const exported = await this.work(
+          "export",
+          `Exporting ${observer} as ${LANGUAGES[language] ?? language}`,
+          this.exporting({ observer, language }),
+          { named: this.files },
+        );
         if (!exported) return null;
         if (exported.json.error) left.set(observer, exported.json.error.message);
         const folder = `code/${observer.replace(/[^A-Za-z0-9_-]+/g, "-")}/${language}`;
@@ -2499,8 +3276,13 @@ class Studio {
       }
     }
     if (left.size) {
-      files.push({ name: "code/not-exported.txt", bytes: encode([...left.values()].map((why) => `${why}\n`).join("\n")) });
-      this.banner(`The archive has no code of ${[...left.keys()].join(", ")}: code/not-exported.txt says why, and Export has what may help.`);
+      files.push({
+        name: "code/not-exported.txt",
+        bytes: encode([...left.values()].map((why) => `${why}\n`).join("\n")),
+      });
+      this.banner(
+        `The archive has no code of ${[...left.keys()].join(", ")}: code/not-exported.txt says why, and Export has what may help.`,
+      );
     }
     return this.packed(`${this.name.replace(/\.[^.]*$/, "")}.zip`, files);
   }
@@ -2509,18 +3291,58 @@ class Studio {
 
   drawLogs() {
     const panel = at("panel-log");
-    const rows = [...this.files].map(([name, bytes]) => element("tr", {}, element("td", {}, name), element("td", { class: "number" }, size(bytes.length)),
-      element("td", { class: "acts" }, button("Columns", () => this.columns(name), { "aria-label": `Columns of ${name}` }), " ",
-        button("Remove", () => { this.files.delete(name); this.keep(); this.drawLogs(); this.check(); }, { "aria-label": `Remove ${name}` }))));
+    const rows = [...this.files].map(([name, bytes]) =>
+      element(
+        "tr",
+        {},
+        element("td", {}, name),
+        element("td", { class: "number" }, size(bytes.length)),
+        element(
+          "td",
+          { class: "acts" },
+          button("Columns", () => this.columns(name), { "aria-label": `Columns of ${name}` }),
+          " ",
+          button(
+            "Remove",
+            () => {
+              this.files.delete(name);
+              this.keep();
+              this.drawLogs();
+              this.check();
+            },
+            { "aria-label": `Remove ${name}` },
+          ),
+        ),
+      ),
+    );
     panel.replaceChildren(
-      element("p", {}, "Measured data: a CSV file with a line of names, a column of times, the inputs and the measured outputs. It stays in this page."),
-      element("div", { class: "drop" }, "Drop a CSV file anywhere on the page, or ", button("choose one …", () => this.choose(".csv,.txt,.tsv,.dat"), { id: "choose-log" })),
+      element(
+        "p",
+        {},
+        "Measured data: a CSV file with a line of names, a column of times, the inputs and the measured outputs. It stays in this page.",
+      ),
+      element(
+        "div",
+        { class: "drop" },
+        "Drop a CSV file anywhere on the page, or ",
+        button("choose one …", () => this.choose(".csv,.txt,.tsv,.dat"), { id: "choose-log" }),
+      ),
       rows.length ? element("table", { class: "rows" }, element("tbody", {}, rows)) : "",
       element("div", { id: "columns", "aria-live": "polite" }),
       element("h2", {}, "Advise and tune"),
-      element("p", {}, "Advise tries every kind of observer on the study and orders them. Tune fits what the table [tune] names to the log."),
-      element("div", { class: "line" }, button("Advise", () => this.other("advise"), { id: "advise" }), button("Tune", () => this.other("tune"), { id: "tune" })),
-      element("div", { id: "advice", "aria-live": "polite" }));
+      element(
+        "p",
+        {},
+        "Advise tries every kind of observer on the study and orders them. Tune fits what the table [tune] names to the log.",
+      ),
+      element(
+        "div",
+        { class: "line" },
+        button("Advise", () => this.other("advise"), { id: "advise" }),
+        button("Tune", () => this.other("tune"), { id: "tune" }),
+      ),
+      element("div", { id: "advice", "aria-live": "polite" }),
+    );
   }
 
   async addLog(file) {
@@ -2539,7 +3361,10 @@ class Studio {
     let json;
     try {
       await this.ready;
-      ({ json } = await this.checker.ask({ do: "columns", name: this.name, study: this.editor.text, format: this.format }, { files: [{ name, bytes: this.files.get(name) }] }));
+      ({ json } = await this.checker.ask(
+        { do: "columns", name: this.name, study: this.editor.text, format: this.format },
+        { files: [{ name, bytes: this.files.get(name) }] },
+      ));
     } catch (error) {
       json = { error: { message: error?.message ?? "stopped" } };
     }
@@ -2554,33 +3379,51 @@ class Studio {
   chooseColumns(name, { columns, rows, suggestion }) {
     const { toml } = this.editor;
     const plant = (key) => (toml.value(["plant", key]) ?? []).filter((text) => typeof text === "string");
-    const outputs = plant("outputs"), inputs = plant("inputs");
+    const outputs = plant("outputs"),
+      inputs = plant("inputs");
     const names = columns.map((column) => column.name ?? column);
     const guess = new Toml(suggestion ?? "");
     const given = (key) => guess.value(["log", key]) ?? guess.value([key]);
     const like = (wanted) => names.find((column) => column.toLowerCase() === wanted.toLowerCase());
     const select = (label, chosen, id) => {
-      const field = element("select", { id }, element("option", { value: "" }, "–"), names.map((column) => element("option", { value: column }, column)));
+      const field = element(
+        "select",
+        { id },
+        element("option", { value: "" }, "–"),
+        names.map((column) => element("option", { value: column }, column)),
+      );
       field.value = names.includes(chosen) ? chosen : "";
       return element("label", {}, `${label} `, field);
     };
     const time = select("time", given("time") ?? like("t") ?? like("time") ?? names[0], "column-time");
-    const list = (wanted, key) => wanted.map((one, k) => select(one, given(key)?.[k] ?? like(one), `column-${key}-${k}`));
+    const list = (wanted, key) =>
+      wanted.map((one, k) => select(one, given(key)?.[k] ?? like(one), `column-${key}-${k}`));
     const fields = { inputs: list(inputs, "inputs"), outputs: list(outputs, "outputs") };
     const text = () => {
       const value = (label) => label.querySelector("select").value;
       const line = (key) => {
         const chosen = fields[key].map(value);
         const own = { inputs, outputs }[key];
-        return chosen.length && chosen.every(Boolean) && !same(chosen, own) ? `${key} = [${chosen.map(quoted).join(", ")}]\n` : "";
+        return chosen.length && chosen.every(Boolean) && !same(chosen, own)
+          ? `${key} = [${chosen.map(quoted).join(", ")}]\n`
+          : "";
       };
       return `[log]\nfile = ${quoted(name)}\n${value(time) ? `time = ${quoted(value(time))}\n` : ""}${line("inputs")}${line("outputs")}`;
     };
-    at("columns").replaceChildren(element("h3", {}, `${name}: ${rows} rows, ${names.length} columns`),
+    at("columns").replaceChildren(
+      element("h3", {}, `${name}: ${rows} rows, ${names.length} columns`),
       element("p", { class: "small" }, names.join(", ")),
       element("div", { class: "line" }, time, fields.inputs, fields.outputs),
-      element("div", { class: "line" },
-        button("Write [log] into the study", () => this.insertLog(fields.inputs.length || fields.outputs.length ? text() : suggestion ?? text()), { id: "insert-log", class: "primary" })));
+      element(
+        "div",
+        { class: "line" },
+        button(
+          "Write [log] into the study",
+          () => this.insertLog(fields.inputs.length || fields.outputs.length ? text() : (suggestion ?? text())),
+          { id: "insert-log", class: "primary" },
+        ),
+      ),
+    );
   }
 
   // The table in place of the one that is there.
@@ -2592,7 +3435,12 @@ class Studio {
       return;
     }
     const extent = toml.get(["log"])?.header ? form.extent(["log"]) : null;
-    if (extent) this.editor.edit({ from: toml.get(["log"]).header.from, to: extent.to, insert: text.trimEnd() + (extent.to < toml.text.length ? "\n\n" : "\n") });
+    if (extent)
+      this.editor.edit({
+        from: toml.get(["log"]).header.from,
+        to: extent.to,
+        insert: text.trimEnd() + (extent.to < toml.text.length ? "\n\n" : "\n"),
+      });
     else form.append(text);
     this.status("The study has a table [log].");
   }
@@ -2614,11 +3462,25 @@ class Studio {
     this.status(`Done in ${answer.seconds.toPrecision(2)} s.`);
     const report = files.find(({ name }) => name === "report.html");
     const next = { advise: "the study with the advised observers", tune: "the tuned study" }[what];
-    at("advice").replaceChildren(element("div", { class: "line" },
-      json.study ? button(`Use ${next}`, () => { this.show(json.study, this.name); this.banner(`This is ${next}; undo brings back the one before.`); }, { class: "primary", id: "use-advice" }) : null,
-      report ? button("Open the report", () => this.openBytes(report.bytes, "text/html")) : null,
-      files.map((file) => button(`Save ${file.name}`, () => download(file.name, file.bytes, typeOf(file.name))))),
-      element("pre", {}, `${json.text}${json.stopped ? `\n${json.stopped}` : ""}`));
+    at("advice").replaceChildren(
+      element(
+        "div",
+        { class: "line" },
+        json.study
+          ? button(
+              `Use ${next}`,
+              () => {
+                this.show(json.study, this.name);
+                this.banner(`This is ${next}; undo brings back the one before.`);
+              },
+              { class: "primary", id: "use-advice" },
+            )
+          : null,
+        report ? button("Open the report", () => this.openBytes(report.bytes, "text/html")) : null,
+        files.map((file) => button(`Save ${file.name}`, () => download(file.name, file.bytes, typeOf(file.name)))),
+      ),
+      element("pre", {}, `${json.text}${json.stopped ? `\n${json.stopped}` : ""}`),
+    );
   }
 
   // ---- Links ----
@@ -2636,12 +3498,19 @@ class Studio {
     const address = await this.address();
     const without = this.files.size ? ` Its logs (${[...this.files.keys()].join(", ")}) are not in it.` : "";
     const long = address.length > 30000 ? ` It has ${address.length} letters, more than some programs pass on.` : "";
-    const local = location.protocol === "file:" ? " What follows # works behind the address of any copy of this page." : "";
+    const local =
+      location.protocol === "file:" ? " What follows # works behind the address of any copy of this page." : "";
     try {
       await navigator.clipboard.writeText(address);
       this.banner(`The link is copied: the study stands in it, compressed.${without}${long}${local}`);
     } catch {
-      const field = element("input", { type: "text", readonly: true, value: address, "aria-label": "Link with the study", size: 24 });
+      const field = element("input", {
+        type: "text",
+        readonly: true,
+        value: address,
+        "aria-label": "Link with the study",
+        size: 24,
+      });
       this.banner(`Copy this link: the study stands in it, compressed.${without}${long}${local}`, "", [field]);
       field.focus();
       field.select();
@@ -2660,13 +3529,17 @@ class Studio {
     try {
       if (found[1].length > LIMITS.link) throw new Error(`it has more than ${size(LIMITS.link)}`);
       const value = JSON.parse(await fromLetters(found[1], LIMITS.study));
-      if (value?.version !== 1 || typeof value.text !== "string" || typeof value.name !== "string") throw new Error("it holds no study of this page");
+      if (value?.version !== 1 || typeof value.text !== "string" || typeof value.name !== "string")
+        throw new Error("it holds no study of this page");
       const name = /^[^/\\]{1,120}\.(toml|json)$/.test(value.name) ? value.name : "study.toml";
       if (value.text === this.editor.text) return;
       this.show(value.text, name);
       this.banner("The study of the link is shown. Undo brings back the one before.");
     } catch (error) {
-      this.banner(`The link cannot be read: ${error.message || "it is cut or was changed"}. The study is as it was.`, "bad");
+      this.banner(
+        `The link cannot be read: ${error.message || "it is cut or was changed"}. The study is as it was.`,
+        "bad",
+      );
     }
   }
 }

@@ -20,18 +20,21 @@ function unpacked(message) {
   const length = new DataView(message.buffer, message.byteOffset).getUint32(0, true);
   const { files = [], ...json } = JSON.parse(new TextDecoder().decode(message.subarray(4, 4 + length)));
   let at = 4 + length;
-  const split = files.map(({ name, bytes }) => ({ name, bytes: message.slice(at, at += bytes) }));
+  const split = files.map(({ name, bytes }) => ({ name, bytes: message.slice(at, (at += bytes)) }));
   return { json, files: split };
 }
 
 // An instance of the module: `ask` sends it a request and returns its answer.
 class Module {
   constructor(compiled, progress) {
-    const text = (at, length) => new TextDecoder().decode(new Uint8Array(this.exports.memory.buffer, at, length).slice());
+    const text = (at, length) =>
+      new TextDecoder().decode(new Uint8Array(this.exports.memory.buffer, at, length).slice());
     const luenberger = {
       now: () => performance.now(),
       progress: (at, length) => progress(JSON.parse(text(at, length))),
-      panicked: (at, length) => { this.panic = text(at, length); },
+      panicked: (at, length) => {
+        this.panic = text(at, length);
+      },
     };
     this.exports = new WebAssembly.Instance(compiled, { luenberger }).exports;
   }
@@ -49,7 +52,9 @@ class Module {
   }
 }
 
-let compiled = null, module = null, asked = 0;
+let compiled = null,
+  module = null,
+  asked = 0;
 const kept = new Map();
 
 onmessage = ({ data }) => {
@@ -65,10 +70,18 @@ onmessage = ({ data }) => {
     module ??= new Module(compiled, (progress) => postMessage({ id: asked, progress }));
     const named = (data.names ?? []).filter((name) => kept.has(name)).map((name) => ({ name, bytes: kept.get(name) }));
     const { json, files } = module.ask(data.json, [...named, ...(data.files ?? [])]);
-    postMessage({ id: data.id, json, files }, files.map(({ bytes }) => bytes.buffer));
+    postMessage(
+      { id: data.id, json, files },
+      files.map(({ bytes }) => bytes.buffer),
+    );
   } catch (error) {
     const memory = module ? module.exports.memory.buffer.byteLength : 0;
-    postMessage({ id: data.id, failure: module?.panic ?? String(error.message ?? error), panicked: Boolean(module?.panic), memory });
+    postMessage({
+      id: data.id,
+      failure: module?.panic ?? String(error.message ?? error),
+      panicked: Boolean(module?.panic),
+      memory,
+    });
     // What is left of the instance is in no known state.
     module = null;
   }

@@ -99,14 +99,46 @@ export interface Columns {
 }
 
 export class Studio {
-  ask(json: Record<string, unknown>, files?: Inputs, progress?: ((progress: Progress) => void) | null): Record<string, unknown> & { files: Files };
+  ask(
+    json: Record<string, unknown>,
+    files?: Inputs,
+    progress?: ((progress: Progress) => void) | null,
+  ): Record<string, unknown> & { files: Files };
   about(): About;
   check(study: Study, files?: Inputs): Check;
-  run(study: Study, files?: Inputs, options?: { step?: string; figures?: boolean; limit_seconds?: number | null; progress?: ((progress: Progress) => void) | null }): Run;
-  export(study: Study, files?: Inputs, options?: { observer?: string | null; language?: Language; period?: number | null; scalar?: string; feedback?: boolean; unproved?: boolean }): Exported;
+  run(
+    study: Study,
+    files?: Inputs,
+    options?: {
+      step?: string;
+      figures?: boolean;
+      limit_seconds?: number | null;
+      progress?: ((progress: Progress) => void) | null;
+    },
+  ): Run;
+  export(
+    study: Study,
+    files?: Inputs,
+    options?: {
+      observer?: string | null;
+      language?: Language;
+      period?: number | null;
+      scalar?: string;
+      feedback?: boolean;
+      unproved?: boolean;
+    },
+  ): Exported;
   verify(certificate: Uint8Array | string, name?: string): Verified;
-  advise(study: Study, files?: Inputs, options?: { limit_seconds?: number | null; progress?: ((progress: Progress) => void) | null }): Proposed;
-  tune(study: Study, files?: Inputs, options?: { limit_seconds?: number | null; progress?: ((progress: Progress) => void) | null }): Proposed;
+  advise(
+    study: Study,
+    files?: Inputs,
+    options?: { limit_seconds?: number | null; progress?: ((progress: Progress) => void) | null },
+  ): Proposed;
+  tune(
+    study: Study,
+    files?: Inputs,
+    options?: { limit_seconds?: number | null; progress?: ((progress: Progress) => void) | null },
+  ): Proposed;
   columns(name: string, csv: Uint8Array | string, study?: Study | null): Columns;
   zip(files: Inputs): Uint8Array;
 }

@@ -29,13 +29,14 @@ function unpacked(message) {
   const length = new DataView(message.buffer, message.byteOffset).getUint32(0, true);
   const { files = [], ...json } = JSON.parse(new TextDecoder().decode(message.subarray(4, 4 + length)));
   let at = 4 + length;
-  const split = files.map(({ name, bytes }) => ({ name, bytes: message.slice(at, at += bytes) }));
+  const split = files.map(({ name, bytes }) => ({ name, bytes: message.slice(at, (at += bytes)) }));
   return { json, files: split };
 }
 
 const bytesOf = (content) => (typeof content === "string" ? new TextEncoder().encode(content) : content);
 const listed = (files) => Object.entries(files).map(([name, content]) => ({ name, bytes: bytesOf(content) }));
-const described = (study) => (typeof study === "string" ? { study } : { study: study.text, name: study.name, format: study.format });
+const described = (study) =>
+  typeof study === "string" ? { study } : { study: study.text, name: study.name, format: study.format };
 
 /**
  * Compiles the module (its bytes, gunzipped, or a `WebAssembly.Module`) and gives what asks it.
@@ -57,11 +58,14 @@ export class Studio {
   }
 
   #instance() {
-    const text = (at, length) => new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, at, length).slice());
+    const text = (at, length) =>
+      new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, at, length).slice());
     const luenberger = {
       now: () => performance.now(),
       progress: (at, length) => this.#progress?.(JSON.parse(text(at, length))),
-      panicked: (at, length) => { this.#panic = text(at, length); },
+      panicked: (at, length) => {
+        this.#panic = text(at, length);
+      },
     };
     this.#panic = null;
     this.#exports = new WebAssembly.Instance(this.#compiled, { luenberger }).exports;
@@ -108,8 +112,15 @@ export class Studio {
   }
 
   /** The step of an observer as C ("c"), Rust ("rust") or an FMU ("fmu2", "fmu3"). */
-  export(study, files = {}, { observer = null, language = "c", period = null, scalar = "f64", feedback = false, unproved = false } = {}) {
-    return this.ask({ do: "export", observer, language, period, scalar, feedback, unproved, ...described(study) }, files);
+  export(
+    study,
+    files = {},
+    { observer = null, language = "c", period = null, scalar = "f64", feedback = false, unproved = false } = {},
+  ) {
+    return this.ask(
+      { do: "export", observer, language, period, scalar, feedback, unproved, ...described(study) },
+      files,
+    );
   }
 
   /** Whether a certificate holds, verified from its data alone. */
