@@ -3,7 +3,7 @@
 //! The page imports nothing but three functions, calls [`allocate`], writes a request there, and passes it to [`call`].
 #![allow(unsafe_code)]
 
-use std::alloc::{Layout, alloc, dealloc};
+use std::alloc::{Layout, alloc, dealloc, handle_alloc_error};
 use std::sync::Once;
 
 use crate::Host;
@@ -34,14 +34,17 @@ impl Host for Page {
     }
 }
 
-/// A buffer of `length` bytes for the page to write a request to; [`call`] frees it. Null if there is no memory for it.
+/// A buffer of `length` bytes for the page to write a request to; [`call`] frees it. The module ends if there is no memory
+/// for it.
 #[unsafe(no_mangle)]
 pub extern "C" fn allocate(length: usize) -> *mut u8 {
-    match Layout::from_size_align(length.max(1), ALIGNMENT) {
-        // SAFETY: the size is not zero.
-        Ok(layout) => unsafe { alloc(layout) },
-        Err(_) => std::ptr::null_mut(),
+    let layout = Layout::from_size_align(length.max(1), ALIGNMENT).unwrap_or(Layout::new::<u64>());
+    // SAFETY: the size is not zero.
+    let buffer = unsafe { alloc(layout) };
+    if buffer.is_null() || layout.size() < length {
+        handle_alloc_error(layout);
     }
+    buffer
 }
 
 /// The address of the answer to the request in a buffer, which is freed: the length of the answer as four bytes, the least
@@ -65,9 +68,6 @@ pub unsafe extern "C" fn call(request: *mut u8, length: usize) -> *mut u8 {
     // SAFETY: as above; the layout is that of `allocate`.
     unsafe { free(request, length) };
     let buffer = allocate(HEAD + answer.len());
-    if buffer.is_null() {
-        return buffer;
-    }
     // SAFETY: the buffer has room for the length and the answer.
     unsafe {
         buffer.copy_from_nonoverlapping((answer.len() as u32).to_le_bytes().as_ptr(), HEAD);
@@ -82,9 +82,6 @@ pub unsafe extern "C" fn call(request: *mut u8, length: usize) -> *mut u8 {
 /// `answer` is what [`call`] gave, not freed before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn release(answer: *mut u8) {
-    if answer.is_null() {
-        return;
-    }
     let mut length = [0; HEAD];
     // SAFETY: the answer begins with its length, with which it was allocated.
     unsafe {
