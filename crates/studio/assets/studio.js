@@ -20,6 +20,27 @@ function element(tag, attributes = {}, ...children) {
 
 const button = (text, click, attributes = {}) => element("button", { type: "button", onclick: click, ...attributes }, text);
 
+// A list whose choice does something: chosen with the mouse at once, with the keys by Enter, since arrow keys choose on their
+// way.
+function picker(select, act) {
+  let keys = false;
+  const pick = () => {
+    const { value } = select;
+    select.value = "";
+    if (value) act(value);
+  };
+  select.title ||= "Enter applies the choice";
+  select.addEventListener("pointerdown", () => { keys = false; });
+  select.addEventListener("keydown", (event) => {
+    keys = event.key !== "Enter";
+    if (keys || !select.value) return;
+    event.preventDefault();
+    pick();
+  });
+  select.addEventListener("change", () => { if (!keys) pick(); });
+  return select;
+}
+
 // Tabs of which the arrow keys choose one.
 function tabs(list, chosen) {
   const all = [...list.querySelectorAll("[role=tab]")];
@@ -1417,14 +1438,8 @@ class Form {
       && (path.length || !["object", "array"].includes(schema.type)));
     if (free) return this.addNamed(path);
     if (!keys.length) return null;
-    const select = element("select", {
-      id: this.identity(path, "add"), "aria-label": `Add a key to ${what}`,
-      onchange: ({ target }) => {
-        const key = keys.find(({ name }) => name === target.value);
-        if (key) this.insertKey(path, key.name, this.fresh(path, key));
-      },
-    }, element("option", { value: "" }, "add a key …"), keys.map(({ name, schema, required }) => element("option", { value: name, title: schema.description }, required ? `${name} (required)` : name)));
-    return element("div", { class: "line" }, select);
+    const select = element("select", { id: this.identity(path, "add"), "aria-label": `Add a key to ${what}` }, element("option", { value: "" }, "add a key …"), keys.map(({ name, schema, required }) => element("option", { value: name, title: schema.description }, required ? `${name} (required)` : name)));
+    return element("div", { class: "line" }, picker(select, (chosen) => this.insertKey(path, chosen, this.fresh(path, keys.find(({ name }) => name === chosen)))));
   }
 
   // A table whose keys are names, such as `parameters`.
@@ -1462,20 +1477,16 @@ class Form {
   adding() {
     const { toml } = this;
     const kinds = this.schema().choices(["observer", 0, "kind"], null);
-    const observer = element("select", {
-      id: "add-observer", "aria-label": "Add an observer",
-      onchange: ({ target }) => target.value && this.addObserver(target.value),
-    }, element("option", { value: "" }, "add an observer …"), kinds.map(({ value, description }) => element("option", { value, title: description }, value)));
+    const observer = element("select", { id: "add-observer", "aria-label": "Add an observer" }, element("option", { value: "" }, "add an observer …"), kinds.map(({ value, description }) => element("option", { value, title: description }, value)));
     const there = new Set(toml.root.members.map(({ key }) => key));
     const tables = this.schema().keys([], toml).filter(({ name, schema }) => schema.type === "object" && !there.has(name));
-    const table = element("select", {
-      id: "add-table", "aria-label": "Add a table",
-      onchange: ({ target }) => {
-        const { schema } = tables.find(({ name }) => name === target.value);
-        const needed = (schema.required ?? []).map((key) => `${key} = ${this.fresh([target.value], { name: key, schema: schema.properties[key] })}\n`);
-        this.append(`[${target.value}]\n${needed.join("")}`);
-      },
-    }, element("option", { value: "" }, "add a table …"), tables.map(({ name, schema }) => element("option", { value: name, title: schema.description }, name)));
+    const table = element("select", { id: "add-table", "aria-label": "Add a table" }, element("option", { value: "" }, "add a table …"), tables.map(({ name, schema }) => element("option", { value: name, title: schema.description }, name)));
+    picker(observer, (kind) => this.addObserver(kind));
+    picker(table, (chosen) => {
+      const { schema } = tables.find(({ name }) => name === chosen);
+      const needed = (schema.required ?? []).map((key) => `${key} = ${this.fresh([chosen], { name: key, schema: schema.properties[key] })}\n`);
+      this.append(`[${chosen}]\n${needed.join("")}`);
+    });
     return element("div", { class: "line" }, observer, tables.length ? table : null);
   }
 
@@ -1526,7 +1537,7 @@ class Engine {
   }
 
   // The answer to a request. `named` are the files that the worker keeps from request to request.
-  ask(json, { files = [], named = null, progress = null } = {}) {
+  async ask(json, { files = [], named = null, progress = null } = {}) {
     if (!this.worker) this.start();
     const forget = named ? [...this.sent.keys()].filter((name) => !named.has(name)) : [];
     for (const name of forget) this.sent.delete(name);
@@ -1535,7 +1546,12 @@ class Engine {
     for (const { name, bytes } of keep) this.sent.set(name, bytes);
     const id = ++this.count;
     const answer = new Promise((done, fail) => this.pending.set(id, { done, fail, progress }));
-    this.worker.postMessage({ id, json, files, keep, forget, names: [...named.keys()] });
+    try {
+      this.worker.postMessage({ id, json, files, keep, forget, names: [...named.keys()] });
+    } catch (error) {
+      this.pending.delete(id);
+      throw new Error(`The page has not enough memory for this: ${error.message}`);
+    }
     return answer;
   }
 
@@ -1583,6 +1599,8 @@ const STORED = "luenberger-studio";
 const LIMITS = { study: 2e6, log: 64e6, stored: 1.5e6, link: 2e6, certificate: 16e6 };
 // A run that takes longer is asked for, in seconds.
 const LONG = 20;
+// The chip that is about no observer: no name has a line break.
+const WARNINGS = "\n";
 const TONES = { proved: "good", refuted: "bad" };
 const LANGUAGES = { c: "C", rust: "Rust", fmu2: "FMU (FMI 2.0)", fmu3: "FMU (FMI 3.0)" };
 
@@ -1604,6 +1622,7 @@ class Studio {
     } catch (error) {
       this.status(error.message, true);
       this.banner(`${error.message} The study can be edited and saved here, not run.`, "bad");
+      await this.followLink();
       return;
     }
     if (first) this.begin(this.about.templates[0], first);
@@ -1648,8 +1667,8 @@ class Studio {
         else (this.fields ??= new Form(at("panel-form"), this.editor, () => this.schema)).draw();
       },
     };
-    panels(document.querySelector("#study .tabs"), () => this.form.draw());
-    this.showTab = panels(document.querySelector("#results .tabs"));
+    panels(document.querySelector("#study [role=tablist]"), () => this.form.draw());
+    this.showTab = panels(document.querySelector("#results [role=tablist]"));
     this.showSide = tabs(document.querySelector(".sides"), (tab) => { document.body.dataset.side = tab.id.slice(5); });
     const on = (id, act) => at(id).addEventListener("click", act);
     on("open", () => this.choose());
@@ -1662,11 +1681,7 @@ class Studio {
     on("undo", () => Editor.undo(this.editor.view));
     on("redo", () => Editor.redo(this.editor.view));
     at("auto").addEventListener("change", () => { this.keep(); if (at("auto").checked) this.check(); });
-    at("template").addEventListener("change", ({ target }) => {
-      const template = this.about.templates.find(({ name }) => name === target.value);
-      target.value = "";
-      if (template) this.template(template);
-    });
+    picker(at("template"), (chosen) => this.template(this.about.templates.find(({ name }) => name === chosen)));
     at("theme").addEventListener("change", () => { this.theme(at("theme").value); this.keep(); });
     at("file").addEventListener("change", async ({ target }) => {
       const files = [...target.files];
@@ -1733,6 +1748,8 @@ class Studio {
   banner(text, tone = "", actions = []) {
     const banner = element("p", { class: `banner ${tone}`, role: tone === "bad" ? "alert" : "status" }, element("span", {}, text), actions,
       button("×", () => banner.remove(), { class: "plain", "aria-label": "Close this message" }));
+    // One that only tells something gives way to the next.
+    for (const other of [...at("banners").children]) if (!other.classList.contains("bad")) other.remove();
     const all = at("banners").children;
     if (all.length > 2) all[0].remove();
     at("banners").append(banner);
@@ -1997,7 +2014,7 @@ class Studio {
       const from = place(mistake.from ?? 0);
       let to = Math.max(place(mistake.to ?? 0), from);
       if (to === from && to < text.length && text[to] !== "\n") to++;
-      const says = [mistake.message, mistake.expected && `expected ${mistake.expected}`, mistake.help].filter((part) => part);
+      const says = [mistake.message, mistake.expected, mistake.help].filter((part) => part);
       return { from, to, severity: mistake.severity === "warning" ? "warning" : "error", message: says.join("\n"), mistake };
     });
     shown.sort((one, other) => one.from - other.from);
@@ -2008,8 +2025,8 @@ class Studio {
     const items = shown.map(({ from, to, severity, mistake }) => element("li", {},
       element("span", { class: severity === "error" ? "badge bad" : "badge open" }, severity), " ",
       button(`line ${mistake.line ?? line(from)}`, () => { this.toText(); this.editor.go(from, to); }, { class: "plain" }), " ",
-      mistake.message, mistake.expected ? element("span", { class: "help" }, ` Expected ${mistake.expected}.`) : null,
-      mistake.help ? element("span", { class: "help" }, ` ${mistake.help}`) : null));
+      mistake.message, mistake.expected ? element("span", { class: "help" }, `: ${mistake.expected}`) : null,
+      mistake.help ? element("span", { class: "help" }, `; ${mistake.help}`) : null));
     const words = this.errors === 1 ? "One mistake" : `${this.errors} mistakes`;
     const head = this.errors || shown.length ? [element("p", { role: "status" }, this.errors ? `${words}: the study does not run as it is.` : "The study runs, with warnings.")] : [];
     const alone = message && !found.length ? [element("p", {}, message)] : [];
@@ -2099,7 +2116,7 @@ class Studio {
   failed({ error, rendered }) {
     this.status(error.message, true);
     if (error.diagnostics?.length) this.mistakes(error.diagnostics, null, this.editor.text);
-    if (!this.results) at("panel-summary").replaceChildren(element("pre", {}, rendered || error.message));
+    if (!this.results) at("panel-summary").replaceChildren(element("pre", { class: "said" }, rendered || error.message));
   }
 
   // ---- Results ----
@@ -2127,19 +2144,20 @@ class Studio {
       const word = failure || !design ? "not applicable" : design.verdict === "none" ? "no certificate" : design.verdict;
       const tone = failure || !design ? "failed" : TONES[design.verdict] ?? "open";
       const ended = rows.find((row) => row.observer === name && row.failure)?.failure;
-      const chip = button("", () => this.choice(observer, ended), { class: `chip ${ended ? "failed" : tone}`, "aria-expanded": String(this.chosen === name), "aria-controls": "chosen" });
+      const chip = button("", () => this.choice(observer, ended), { class: `chip ${ended ? "failed" : tone}`, "aria-expanded": "false", "aria-controls": "chosen", "data-of": name });
       chip.append(name, element("span", { class: `badge ${tone}` }, word), ended ? element("span", { class: "badge failed" }, "ended early") : "");
       return chip;
     });
     const warnings = this.results?.warnings ?? results?.warnings ?? [];
     if (warnings.length) {
       const text = warnings.length === 1 ? "one warning" : `${warnings.length} warnings`;
-      chips.push(button(text, () => this.explain("warnings", [element("ul", {}, warnings.map((warning) => element("li", {}, String(warning.message ?? warning))))]), { class: "chip open", "aria-controls": "chosen", "aria-expanded": String(this.chosen === "warnings") }));
+      chips.push(button(text, () => this.explain(WARNINGS, [element("ul", {}, warnings.map((warning) => element("li", {}, String(warning.message ?? warning))))]), { class: "chip open", "aria-expanded": "false", "aria-controls": "chosen", "data-of": WARNINGS }));
     }
     at("chips").replaceChildren(...chips);
     const still = (results?.observers ?? []).find(({ name }) => name === this.chosen);
-    if (this.chosen && still) this.choice(still, rows.find((row) => row.observer === still.name && row.failure)?.failure, true);
-    else at("chosen").hidden = true;
+    this.chosen = still?.name ?? null;
+    at("chosen").hidden = !still;
+    if (still) this.choice(still, rows.find((row) => row.observer === still.name && row.failure)?.failure, true);
   }
 
   // What is said of an observer; once more closes it.
@@ -2165,7 +2183,7 @@ class Studio {
     this.chosen = close ? null : what;
     at("chosen").replaceChildren(...parts);
     at("chosen").hidden = close;
-    for (const chip of at("chips").children) chip.setAttribute("aria-expanded", String(!close && chip.textContent.startsWith(what === "warnings" ? chip.textContent : what) && (what !== "warnings" || /warning/.test(chip.textContent))));
+    for (const chip of at("chips").children) chip.setAttribute("aria-expanded", String(chip.dataset.of === this.chosen));
   }
 
   toLine(line) {
@@ -2299,7 +2317,7 @@ class Studio {
       } catch (error) {
         said = error?.message ?? "stopped";
       }
-      at("verified").append(element("pre", {}, said));
+      at("verified").append(element("pre", { class: "said" }, said));
     }
   }
 
@@ -2406,14 +2424,14 @@ class Studio {
     const { json, files } = answer;
     if (json.error) {
       this.status("Not exported: the reason is under Export.");
-      at("exported").replaceChildren(element("pre", {}, json.rendered || json.error.message));
+      at("exported").replaceChildren(element("pre", { class: "said" }, json.rendered || json.error.message));
       return;
     }
     this.status(`Exported in ${answer.seconds.toPrecision(2)} s.`);
     this.exported = files;
     const folder = `${options.observer} ${options.language}`.replace(/[^A-Za-z0-9_-]+/g, "-");
     at("exported").replaceChildren(
-      element("pre", {}, json.text),
+      element("pre", { class: "said" }, json.text),
       element("div", { class: "line" }, button("Save as zip", () => this.packed(`${folder}.zip`, files))),
       element("table", { class: "rows" }, element("tbody", {}, files.map((file) => element("tr", {},
         element("td", {}, isText(file.name) ? button(file.name, () => this.view(file, "exported-file"), { class: "plain" }) : file.name),
@@ -2494,7 +2512,7 @@ class Studio {
       json = { error: { message: error?.message ?? "stopped" } };
     }
     if (json.error) {
-      at("columns").replaceChildren(element("pre", {}, json.rendered || json.error.message));
+      at("columns").replaceChildren(element("pre", { class: "said" }, json.rendered || json.error.message));
       return;
     }
     this.chooseColumns(name, json);
@@ -2558,7 +2576,7 @@ class Studio {
     const { json, files } = answer;
     if (json.error) {
       this.status("Not done.");
-      at("advice").replaceChildren(element("pre", {}, json.rendered || json.error.message));
+      at("advice").replaceChildren(element("pre", { class: "said" }, json.rendered || json.error.message));
       return;
     }
     this.status(`Done in ${answer.seconds.toPrecision(2)} s.`);
