@@ -8,18 +8,15 @@ use std::process::{Command, Stdio};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 
-use crate::step::{
-    Failure, build, build_command, built, cargo, is_installed, luenberger, program, reproduction, root, target,
-};
+use crate::step::{Failure, build, build_command, built, is_installed, luenberger, reproduction, root, target};
+use crate::wasm;
 
 // The file needs no other, and the crate would be a long build.
 #[path = "../../crates/figures/src/base85.rs"]
 #[allow(dead_code, unreachable_pub, reason = "it is the module of another crate")]
 mod base85;
 
-const TARGET: &str = "wasm32-unknown-unknown";
 const ASSET: &str = "crates/live/assets/luenberger-live.wasm.gz.base64";
 const README: &str = "crates/live/assets/README.md";
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
@@ -89,16 +86,16 @@ const LARGEST: usize = 1_540_000;
 
 /// Builds the module. With `check` the committed one stays, and both have to give the results of this machine.
 pub(crate) fn run(check: bool) -> Result<(), Failure> {
-    let Some(module) = module()? else {
-        eprintln!("── NOT RUN: the module of reports (rustup target add {TARGET})");
+    let Some(module) = wasm::module("luenberger-live", "live", &["--no-default-features"], &[])? else {
+        eprintln!("── NOT RUN: the module of reports (rustup target add {})", wasm::TARGET);
         return Ok(());
     };
-    let packed = pack(&module)?;
+    let packed = wasm::pack(&module)?;
     let at = root().join(ASSET);
     let committed = fs::read_to_string(&at).unwrap_or_default();
     if !check && packed != committed {
         fs::write(&at, &packed).map_err(|source| Failure::io(&at, source))?;
-        digest(&module)?;
+        wasm::digest(README, &module)?;
         eprintln!("── {ASSET}: {} bytes, {} packed", module.len(), packed.len());
     }
     let Some(browser) = browser("the module in a browser") else { return Ok(()) };
@@ -122,60 +119,6 @@ pub(crate) fn browser(what: &str) -> Option<&'static str> {
         eprintln!("── NOT RUN: {what} (one of {} is needed)", BROWSERS.join(", "));
     }
     found
-}
-
-/// The module; none without the target.
-fn module() -> Result<Option<Vec<u8>>, Failure> {
-    let library = program("rustc").arguments(&["--print", "target-libdir", "--target", TARGET]);
-    let library = library.quiet_output("rustc")?;
-    if !Path::new(library.trim()).is_dir() {
-        return Ok(None);
-    }
-    // Panics name the files of the source: without the folders of this machine.
-    let mut flags = vec![format!("--remap-path-prefix={}=luenberger", root().display())];
-    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
-    let home = home.or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cargo")));
-    for registry in home.iter().filter_map(|home| fs::read_dir(home.join("registry/src")).ok()).flatten().flatten() {
-        flags.push(format!("--remap-path-prefix={}=crates", registry.path().display()));
-    }
-    let arguments = [
-        "rustc",
-        "--package",
-        "luenberger-live",
-        "--lib",
-        "--no-default-features",
-        "--crate-type",
-        "cdylib",
-        "--profile",
-        "live",
-        "--target",
-        TARGET,
-    ];
-    cargo(&arguments).variable("CARGO_ENCODED_RUSTFLAGS", &flags.join("\u{1f}")).step("module")?;
-    let file = target().join(TARGET).join("live/luenberger_live.wasm");
-    fs::read(&file).map(Some).map_err(|source| Failure::io(file, source))
-}
-
-/// gzip in base64, in lines of 120 letters.
-fn pack(module: &[u8]) -> Result<String, Failure> {
-    let mut packed = Vec::new();
-    let packing = zopfli::compress(zopfli::Options::default(), zopfli::Format::Gzip, module, &mut packed);
-    packing.map_err(|source| Failure::io(ASSET, source))?;
-    let letters = STANDARD.encode(packed);
-    let lines: Vec<&str> =
-        (0..letters.len()).step_by(120).map(|at| &letters[at..letters.len().min(at + 120)]).collect();
-    Ok(lines.join("\n") + "\n")
-}
-
-/// Writes the digest into the page beside the module.
-fn digest(module: &[u8]) -> Result<(), Failure> {
-    let at = root().join(README);
-    let text = fs::read_to_string(&at).map_err(|source| Failure::io(&at, source))?;
-    let new = format!("{:x}", Sha256::digest(module));
-    let is_digest = |word: &&str| word.len() == 64 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let old = text.split(|c: char| !c.is_ascii_alphanumeric()).find(is_digest).unwrap_or_default();
-    let text = if old.is_empty() { text } else { text.replace(old, &new) };
-    fs::write(&at, text).map_err(|source| Failure::io(at, source))
 }
 
 /// The report of a template.

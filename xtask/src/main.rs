@@ -3,7 +3,7 @@
 //! `cargo xtask bench observers`, `cargo xtask bench step`, `cargo xtask bench sweep`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask stress words`, `cargo xtask mutate`,
 //! `cargo xtask firmware`, `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask kernel`,
-//! `cargo xtask live`, `cargo xtask screenshots`, `cargo xtask python`, `cargo xtask times`.
+//! `cargo xtask live`, `cargo xtask studio`, `cargo xtask screenshots`, `cargo xtask python`, `cargo xtask times`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -20,8 +20,10 @@ mod python;
 mod screenshots;
 mod step;
 mod stress;
+mod studio;
 mod test;
 mod times;
+mod wasm;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -132,6 +134,18 @@ enum Command {
         #[arg(long)]
         check: bool,
     },
+    /// Build the WebAssembly module of the studio, and compare its files with those of the command, in node; use the page
+    /// in a browser
+    ///
+    /// Says what it leaves out for lack of a tool (the target of rustc, node, chromium).
+    Studio {
+        /// Leave the committed module as it is
+        #[arg(long)]
+        check: bool,
+        /// Only these templates; may be repeated
+        #[arg(long)]
+        only: Vec<String>,
+    },
     /// Write the pictures of README into docs/images from the program's own reports
     ///
     /// Says what it leaves out if no browser (chromium) is installed.
@@ -184,6 +198,7 @@ impl Command {
             Self::Cluster => Some("cluster"),
             Self::Kernel => Some("kernel"),
             Self::Live { .. } => Some("live"),
+            Self::Studio { .. } => Some("studio"),
             Self::Python => Some("python"),
             _ => None,
         }
@@ -248,6 +263,7 @@ fn main() -> ExitCode {
         Command::Deploy => deploy::run(),
         Command::Kernel => kernel::run(),
         Command::Live { check } => live::run(check),
+        Command::Studio { check, only } => studio::run(check, &only),
         Command::Screenshots => screenshots::run(),
         Command::Firmware { document } => firmware::run(document),
         Command::Python => python::run(),

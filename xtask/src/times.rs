@@ -10,8 +10,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 /// The commands of the table, in the order in which they are run after a fresh clone.
-const COMMANDS: [&str; 10] =
-    ["reproduce", "test", "lint", "test --all", "firmware", "deploy", "cluster", "kernel", "live", "python"];
+const COMMANDS: [&str; 11] =
+    ["reproduce", "test", "lint", "test --all", "firmware", "deploy", "cluster", "kernel", "live", "studio", "python"];
 
 /// Steps below this many seconds share a row.
 const SHORT: f64 = 5.0;

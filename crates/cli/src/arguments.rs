@@ -277,6 +277,12 @@ pub(crate) enum Command {
     /// verified, 1 otherwise.
     #[command(after_help = examples::SDP)]
     Sdp(SdpInput),
+    /// Write the studio: all of this in one page, which opens in a browser without an installation
+    ///
+    /// One HTML file that loads nothing and sends nothing: studies as text and as a form, run while they are written, with
+    /// reports, verified certificates and exported code. Output {"page", "bytes"}.
+    #[command(after_help = examples::STUDIO)]
+    Studio(StudioInput),
     /// Print a script with which a shell completes the arguments
     ///
     /// Output {"shell", "script"}. Bash reads it from ~/.local/share/bash-completion/completions/luenberger, zsh from a
@@ -854,6 +860,19 @@ pub(crate) struct ImportInput {
     /// Overwrite an existing file
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct StudioInput {
+    /// The page to write
+    #[arg(short, long, value_name = "PAGE", default_value = "studio.html")]
+    pub(crate) output: PathBuf,
+    /// Overwrite an existing file
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Open it in the program that shows pages
+    #[arg(long)]
+    pub(crate) open: bool,
 }
 
 /// Prints clap's message: help and version with exit code 0, a usage error with 2.

@@ -213,6 +213,10 @@ pub(crate) const VERIFY: &str = r"Example:
   results/certificates/linear.json: Proved
   [..]";
 
+pub(crate) const STUDIO: &str = r"Example:
+  $ luenberger studio -o studio.html
+  studio.html: the studio, one page of [..]";
+
 pub(crate) const SDP: &str = r"Example:
   $ printf '1\n1\n2\n1.0\n0 1 1 2 -1.0\n1 1 1 1 1.0\n1 1 2 2 1.0\n' > one.dat-s
   $ luenberger sdp one.dat-s

@@ -18,6 +18,7 @@ mod output;
 mod progress;
 mod sdp;
 mod shell;
+mod studio;
 mod study;
 mod verify;
 
@@ -76,6 +77,7 @@ fn run(command: Command) -> Result<Answer, Failure> {
         Command::Import(import) => import::import(&import),
         Command::Verify(input) => verify::verify(&input),
         Command::Sdp(sdp) => sdp::sdp(&sdp.file, sdp.solver.into()),
+        Command::Studio(input) => studio::studio(&input),
         Command::Completions(input) => Ok(shell::completions(input.shell)),
         Command::Man(input) => shell::manual(&input.output),
     }

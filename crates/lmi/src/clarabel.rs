@@ -14,11 +14,11 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
-use std::time::Instant;
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 // Defines the BLAS and LAPACK symbols that Clarabel links.
+use luenberger_clock::Instant;
 use luenberger_lapack as _;
 use nalgebra::DMatrix;
 

@@ -3,8 +3,8 @@
 //! Find x such that every symmetric `F_k(x) = F_k0 + x_1 F_k1 + ... + x_N F_kN` is positive definite with the largest
 //! margin, or minimise a linear objective under these inequalities.
 
+use luenberger_clock::Instant;
 use luenberger_wording::setters;
-use std::time::Instant;
 
 use crate::expression::Expression;
 use crate::inequality::Inequality;

@@ -4,8 +4,8 @@
 //! for each solver.
 
 use std::fmt;
-use std::time::Instant;
 
+use luenberger_clock::Instant;
 use thiserror::Error;
 
 use crate::conic::ConicProgram;

@@ -195,7 +195,7 @@ impl StudyFile {
         let study = Arc::clone(&self.study);
         let executed = interruptible(py, progress.as_ref(), move |context| {
             let options = RunOptions {
-                output,
+                output: output.map(Into::into),
                 force,
                 limits,
                 threads,
@@ -223,6 +223,7 @@ impl StudyFile {
         let study = Arc::clone(&self.study);
         let tuned = interruptible(py, progress.as_ref(), move |context| {
             let (progress, cancel) = (context.progress, context.cancel);
+            let output = output.map(Into::into);
             let run = RunOptions { output, force, threads, progress, cancel, ..RunOptions::default() };
             tune(&study, &TuneOptions { run, write })
         })?;

@@ -14,8 +14,8 @@
 use std::fmt;
 use std::hint::black_box;
 use std::sync::Arc;
-use std::time::Instant;
 
+use luenberger_clock::Instant;
 use luenberger_observers::{Observer, SampledObserver};
 use luenberger_plants::Dimensions;
 

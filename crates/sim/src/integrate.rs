@@ -11,9 +11,9 @@
 //! A large initial error of a cubic observer looks stiff (its rate grows with the square of the error) and mostly is
 //! not: the rate falls as 1/t, and an explicit method follows it with steps that grow in proportion to t.
 
+use luenberger_clock::Instant;
 use luenberger_wording::setters;
 use std::cell::RefCell;
-use std::time::Instant;
 
 use crate::dense::{Dense, NODE, NODES};
 use crate::dop853::Dop853;

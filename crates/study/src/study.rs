@@ -1,9 +1,10 @@
 //! A study as typed data.
 
+mod data;
 mod kind;
 mod observers;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use luenberger_design::OperatingPoint;
@@ -17,6 +18,7 @@ use crate::model::PlantModel;
 use crate::signal::Input;
 use crate::table::{LogColumns, Suspicion};
 
+pub use data::DataFiles;
 pub(crate) use kind::{NUMBER, unknowns};
 pub use kind::{ObserverKind, PlantClass, Setting, Specification, Time};
 pub use observers::{ActingBounds, GainLimits, GainSpec, LinearSpec, ObserverSpec, RateSpec, faster_poles};
@@ -56,8 +58,8 @@ pub struct Study {
     pub plot: Plot,
     /// The sweep.
     pub sweep: Option<Sweep>,
-    /// The folder that file names in the study are relative to.
-    pub folder: PathBuf,
+    /// Where the files are that it names.
+    pub data: DataFiles,
     /// The files of data that it reads.
     pub files: Vec<FileDigest>,
     /// The format of its text.

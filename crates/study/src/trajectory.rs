@@ -2,8 +2,7 @@
 //!
 //! With feedback, the observer in the loop is part of every run, so that all see the same plant trajectory.
 
-use std::time::Instant;
-
+use luenberger_clock::Instant;
 use luenberger_sim::{Change, Disturbances, Scenario, Settings, SimError, Trajectory, row_times};
 
 use crate::designed::Designed;

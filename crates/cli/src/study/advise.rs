@@ -19,7 +19,7 @@ pub(crate) fn advise(input: &AdviseInput) -> Result<Answer, Failure> {
     let folder = input.folder.output.as_deref().map(|output| folder_of(Some(output), &input.study));
     let options = AdviseOptions {
         run: RunOptions {
-            output: folder.clone(),
+            output: folder.clone().map(Into::into),
             force: input.folder.force,
             progress: &|progress| bar.tell(progress.stage, progress.item, progress.done, progress.total),
             cancel: interrupt::flag(),

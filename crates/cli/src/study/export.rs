@@ -10,7 +10,6 @@ use luenberger_export::names;
 use luenberger_study::deployment::{self, ExportOptions, ExportedObserver};
 use luenberger_study::write_folder;
 use serde::Serialize;
-use std::fmt::Write;
 use std::path::PathBuf;
 
 #[derive(Serialize)]
@@ -29,21 +28,11 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let exported = deployment::export(&study, input.observer.as_deref(), &options)?;
     notes(&exported.notes);
     let folder = folder(input, &exported.observer);
-    let moved = write_folder(&folder, input.force, "export", &study, &exported.files)?;
+    let moved = write_folder(folder.as_path(), input.force, "export", &study, &exported.files)?;
     renamed(&folder, &moved);
 
-    let mut text = format!("{} in {}:\n", exported.observer, folder.display());
-    let files: Vec<&str> = exported.files.iter().map(|(name, _)| name.as_str()).collect();
-    for name in &files {
-        _ = writeln!(text, "  {name}");
-    }
-    for path in &exported.binaries {
-        _ = writeln!(text, "  with {path}");
-    }
-    for sentence in std::iter::once(&exported.cost).chain(&exported.statement) {
-        text.extend([sentence.as_str(), "\n"]);
-    }
     let folder = folder.display().to_string();
+    let (text, files) = (exported.in_words(&folder), exported.files.iter().map(|(name, _)| name.as_str()).collect());
     Ok(Answer::new(text, &Written { observer: &exported.observer, folder, files, exported: &exported })?)
 }
 

@@ -77,8 +77,9 @@ pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
 pub(super) fn execute(step: Step, input: &StudyInput, sweep: SweepOptions) -> Result<Answer, Failure> {
     let study = read(&input.study)?;
     let bar = Bar::new();
+    let folder = folder(step, input);
     let options = RunOptions {
-        output: folder(step, input),
+        output: folder.clone().map(Into::into),
         force: input.force,
         limits: limits(&input.limit),
         sweep,
@@ -91,11 +92,11 @@ pub(super) fn execute(step: Step, input: &StudyInput, sweep: SweepOptions) -> Re
     let executed = execute_in_part(&study, step, &options);
     bar.finish();
     let (results, stopped) = executed?;
-    if let Some(folder) = &options.output {
+    if let Some(folder) = &folder {
         renamed(folder, &results.renamed);
     }
     notes(&results.notes);
-    text_report::answer(step, &results, options.output.as_deref(), input.markdown, stopped)
+    text_report::answer(step, &results, folder.as_deref(), input.markdown, stopped)
 }
 
 /// Results folder: the one given, or by default that of the study if the results of the step are files.

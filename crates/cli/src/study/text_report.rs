@@ -19,7 +19,7 @@ pub(super) fn answer(
     let failures = results.failures();
     // Gains and proofs are printed by `design`, `certify` and `run` only.
     let designs = matches!(step, Step::Design | Step::Certify | Step::Run);
-    let text = if markdown { results.markdown(designs) } else { text(designs, results, &failures, folder) };
+    let text = if markdown { results.markdown(designs) } else { text(designs, results, folder) };
     let answer = Answer::new(text, results)?.negative(!failures.is_empty());
     match stopped {
         None => Ok(answer),
@@ -27,18 +27,9 @@ pub(super) fn answer(
     }
 }
 
-fn text(designs: bool, results: &Results, failures: &[String], folder: Option<&Path>) -> String {
+fn text(designs: bool, results: &Results, folder: Option<&Path>) -> String {
     let coloured = output::is_coloured(&std::io::stdout());
-    let mut text = if coloured { results.coloured_text(designs) } else { results.text(designs) };
-    for warning in &results.warnings {
-        text.extend(["\nwarning: ", warning]);
-    }
-    for failure in failures {
-        text.extend(["\nfailed: ", failure]);
-    }
-    if !results.warnings.is_empty() || !failures.is_empty() {
-        text.push('\n');
-    }
+    let mut text = results.summary(designs, coloured);
     if let Some(folder) = folder {
         _ = writeln!(text, "\n{} in {}", counted(results.files.len() + 2, "file"), folder.display());
         if results.files.iter().any(|file| file == "report.html") {

@@ -17,7 +17,7 @@ pub(crate) fn tune(input: &TuneInput) -> Result<Answer, Failure> {
     let folder = input.folder.output.as_deref().map(|output| folder_of(Some(output), &input.study));
     let options = TuneOptions {
         run: RunOptions {
-            output: folder.clone(),
+            output: folder.clone().map(Into::into),
             force: input.folder.force,
             progress: &|progress| bar.tell(progress.stage, progress.item, progress.done, progress.total),
             cancel: interrupt::flag(),
@@ -32,7 +32,7 @@ pub(crate) fn tune(input: &TuneInput) -> Result<Answer, Failure> {
     if let Some(folder) = &folder {
         renamed(folder, &report.renamed);
     }
-    let path = study.folder.join(&report.file);
+    let path = study.data.path(&report.file);
     let text = if input.folder.markdown {
         report.markdown()
     } else {

@@ -24,8 +24,7 @@ pub(crate) mod cost;
 mod flow;
 mod search;
 
-use std::time::Instant;
-
+use luenberger_clock::Instant;
 use luenberger_linalg::{RealMatrixView, spectral_abscissa};
 use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;

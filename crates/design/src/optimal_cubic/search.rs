@@ -6,8 +6,7 @@
 //! `S + S' >= 0` and P of `F'P + PF = -Q`, hence globally convergent, and each such observer with S + S' > 0 and theta
 //! > 0 is a point. Scales of Q and theta have no effect beside that of S: one entry of each is 1.
 
-use std::time::Instant;
-
+use luenberger_clock::Instant;
 use luenberger_linalg::{LyapunovEquation, symmetric_part};
 use nalgebra::DMatrix;
 

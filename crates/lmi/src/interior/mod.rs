@@ -27,9 +27,8 @@ pub(crate) mod schur;
 mod state;
 mod structured;
 
-use std::time::Instant;
-
 use faer::Mat;
+use luenberger_clock::Instant;
 use nalgebra::DMatrix;
 
 use crate::conic::{ConicProgram, Ending};

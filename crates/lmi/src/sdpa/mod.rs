@@ -22,8 +22,9 @@ mod pose;
 mod reader;
 mod report;
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use luenberger_clock::Instant;
 use luenberger_proof::semidefinite::{Block, DualBlock, Program};
 use luenberger_wording::setters;
 

@@ -1,8 +1,8 @@
 //! An observer of the comparison: its tuning, its design, its runs, and their scores.
 
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
+use luenberger_clock::Instant;
 use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
 use luenberger_proof::wording::counted;
 use nalgebra::{DMatrix, Dyn};

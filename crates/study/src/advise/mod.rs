@@ -29,8 +29,9 @@ pub use report::{Advice, NotApplicable, RankedObserver};
 
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use luenberger_clock::Instant;
 use luenberger_design::UnseenModes;
 use luenberger_linalg::observability;
 use luenberger_proof::wording::{complex, counted, shortest};
@@ -112,10 +113,10 @@ pub fn advise(study: &Study, options: &AdviseOptions<'_>) -> Result<(Advice, Opt
     let run =
         RunOptions { output: None, limits: Limits::NONE, sweep: options.run.sweep.clone(), until: end, ..options.run };
     let mut advice = within(&run, |run| compare(study, ground, options, run))?;
-    if let Some(root) = &options.run.output {
+    if let Some(output) = &options.run.output {
         let mut files = std::mem::take(&mut advice.1);
         files.push(("advice.json".to_owned(), (serde_json::to_string_pretty(&advice.0)? + "\n").into_bytes()));
-        advice.0.renamed = write_folder(root, options.run.force, "advise", study, &files)?;
+        advice.0.renamed = write_folder(output.clone(), options.run.force, "advise", study, &files)?;
     }
     let interrupted = options.run.cancel.load(Ordering::Relaxed).then_some(StudyError::Interrupted);
     Ok((advice.0, interrupted))
@@ -548,8 +549,8 @@ fn files(study: &Study, advice: &Advice, ordered: &[&Candidate], accuracy: Crite
         let is_inside =
             std::path::Path::new(&file.name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
         if is_inside {
-            let path = study.folder.join(&file.name);
-            let bytes = std::fs::read(&path).map_err(|error| StudyError::io(&path, error))?;
+            let read = study.data.read(&file.name);
+            let bytes = read.map_err(|error| StudyError::io(&study.data.path(&file.name), error))?;
             files.push((file.name.clone(), bytes));
         }
     }

@@ -21,8 +21,8 @@ pub use exported::exported;
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
+use luenberger_clock::Instant;
 use luenberger_proof::statement::Formats;
 
 use crate::design::{self, attempt};

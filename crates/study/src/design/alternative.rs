@@ -1,8 +1,9 @@
 //! The alternatives of a refusal that have a design, on this plant.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use luenberger_clock::Instant;
 use luenberger_design::{OperatingPoint, operating_point};
 use nalgebra::DVector;
 

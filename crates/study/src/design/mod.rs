@@ -3,7 +3,8 @@
 mod alternative;
 
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+
+use luenberger_clock::Instant;
 
 pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 

@@ -4,8 +4,9 @@
 //! that says more, each observer whose design is quick is run over a part of the simulation or of the log.
 
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use luenberger_clock::Instant;
 use luenberger_sim::replay::Recording;
 use luenberger_sim::{SampleInterpolation, Samples, SimError};
 use nalgebra::DMatrix;

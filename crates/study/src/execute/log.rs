@@ -3,8 +3,8 @@
 
 use std::borrow::Cow;
 use std::sync::Arc;
-use std::time::Instant;
 
+use luenberger_clock::Instant;
 use luenberger_proof::wording::significant;
 use luenberger_sim::replay::{FilterConsistency, Replay, ReplayedObserver};
 use luenberger_sim::{BetweenRows, Estimates, Recording, Samples, Settings, SimError};

@@ -19,6 +19,7 @@ mod simulate;
 mod stationary;
 mod stopped;
 pub(crate) mod sweep;
+mod threads;
 mod time_limit;
 mod trial;
 mod warn;
@@ -28,6 +29,7 @@ pub use crate::error::log::LogError;
 pub use crate::error::sweep::{Fault, SweepError};
 pub use crate::limits::{Excess, Limits, about, bytes, duration};
 pub use estimate::{Estimate, MemoryEstimate, estimate};
+pub use folder::{MemoryFolder, Output};
 pub(crate) use log::{replay_of, settings as replay_settings, with_variances};
 pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
 pub(crate) use prediction::LEAST_HELD_OUT;
@@ -55,7 +57,7 @@ use rows::Run;
 
 /// Executes one step of a study, with what it needs of the steps before it, or all steps ([`Step::Run`]).
 ///
-/// With [`RunOptions::output`] results are written to a folder, in place of those of an earlier run; an interruption
+/// With [`RunOptions::output`] results are written to a folder, on the disk or in memory, in place of those of an earlier run; an interruption
 /// leaves what is finished, another error leaves the folder as it was. The same study gives identical bytes.
 ///
 /// ```
@@ -133,13 +135,7 @@ pub(crate) fn within<T: Send>(
     options: &RunOptions<'_>,
     work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError> + Send,
 ) -> Result<T, StudyError> {
-    time_limit::timed(options, |options| match options.threads {
-        None => work(options),
-        Some(threads) => {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.map_err(|_| StudyError::Threads(threads))?.install(|| work(options))
-        }
-    })
+    time_limit::timed(options, |options| threads::on(options.threads, || work(options)))
 }
 
 /// The observers that have a design.
@@ -156,13 +152,13 @@ fn members<'a>(study: &'a Study, designs: &'a [Option<Outcome>]) -> Vec<Member<'
 /// [`StudyError`] for a folder with other files unless `force`, one that another run has locked, and for what cannot be
 /// written.
 pub fn write_folder(
-    root: &std::path::Path,
+    output: impl Into<Output>,
     force: bool,
     command: &str,
     study: &Study,
     files: &[(String, Vec<u8>)],
 ) -> Result<Vec<(String, String)>, StudyError> {
-    let folder = Folder::open(Some(root.to_owned()), force)?;
+    let folder = Folder::open(Some(output.into()), force)?;
     for (name, bytes) in files {
         folder.write(name, bytes)?;
     }
@@ -178,7 +174,7 @@ pub fn simulate_designed(
     study: &Study,
     observer: &ObserverSpec,
     designed: &Designed,
-    until: Option<std::time::Instant>,
+    until: Option<luenberger_clock::Instant>,
 ) -> Result<ObserverRun, StudyError> {
     let missing = || StudyError::Missing { step: "simulate", needs: "a [simulation]" };
     let simulation = study.simulation.as_ref().ok_or_else(missing)?;
@@ -195,7 +191,7 @@ pub fn replay_designed(
     study: &Study,
     observer: &ObserverSpec,
     designed: &Designed,
-    until: Option<std::time::Instant>,
+    until: Option<luenberger_clock::Instant>,
 ) -> Result<ObserverRun, StudyError> {
     let log = study.log.as_ref().ok_or(StudyError::Missing { step: "simulate", needs: "a [log]" })?;
     Ok(log::replay_one(study, log, &Member { requested: observer, designed }, until)?.named(&observer.name, true))
@@ -371,7 +367,7 @@ fn stages(
         save(folder, results)?;
     }
     if folder.is_wanted() {
-        for (count, (id, figure)) in figures.iter().enumerate() {
+        for (count, (id, figure)) in figures.iter().enumerate().filter(|_| options.figures) {
             options.check()?;
             folder.figure(id, figure)?;
             options.tell("figures", id, count + 1, figures.len());

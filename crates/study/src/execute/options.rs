@@ -1,10 +1,11 @@
 //! Options of an execution: output folder, progress callback, interruption.
 
+use luenberger_clock::Instant;
 use luenberger_wording::setters;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
+use super::folder::Output;
+use super::threads;
 use crate::error::StudyError;
 use crate::limits::Limits;
 
@@ -90,10 +91,12 @@ pub enum RunsAsCsv {
 
 /// How a study is executed.
 pub struct RunOptions<'a> {
-    /// The results folder, created if missing; without it nothing is written. Files of an earlier run are replaced.
-    pub output: Option<PathBuf>,
+    /// The results folder; without it nothing is written.
+    pub output: Option<Output>,
     /// Whether to write into a results folder that has files and no manifest. Its files are kept.
     pub force: bool,
+    /// Whether figures are written as SVG and PNG, too (default true). The report has its own in any case.
+    pub figures: bool,
     /// Bounds on time and memory.
     pub limits: Limits,
     /// How a sweep is computed.
@@ -116,6 +119,7 @@ impl Default for RunOptions<'_> {
         Self {
             output: None,
             force: false,
+            figures: true,
             limits: Limits::default(),
             sweep: SweepOptions::default(),
             until: None,
@@ -128,7 +132,7 @@ impl Default for RunOptions<'_> {
 
 impl<'a> RunOptions<'a> {
     setters! {
-        output: PathBuf, force: bool, limits: Limits, sweep: SweepOptions, until: Instant,
+        output: Output, force: bool, figures: bool, limits: Limits, sweep: SweepOptions, until: Instant,
         progress: &'a (dyn Fn(Progress<'_>) + Sync), cancel: &'a AtomicBool, threads: usize,
     }
 }
@@ -136,7 +140,7 @@ impl<'a> RunOptions<'a> {
 impl RunOptions<'_> {
     /// The number of threads of the execution.
     pub fn thread_count(&self) -> usize {
-        self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+        self.threads.unwrap_or_else(threads::available)
     }
 
     /// Returns an error once the user has interrupted, or the time is over.

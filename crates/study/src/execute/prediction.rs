@@ -8,8 +8,7 @@
 //! Observers are judged on the same rows: those at which each of them predicts what was measured, and the gate of none
 //! rejects a part of it. A filter that rejects much would be judged on what it predicts well, and is no candidate.
 
-use std::time::Instant;
-
+use luenberger_clock::Instant;
 use luenberger_plants::Plant;
 use luenberger_proof::wording::{counted, shortest};
 use luenberger_sim::replay::ReplayedObserver;

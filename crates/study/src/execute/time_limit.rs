@@ -1,24 +1,16 @@
 //! The time limit of an execution.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::Thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use luenberger_clock::Instant;
 
 use super::options::{Progress, RunOptions};
+use super::threads;
 use crate::error::StudyError;
 
 /// How often the time is compared with its limit.
 const POLL: Duration = Duration::from_millis(20);
-
-/// Ends the thread that watches the time when it is dropped, by a panic of the work too.
-struct Ending<'a>(&'a AtomicBool, &'a Thread);
-
-impl Drop for Ending<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-        self.1.unpark();
-    }
-}
 
 /// The work with the time limit of its options.
 pub(super) fn timed<T>(
@@ -29,27 +21,17 @@ pub(super) fn timed<T>(
     let limited = Duration::try_from_secs_f64(limit).ok().and_then(|limit| start.checked_add(limit));
     let Some(end) = limited.into_iter().chain(options.until).min() else { return work(options) };
     let limit = if limited == Some(end) { limit } else { end.saturating_duration_since(start).as_secs_f64() };
-    let (stop, done) = (AtomicBool::new(false), AtomicBool::new(false));
-    let pass_on = || {
-        if options.cancel.load(Ordering::Relaxed) {
+    let stop = AtomicBool::new(false);
+    let look = || {
+        if options.cancel.load(Ordering::Relaxed) || Instant::now() >= end {
             stop.store(true, Ordering::Relaxed);
         }
     };
     let progress = |progress: Progress<'_>| {
         (options.progress)(progress);
-        pass_on();
+        look();
     };
-    std::thread::scope(|scope| {
-        let watch = scope.spawn(|| {
-            while !done.load(Ordering::Relaxed) {
-                pass_on();
-                if Instant::now() >= end {
-                    stop.store(true, Ordering::Relaxed);
-                }
-                std::thread::park_timeout(POLL);
-            }
-        });
-        let ending = Ending(&done, watch.thread());
+    threads::beside(POLL, &look, || {
         let inner = RunOptions {
             output: options.output.clone(),
             sweep: options.sweep.clone(),
@@ -58,9 +40,7 @@ pub(super) fn timed<T>(
             until: Some(end),
             ..*options
         };
-        let result = work(&inner);
-        drop(ending);
-        match result {
+        match work(&inner) {
             Err(StudyError::Interrupted) if !options.cancel.load(Ordering::Relaxed) => {
                 Err(StudyError::TimeLimit { limit })
             }

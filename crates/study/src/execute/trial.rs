@@ -1,7 +1,6 @@
 //! Single runs of designed observers with their scores, for comparisons that are no step of a study.
 
-use std::time::Instant;
-
+use luenberger_clock::Instant;
 use luenberger_sim::{SimError, Trajectory};
 
 use super::excursion;

@@ -14,6 +14,7 @@ mod json;
 mod observer;
 mod operating_point;
 mod other_plant;
+mod outline;
 mod own;
 mod plant;
 mod sensor;
@@ -28,7 +29,7 @@ mod varied;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use luenberger_lmi::Solver;
@@ -37,13 +38,14 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::error::StudyError;
 use crate::model::PlantModel;
 use crate::schema::STUDY;
-use crate::study::{OtherPlant, Study};
+use crate::study::{DataFiles, OtherPlant, Study};
 
 use crate::reader::tree::{Node, Value};
 use crate::reader::{Reader, Reported, check};
 pub use crate::study::Format;
 pub(crate) use observer::file_name;
 use other_plant::Whose;
+pub use outline::{OutlineStep, Outlined, outline};
 pub(crate) use tuned::{Edit, Editable};
 pub(crate) use varied::varied;
 
@@ -77,21 +79,37 @@ impl Study {
     /// # Errors
     /// [`StudyError::File`] with every mistake.
     pub fn from_text(name: &str, text: &str, format: Format, folder: &Path) -> Result<Self, StudyError> {
-        study(name, text, format, folder, BTreeMap::new())
+        study(name, text, format, &DataFiles::folder(folder))
+    }
+
+    /// As [`from_text`](Self::from_text), with the files that the study names in memory, by names relative to the
+    /// study.
+    ///
+    /// ```
+    /// use luenberger_study::{Format, Study, template};
+    /// let template = template::template("measured-log")?;
+    /// let files = template.files.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec()));
+    /// let study = Study::with_files("study.toml", template.text, Format::Toml, files.collect())?;
+    /// assert_eq!(study.files[0].name, "measured-log.csv");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`StudyError::File`] with every mistake.
+    pub fn with_files(
+        name: &str,
+        text: &str,
+        format: Format,
+        files: BTreeMap<String, Vec<u8>>,
+    ) -> Result<Self, StudyError> {
+        study(name, text, format, &DataFiles::Memory(Arc::new(files)))
     }
 }
 
 /// The name of a study that is not a file.
 pub(crate) const STANDARD_INPUT: &str = "standard input";
 
-/// The study in a text. `copies` has the paths of files that are not in the folder under the names that the study has.
-pub(crate) fn study(
-    name: &str,
-    text: &str,
-    format: Format,
-    folder: &Path,
-    copies: BTreeMap<String, PathBuf>,
-) -> Result<Study, StudyError> {
+/// The study in a text.
+pub(crate) fn study(name: &str, text: &str, format: Format, data: &DataFiles) -> Result<Study, StudyError> {
     let source = Arc::new(Source::new(name, text));
     let (root, mut mistakes) = match format {
         Format::Toml => toml::tree(text),
@@ -100,7 +118,7 @@ pub(crate) fn study(
     // After a syntax error the rest of the tree is unreliable.
     if mistakes.is_empty() {
         check::table(&root, &STUDY, &mut mistakes);
-        let mut reader = Reader::new(folder, copies);
+        let mut reader = Reader::new(data);
         let study = assemble(&root, &source, &mut reader);
         // A key that is missing where another is unknown is most likely misspelt.
         let starts = starts(&root);
@@ -141,7 +159,7 @@ pub(crate) fn without_log(study: &Study, text: &str) -> Result<Study, StudyError
         if let Value::Table(entries) = &mut root.value {
             entries.retain(|entry| !["log", "tune", "sweep"].contains(&entry.key.as_str()));
         }
-        let mut reader = Reader::new(&study.folder, BTreeMap::new());
+        let mut reader = Reader::new(&study.data);
         found = assemble(&root, &source, &mut reader);
         mistakes.extend(reader.mistakes.into_iter().chain(reader.absences));
     }
@@ -218,7 +236,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         frequency: sound(root, "frequency", frequency).ok()?,
         plot: plot?,
         sweep: sound(root, "sweep", sweep).ok()?,
-        folder: reader.folder.clone(),
+        data: reader.data.clone(),
         files: reader.files.clone(),
         format: Format::Toml,
         source: Arc::clone(source),

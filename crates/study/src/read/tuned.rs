@@ -1,7 +1,7 @@
 //! A study with other values of what is tuned: read anew from its tree, so that everything that depends on a number
 //! follows, and where the numbers are in its text.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use nalgebra::DMatrix;
@@ -261,7 +261,7 @@ impl<'a> Editable<'a> {
                 None => entries.push(Entry { key: edit.key.clone(), span: 0..0, node: edit.value.node() }),
             }
         }
-        let mut reader = Reader::new(&self.study.folder, BTreeMap::new());
+        let mut reader = Reader::new(&self.study.data);
         let study = assemble(&tree, &self.study.source, &mut reader);
         let mistake = reader.mistakes.into_iter().chain(reader.absences).next();
         match (study, mistake) {

@@ -28,7 +28,7 @@ pub(crate) fn varied(
     let read = |node: &Node| {
         let mut mistakes = Vec::new();
         check::table(node, &OBSERVER, &mut mistakes);
-        let mut reader = Reader { dt: study.plant.dt, ..Reader::new(&study.folder, std::collections::BTreeMap::new()) };
+        let mut reader = Reader { dt: study.plant.dt, ..Reader::new(&study.data) };
         // What the text has is of the plant without the parameters that are estimated.
         let start = &requested.initial[..study.order()];
         let base = match study.estimated.as_slice() {

@@ -8,9 +8,7 @@ pub(crate) mod maps;
 pub(crate) mod region;
 pub(crate) mod tree;
 
-use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 
 use luenberger_expression::{Expression, ExpressionError, Scope, nearest};
 use luenberger_plants::Dimensions;
@@ -20,7 +18,7 @@ use nalgebra::DMatrix;
 use crate::diagnostic::Diagnostic;
 use crate::digest::{self, FileDigest};
 use crate::model::PlantModel;
-use crate::study::OtherPlant;
+use crate::study::{DataFiles, OtherPlant};
 use tree::Node;
 
 /// An `[[observer]]` that is read.
@@ -63,8 +61,7 @@ pub struct Reader {
     pub(crate) mistakes: Vec<Diagnostic>,
     /// Mistakes about missing keys.
     pub(crate) absences: Vec<Diagnostic>,
-    pub(crate) folder: PathBuf,
-    pub(crate) copies: BTreeMap<String, PathBuf>,
+    pub(crate) data: DataFiles,
     /// The files that were read.
     pub(crate) files: Vec<FileDigest>,
     /// The period of a plant in discrete time.
@@ -74,19 +71,19 @@ pub struct Reader {
 }
 
 impl Reader {
-    pub(crate) fn new(folder: &Path, copies: BTreeMap<String, PathBuf>) -> Self {
+    pub(crate) fn new(data: &DataFiles) -> Self {
         let (mistakes, absences) = (Vec::new(), Vec::new());
-        Self { mistakes, absences, folder: folder.to_owned(), copies, files: Vec::new(), dt: None, fits_time: true }
+        Self { mistakes, absences, data: data.clone(), files: Vec::new(), dt: None, fits_time: true }
     }
 
     /// A reader of a part of the same study.
     pub(crate) fn inner(&self) -> Self {
-        Self { dt: self.dt, ..Self::new(&self.folder, self.copies.clone()) }
+        Self { dt: self.dt, ..Self::new(&self.data) }
     }
 
     /// The content of a file that the study names.
     pub(crate) fn file(&mut self, name: &str) -> std::io::Result<Vec<u8>> {
-        let bytes = std::fs::read(self.copies.get(name).map_or_else(|| self.folder.join(name), PathBuf::clone))?;
+        let bytes = self.data.read(name)?;
         let read = FileDigest { name: name.to_owned(), sha256: digest::sha256(&bytes) };
         if !self.files.contains(&read) {
             self.files.push(read);

@@ -502,20 +502,40 @@ impl Results {
     /// Observers without a design, conditions that are not verified, and runs that ended early, one sentence each.
     /// Empty if the exit code is 0.
     pub fn failures(&self) -> Vec<String> {
-        let mut failures = Vec::new();
-        for observer in &self.observers {
-            if let Some(failure) = &observer.failure {
-                failures.push(format!("{}: {}", observer.name, failure.hypothesis));
-            }
+        self.failures_of_observers().map(|(observer, why)| format!("{observer}: {why}")).collect()
+    }
+
+    /// The same, each with the name of its observer apart.
+    pub fn failures_of_observers(&self) -> impl Iterator<Item = (&str, String)> {
+        let designs = self.observers.iter().flat_map(|observer| {
+            let failure = observer.failure.iter().map(|failure| failure.hypothesis.clone());
             let facts = observer.design.iter().flat_map(|design| &design.facts);
             let open = facts.filter(|fact| !fact.verdict.is_proved());
-            failures.extend(open.map(|fact| format!("{}: {}: {}", observer.name, fact.statement, fact.words)));
-        }
+            let open = open.map(|fact| format!("{}: {}", fact.statement, fact.words));
+            failure.chain(open).map(|why| (observer.name.as_str(), why))
+        });
         let rows = self.simulation.iter().flat_map(|simulation| &simulation.rows);
-        failures.extend(rows.filter_map(|row| Some(format!("{}: {}", row.observer, row.failure.as_ref()?))));
+        let runs = rows.filter_map(|row| Some((row.observer.as_str(), row.failure.as_ref()?.to_string())));
         let rows = self.log.iter().flat_map(|log| &log.rows);
-        failures.extend(rows.filter_map(|row| Some(format!("{}: {}", row.observer, row.failure.as_ref()?))));
-        failures
+        let on_log = rows.filter_map(|row| Some((row.observer.as_str(), row.failure.as_ref()?.to_string())));
+        designs.chain(runs).chain(on_log)
+    }
+
+    /// The results as a command prints them, with the warnings and the failures; `designs` is whether gains and proofs
+    /// are, too.
+    pub fn summary(&self, designs: bool, coloured: bool) -> String {
+        let mut text = if coloured { self.coloured_text(designs) } else { self.text(designs) };
+        let failures = self.failures();
+        for warning in &self.warnings {
+            text.extend(["\nwarning: ", warning]);
+        }
+        for failure in &failures {
+            text.extend(["\nfailed: ", failure]);
+        }
+        if !self.warnings.is_empty() || !failures.is_empty() {
+            text.push('\n');
+        }
+        text
     }
 
     /// The results as `study.json` has them.

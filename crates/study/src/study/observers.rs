@@ -1,7 +1,6 @@
 //! The observers of a study and their design specifications.
 
-use std::time::Instant;
-
+use luenberger_clock::Instant;
 use luenberger_design::{GainOptions, KalmanNoise};
 use luenberger_lmi::Solver;
 use nalgebra::{Complex, DMatrix};

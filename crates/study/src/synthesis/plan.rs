@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
+use luenberger_clock::Instant;
 use luenberger_design::{CubicDesign, CubicGain, DesignError, GainOptions, LinearDesign};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;

@@ -115,16 +115,16 @@ pub fn tune(study: &Study, options: &TuneOptions<'_>) -> Result<TuneReport, Stud
     let missing = || StudyError::Missing { step: "tune", needs: "a table [tune]" };
     let spec = study.tune.as_ref().ok_or_else(missing)?;
     let name = file_name(study);
-    let path = study.folder.join(&name);
+    let path = study.data.path(&name);
     let path = path.strip_prefix(".").map_or_else(|_| path.clone(), Path::to_owned);
     if options.write && !options.run.force && path.exists() {
         return Err(TuneError::Exists { path }.into());
     }
     let run = RunOptions { output: None, limits: Limits::NONE, sweep: options.run.sweep.clone(), ..options.run };
     let mut report = within(&run, |run| fitted(study, spec, name, run))?;
-    if let Some(root) = &options.run.output {
+    if let Some(output) = &options.run.output {
         let files = document::files(&mut report)?;
-        report.renamed = write_folder(root, options.run.force, "tune", study, &files)?;
+        report.renamed = write_folder(output.clone(), options.run.force, "tune", study, &files)?;
     }
     if options.write {
         write(&path, &report.study)?;

@@ -6,7 +6,7 @@ use luenberger_proof::wording::{counted, significant};
 
 use super::report::{Judged, TuneReport};
 use crate::error::tune::TuneError;
-use crate::read::{Edit, Editable};
+use crate::read::{self, Edit, Editable};
 use crate::study::{Format, Study};
 
 /// The text of the study with these changes; everything else of it stays, with its comments.
@@ -44,8 +44,7 @@ pub(super) fn tuned(
         end = span.end;
     }
     written += &text[end..];
-    Study::from_text(&report.file, &written, study.format, &study.folder)
-        .map_err(|error| failed(&error.to_string()))?;
+    read::study(&report.file, &written, study.format, &study.data).map_err(|error| failed(&error.to_string()))?;
     Ok(written)
 }
 

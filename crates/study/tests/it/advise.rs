@@ -107,7 +107,7 @@ fn the_written_study_has_the_observers_that_were_run() {
     let folder = scratch("advise-written");
     // Advice has a budget; the limits of a run are none of it.
     let limits = Limits { seconds: 1e-9, ..Limits::default() };
-    let run = RunOptions { output: Some(folder.clone()), limits, ..RunOptions::default() };
+    let run = RunOptions { output: Some(folder.clone().into()), limits, ..RunOptions::default() };
     let advice = advice(TANKS, &AdviseOptions { run, ..by("error") });
     assert!(!advice.recommended.is_empty());
     let whole = advice.ranking.iter().filter(|one| one.finished == advice.runs);
@@ -144,7 +144,7 @@ fn the_written_study_has_the_observers_that_were_run() {
 #[test]
 fn the_scores_of_a_filter_are_those_of_scipy() {
     let folder = scratch("advise-scipy");
-    let run = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let run = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     let text = format!(
         "{}w = [8e-7, 8e-7]\n",
         TANKS.replace("ensemble = 3", "ensemble = 1").replace("hold = 0.1", "hold = 0.1\nestimates = \"predicted\"")
@@ -226,7 +226,7 @@ fn runs(text: &str, observer: &str) -> (Vec<f64>, Vec<f64>) {
 #[test]
 fn what_is_said_of_the_runs_is_in_their_table() {
     let folder = scratch("advise-runs");
-    let run = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let run = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     let text = "[plant]\na = [[-1]]\nc = [[1]]\n[simulation]\nx0 = [1]\nduration = 2\n\
                 noise = { distribution = \"gaussian\", amplitude = [0.1], period = 0.1 }\n\
                 [advise]\ninitial = [0.5]\nw = 0.01\nensemble = 21\nregion = { states = [[-2, 2]] }\n";

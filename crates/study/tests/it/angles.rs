@@ -10,7 +10,7 @@ use luenberger_study::{Results, RunOptions, Step, execute};
 use crate::studies::{self, designed, filters, mistakes_of, read, scratch, study, study_in};
 
 fn run(folder: &Path, text: &str, step: Step) -> Results {
-    let options = RunOptions { output: Some(folder.join("out")), threads: Some(1), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), threads: Some(1), ..RunOptions::default() };
     let results = execute(&study_in(folder, text), step, &options).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(results.failures(), Vec::<String>::new());
     results

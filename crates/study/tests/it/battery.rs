@@ -13,7 +13,7 @@ fn run(folder: &Path) -> Results {
     let _ = std::fs::remove_dir_all(folder);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/studies/battery/battery.toml");
     let study = Study::from_path(&path).unwrap_or_else(|error| panic!("{error}"));
-    let options = RunOptions { output: Some(folder.to_owned()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.to_owned().into()), ..RunOptions::default() };
     execute(&study, Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 

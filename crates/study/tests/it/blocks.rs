@@ -84,7 +84,7 @@ fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 /// The results folder of one process, which the others have to reproduce.
 fn reference(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let options = RunOptions {
-        output: Some(folder.join("one")),
+        output: Some(folder.join("one").into()),
         threads: Some(1),
         sweep: SweepOptions { block_size: Some(8), ..SweepOptions::default() },
         ..RunOptions::default()

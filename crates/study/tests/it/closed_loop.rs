@@ -65,7 +65,8 @@ fn the_loop_is_proved_and_runs() {
         }
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("loop-{}", kind.len()));
         let _ = std::fs::remove_dir_all(&folder);
-        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() })
+            .unwrap();
         let proved = verify(&std::fs::read(folder.join("certificates/o.feedback.json")).unwrap()).unwrap();
         assert!(proved.statement.contains("exponentially"), "{}", proved.statement);
         let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();

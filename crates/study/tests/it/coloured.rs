@@ -178,7 +178,7 @@ fn noises_are_tuned() {
     std::fs::write(folder.join("log.csv"), csv).unwrap();
     let text = "[plant]\nstates = [\"x\"]\noutputs = [\"y\"]\nf = [\"x\"]\nh = [\"x + n\"]\nparameters = { n = 0 }\nunits = { n = \"m\" }\ntime_unit = \"s\"\ndt = 1\n[estimate]\nnoises = { n = { tau = 1, deviation = 0.1 } } # a guess\n[log]\nfile = \"log.csv\"\n[[observer]]\nkind = \"extended-kalman\"\nw = 0\np0 = 4\nv = 0.01\nperiod = 1\n[tune]\nobserver = \"extended-kalman\"\nparameters = [\"deviation[n]\", \"tau[n]\"]\nstarts = 1\nprofile = 0\nheld_out = 0.2\n";
     let options = TuneOptions {
-        run: RunOptions { output: Some(folder.join("out")), ..RunOptions::default() },
+        run: RunOptions { output: Some(folder.join("out").into()), ..RunOptions::default() },
         ..TuneOptions::default()
     };
     let found = tune(&study_in(&folder, text), &options).unwrap_or_else(|error| panic!("{error}"));

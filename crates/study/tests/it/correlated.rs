@@ -22,7 +22,7 @@ fn observers(kinds: &[&str], keys: &str) -> String {
 }
 
 fn on_log(folder: &Path, text: &str) -> Results {
-    let options = RunOptions { output: Some(folder.join("out")), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), ..RunOptions::default() };
     let results = execute(&study_in(folder, text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(results.failures(), Vec::<String>::new());
     results

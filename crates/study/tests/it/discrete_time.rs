@@ -125,7 +125,7 @@ fn a_kalman_filter_in_filter_form_uses_the_measurement_of_its_sample() {
     let fed = format!("{LINEAR}{FILTER}")
         .replace("[simulation]", "feedback = { k = [[0.2, 0.4]], observer = \"filter form\" }\n[simulation]");
     let folder = scratch("filter-form");
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     execute(&study(&fed), Step::Simulate, &options).unwrap_or_else(|error| panic!("{error}"));
     let text = std::fs::read_to_string(folder.join("trajectories/filter-form.csv")).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();

@@ -37,7 +37,7 @@ h = ["position"]
 fn last_row(text: &str, observer: &str) -> Vec<f64> {
     let folder = scratch(&format!("disturbance/{observer}"));
     let study = read(text).unwrap();
-    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() }).unwrap();
     let csv = std::fs::read_to_string(folder.join(format!("trajectories/{observer}.csv"))).unwrap();
     csv.lines().last().unwrap().split(',').map(|x| x.parse().unwrap()).collect()
 }

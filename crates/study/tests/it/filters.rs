@@ -10,7 +10,7 @@ use luenberger_study::{Results, RunOptions, Step, execute};
 use crate::studies::{self, kinds_with, last_errors, read, scratch, study_in};
 
 fn run(text: &str, folder: &Path, output: Option<PathBuf>) -> Results {
-    let options = RunOptions { output, threads: Some(1), ..RunOptions::default() };
+    let options = RunOptions { output: output.map(Into::into), threads: Some(1), ..RunOptions::default() };
     execute(&study_in(folder, text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -36,7 +36,7 @@ fn scratch(name: &str) -> PathBuf {
 
 fn run_with(text: &str, folder: &Path, force: bool) -> Result<Vec<(String, String)>, StudyError> {
     let study = study(text);
-    let options = RunOptions { output: Some(folder.to_owned()), force, ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.to_owned().into()), force, ..RunOptions::default() };
     execute(&study, Step::Run, &options).map(|results| results.renamed)
 }
 
@@ -205,7 +205,7 @@ fn two_runs_do_not_write_into_one_folder() {
     let progress = |_: luenberger_study::Progress<'_>| {
         second.lock().unwrap().get_or_insert_with(|| run_with(STUDY, &folder, false));
     };
-    let options = RunOptions { output: Some(folder.clone()), progress: &progress, ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), progress: &progress, ..RunOptions::default() };
     execute(&study, Step::Run, &options).unwrap();
     let error = second.into_inner().unwrap().unwrap().unwrap_err();
     assert!(matches!(error, StudyError::FolderInUse { .. }), "{error}");
@@ -266,7 +266,8 @@ fn an_interruption_replaces_the_earlier_results_by_the_finished_ones() {
         }
     };
     let output = Some(folder.clone());
-    let options = RunOptions { output, progress: &progress, cancel: &cancel, ..RunOptions::default() };
+    let options =
+        RunOptions { output: output.map(Into::into), progress: &progress, cancel: &cancel, ..RunOptions::default() };
     assert!(matches!(execute(&study, Step::Run, &options), Err(StudyError::Interrupted)));
     let expected = [".luenberger.lock", "certificates/one.json", "manifest.json", "study.json"];
     assert_eq!(files(&folder).into_iter().collect::<Vec<_>>(), expected);

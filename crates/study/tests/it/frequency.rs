@@ -99,7 +99,7 @@ fn in_discrete_time() {
 fn files_figures_and_the_page() {
     let folder = scratch("frequency");
     let text = format!("title = \"a loop\"\n{DOYLE_AND_STEIN}[frequency]\npoints = 50\nrecovery = [0, 100]\n");
-    let options = RunOptions { output: Some(folder.join("out")), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), ..RunOptions::default() };
     let results = execute(&study_in(&folder, &text), Step::Run, &options).unwrap();
     for name in ["frequency/filter.csv", "frequency/loop-inputs.csv", "frequency/loop-outputs.npz"] {
         assert!(results.files.iter().any(|file| file == name), "{name}: {:?}", results.files);

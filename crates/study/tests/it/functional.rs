@@ -51,7 +51,8 @@ fn it_runs_and_its_errors_are_those_of_the_functions() {
     let beside = "[[observer]]\nname = \"whole\"\nkind = \"kalman\"\nw = 1\nv = 1\n";
     let study = read(&format!("{PLANT}{OBSERVER}{beside}")).unwrap();
     let results =
-        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() })
+            .unwrap();
     let rows = &results.simulation.as_ref().unwrap().rows;
     let merits = rows[0].merits.as_ref().unwrap();
     assert!(merits.norm.is_none() && merits.states.len() == 1);
@@ -139,7 +140,8 @@ fn it_runs_at_samples() {
         }
         assert!(found.report.statement.contains("is e+ = F e") && found.certificate.is_none());
         let folder = scratch(&format!("functional-of-samples-{k}"));
-        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() })
+            .unwrap();
         let csv = std::fs::read_to_string(folder.join("trajectories/sum.csv")).unwrap();
         assert_eq!(csv.lines().next(), Some("t,x1,x2,x3,u1,y1,z1,z1_hat"));
         for (sample, line) in csv.lines().skip(1).enumerate() {
@@ -167,7 +169,8 @@ fn an_observer_of_least_order_is_found() {
     assert!((found.report.poles[0][0] + 4.0).abs() < 1e-10 && (found.report.poles[1][0] + 3.0).abs() < 1e-10);
     let folder = scratch("functional-least");
     let results =
-        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() })
+            .unwrap();
     let merits = results.simulation.as_ref().unwrap().rows[0].merits.as_ref().unwrap();
     assert!(merits.states.len() == 1 && merits.states[0].rmse < 1e-7, "{:?}", merits.states);
     // Luenberger 1966: one function takes no more states than the longest chain less one, here 1 and not n - p = 2.

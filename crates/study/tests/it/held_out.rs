@@ -331,7 +331,7 @@ fn a_log_on_which_nothing_runs_says_why() {
 fn the_written_study_runs_on_the_log() {
     let (folder, _) = logged("advise-log-files");
     let output = scratch("advise-log-output");
-    let run = RunOptions { output: Some(output.clone()), ..RunOptions::default() };
+    let run = RunOptions { output: Some(output.clone().into()), ..RunOptions::default() };
     let options = AdviseOptions { run, budget: 600.0, ..AdviseOptions::default() };
     let (advice, _) = advise(&study_in(&folder, STUDY), &options).unwrap();
     let table = std::fs::read_to_string(output.join("runs.csv")).unwrap();
@@ -408,7 +408,7 @@ fn a_sweep_writes_its_table_and_its_figure() {
     let text =
         format!("{STUDY}[sweep]\nparameter = \"poles\"\nfrom = 0.5\nto = 2\ncount = 3\nobservers = [\"reduced\"]\n");
     let output = scratch("sweep-log-output");
-    let run = RunOptions { output: Some(output.clone()), ..RunOptions::default() };
+    let run = RunOptions { output: Some(output.clone().into()), ..RunOptions::default() };
     let results = execute(&study_in(&folder, &text), Step::Sweep, &run).unwrap();
     let table = std::fs::read_to_string(output.join("sweep.csv")).unwrap();
     assert!(

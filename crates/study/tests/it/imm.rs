@@ -76,7 +76,7 @@ fn the_models_are_those_of_the_study() {
 #[test]
 fn figure_and_table_of_the_probabilities() {
     let folder = scratch("imm");
-    let options = RunOptions { output: Some(folder.join("out")), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), ..RunOptions::default() };
     let results = execute(&study_in(&folder, &studies()[0]), Step::Run, &options).unwrap();
     assert!(results.files.iter().any(|file| file == "figures/modes.svg"), "{:?}", results.files);
     let table = std::fs::read_to_string(folder.join("out/trajectories/valve.csv")).unwrap();

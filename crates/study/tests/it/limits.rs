@@ -220,7 +220,7 @@ fn a_run_ends_at_its_time_limit() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("time-limit");
     _ = std::fs::remove_dir_all(&folder);
     let limits = Limits { seconds: 0.5, ..Limits::default() };
-    let options = RunOptions { limits, output: Some(folder.clone()), threads: Some(1), ..RunOptions::default() };
+    let options = RunOptions { limits, output: Some(folder.clone().into()), threads: Some(1), ..RunOptions::default() };
     let error = execute(&study(&text), Step::Run, &options).unwrap_err();
     assert!(matches!(error, StudyError::TimeLimit { limit } if limit == 0.5), "{error}");
     assert!(error.to_string().starts_with("stopped at the time limit (0.5 s): "), "{error}");

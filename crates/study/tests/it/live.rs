@@ -23,7 +23,7 @@ fn page(template: &str, test: &str) -> (Option<Experiment>, Results) {
 
 /// The experiment in the page of a study, the results, and the page.
 fn page_of(study: &Study, folder: &Path) -> (Option<Experiment>, Results, String) {
-    let results = run(study, &RunOptions { output: Some(folder.join("out")), ..RunOptions::default() }).unwrap();
+    let results = run(study, &RunOptions { output: Some(folder.join("out").into()), ..RunOptions::default() }).unwrap();
     let html = std::fs::read_to_string(folder.join("out/report.html")).unwrap();
     let data = html.split_once("id=\"live-data\">").and_then(|(_, rest)| rest.split_once("</script>"));
     let experiment = data.map(|(data, _)| {

@@ -16,7 +16,7 @@ fn bench(name: &str, csv: &str) -> PathBuf {
 
 fn run(folder: &Path, text: &str) -> Results {
     let study = study_in(folder, text);
-    let options = RunOptions { output: Some(folder.join("out")), threads: Some(1), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), threads: Some(1), ..RunOptions::default() };
     execute(&study, Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 

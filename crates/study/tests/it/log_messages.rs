@@ -18,7 +18,7 @@ fn bench(name: &str, csv: &str) -> PathBuf {
 }
 
 fn run(folder: &Path, text: &str) -> Results {
-    let options = RunOptions { output: Some(folder.join("out")), threads: Some(1), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), threads: Some(1), ..RunOptions::default() };
     execute(&study_in(folder, text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 

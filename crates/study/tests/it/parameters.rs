@@ -100,7 +100,7 @@ fn a_parameter_of_an_output_is_estimated_by_least_squares() {
 }
 
 fn run(folder: &Path, text: &str) -> Results {
-    let options = RunOptions { output: Some(folder.join("out")), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), ..RunOptions::default() };
     let results = execute(&study_in(folder, text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(results.failures(), Vec::<String>::new());
     results
@@ -172,7 +172,7 @@ fn variances_of_parameters_are_tuned() {
     ) + &observer("0", "0", "0");
     let by_hand = plant("\"x\", \"b\"", "\"x\", \"b\"", "") + &observer("0, 0.001", "0, 4", "0, 1");
     let options = TuneOptions {
-        run: RunOptions { output: Some(folder.join("out")), ..RunOptions::default() },
+        run: RunOptions { output: Some(folder.join("out").into()), ..RunOptions::default() },
         ..TuneOptions::default()
     };
     let fit = |text: &str| tune(&study_in(&folder, text), &options).unwrap_or_else(|error| panic!("{error}"));

@@ -93,7 +93,7 @@ fn is_curve(curve: &Curve, t: &[f64], values: &[f64]) {
 fn run(name: &str, csv: &str, text: &str) -> PathBuf {
     let folder = scratch(&format!("pictures/{name}"));
     std::fs::write(folder.join("log.csv"), csv).unwrap();
-    let options = RunOptions { output: Some(folder.join("out")), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), ..RunOptions::default() };
     execute(&study_in(&folder, text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"));
     folder.join("out")
 }

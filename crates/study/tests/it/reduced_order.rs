@@ -45,7 +45,7 @@ fn the_gain_is_that_of_the_textbook() {
 fn it_runs_and_its_step_follows() {
     let folder = scratch("reduced-order");
     let study = read(OGATA).unwrap();
-    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() }).unwrap();
     let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();
     let row = |line: &str| -> Vec<f64> { line.split(',').map(|x| x.parse().unwrap()).collect() };
     let (first, last) = (row(csv.lines().nth(1).unwrap()), row(csv.lines().last().unwrap()));
@@ -91,7 +91,8 @@ fn the_observer_of_samples_has_the_gain_of_the_textbook() {
         }
         assert_eq!(found.report.statement.contains("y - D u"), k == 1);
         let folder = scratch(&format!("reduced-order-of-samples-{k}"));
-        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() })
+            .unwrap();
         let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();
         for (sample, line) in csv.lines().skip(1).enumerate() {
             // t, x1, x2, u1, y1 and the estimates.
@@ -120,7 +121,7 @@ fn an_input_in_the_output_is_taken_out() {
     let study = read(text).unwrap();
     assert!(designed(&study).unwrap().report.statement.contains("y - D u = C x"));
     let folder = scratch("reduced-order-fed");
-    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() }).unwrap();
     let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();
     for line in csv.lines().skip(1) {
         let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();

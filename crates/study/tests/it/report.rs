@@ -12,7 +12,7 @@ use crate::studies::{scratch, study};
 /// The report of a study.
 fn report(name: &str, text: &str) -> String {
     let folder = scratch(&format!("report/{name}"));
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     execute(&study(text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"));
     std::fs::read_to_string(folder.join("report.html")).unwrap().replace("&amp;", "&")
 }
@@ -326,7 +326,7 @@ show = ["states", "errors", "error-norm", "innovations"]
     };
     let run = |name: &str, text: &str| {
         let folder = scratch(&format!("report/looks-{name}"));
-        let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+        let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
         execute(&study(text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"));
         folder
     };

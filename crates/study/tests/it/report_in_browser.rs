@@ -24,7 +24,7 @@ fn every_figure_is_drawn(template: &str) {
     let folder = scratch(&format!("browser/{template}"));
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("templates").join(format!("{template}.toml"));
     let study = Study::from_path(&file).unwrap_or_else(|error| panic!("{error}"));
-    run(&study, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    run(&study, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() }).unwrap();
     let output = Command::new(browser)
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"])
         // Virtual time of the page, so that timers finish at once.

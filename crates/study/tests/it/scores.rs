@@ -53,7 +53,7 @@ fn anew(t: &[f64], e: &[f64]) -> StateReport {
 fn the_scores_are_those_of_the_rows() {
     let study = Study { sweep: None, ..study(template::text("double-integrator").unwrap()) };
     let folder = scratch("rows");
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     let results = execute(&study, Step::Simulate, &options).unwrap();
     let simulation = results.simulation.unwrap();
     assert_eq!(simulation.scoring.period, Some(0.02));
@@ -139,7 +139,7 @@ fn a_sampled_observer_that_converges_settles() {
 fn without_a_scale_no_norm_is_drawn_or_swept() {
     let text = format!("{ROLLING}[sweep]\nparameter = \"gamma\"\nvalues = [0.1, 0.2]\nensemble = 3\n");
     let folder = scratch("no-scale");
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     let results = luenberger_study::run(&study(&text), &options).unwrap();
     assert!(!folder.join("figures/error-norm.svg").exists() && folder.join("figures/errors.svg").exists());
     assert!(folder.join("figures/sweep.svg").exists());

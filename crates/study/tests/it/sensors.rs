@@ -38,7 +38,7 @@ period = 0.1
 #[test]
 fn a_filter_is_updated_by_the_sensors_that_measured() {
     let folder = scratch("sensors");
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     let results = execute(&study(CARRIAGE), Step::Simulate, &options).unwrap();
     let text = std::fs::read_to_string(folder.join("trajectories/filter.csv")).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();

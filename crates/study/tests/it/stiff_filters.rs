@@ -19,7 +19,7 @@ fn observers(kinds: &[&str], keys: &str) -> String {
 #[track_caller]
 fn last_deviations(folder: &str, text: &str, observer: &str, states: &[&str]) -> Vec<f64> {
     let folder = scratch(folder);
-    let options = RunOptions { output: Some(folder.clone()), threads: Some(1), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), threads: Some(1), ..RunOptions::default() };
     let results = execute(&study_in(".".as_ref(), text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(results.failures(), Vec::<String>::new());
     let csv = std::fs::read_to_string(folder.join(format!("trajectories/{observer}.csv"))).unwrap();

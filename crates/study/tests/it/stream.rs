@@ -137,7 +137,7 @@ fn bench(name: &str, csv: &str) -> std::path::PathBuf {
 
 /// The trajectory of a run on a log, as text.
 fn trajectory(folder: &Path, text: &str, observer: &str) -> Vec<Vec<String>> {
-    let options = RunOptions { output: Some(folder.join("out")), threads: Some(1), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.join("out").into()), threads: Some(1), ..RunOptions::default() };
     let results = execute(&study_in(folder, text), Step::Run, &options).unwrap();
     assert_eq!(results.failures(), Vec::<String>::new());
     let csv = std::fs::read_to_string(folder.join(format!("out/trajectories/log-{observer}.csv"))).unwrap();

@@ -65,7 +65,7 @@ fn a_number_of_an_observer_or_of_the_simulation_is_varied() {
 fn every_run_is_a_line() {
     let noisy = DECAY.replace("duration = 3\n", "duration = 3\nnoise = { amplitude = [0.2], period = 0.05 }\n");
     let folder = scratch("sweep/lines");
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     let text = format!("{noisy}[sweep]\nparameter = \"noise\"\nvalues = [1, 2]\nensemble = 21\n");
     let results = execute(&study(&text), Step::Sweep, &options).unwrap();
     let csv = std::fs::read_to_string(folder.join("sweep.csv")).unwrap();

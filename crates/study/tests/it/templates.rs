@@ -35,7 +35,8 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 fn run(template: &Template, folder: &Path, threads: usize) -> luenberger_study::Results {
-    let options = RunOptions { output: Some(folder.to_owned()), threads: Some(threads), ..RunOptions::default() };
+    let options =
+        RunOptions { output: Some(folder.to_owned().into()), threads: Some(threads), ..RunOptions::default() };
     luenberger_study::execute(&study(template), Step::Run, &options)
         .unwrap_or_else(|error| panic!("{}: {error}", template.name))
 }
@@ -67,7 +68,7 @@ fn the_report_of_a_linear_plant_shows_its_matrices() {
     assert!(text.contains(seconds));
     let without =
         Study::from_text("t.toml", &text.replace(seconds, ""), luenberger_study::Format::Toml, &folder).unwrap();
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     luenberger_study::run(&without, &options).unwrap();
     let page = read(&folder.join("report.html"));
     assert!(page.contains("\"time t\"") && !page.contains("time t (s)") && body(&page).contains("settling time</th>"));
@@ -226,7 +227,7 @@ fn an_interruption_leaves_what_is_finished() {
         }
     };
     let options = RunOptions {
-        output: Some(folder.clone()),
+        output: Some(folder.clone().into()),
         progress: &progress,
         cancel: &cancel,
         threads: Some(1),

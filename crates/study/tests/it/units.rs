@@ -43,7 +43,7 @@ fn study(units: &str) -> Study {
 #[test]
 fn units_are_in_the_report_and_in_the_results() {
     let folder = scratch("units");
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     let results = run(&study(TABLE), &options).unwrap();
     let plant = serde_json::to_value(&results.plant).unwrap();
     assert_eq!(plant["units"], serde_json::json!(["m"]));

@@ -33,7 +33,7 @@ fn entries(found: &Designed, name: &str) -> Vec<f64> {
 /// The rows of the trajectory of the observer "o", and its certificate verified.
 fn rows(text: &str, folder: &str) -> Vec<Vec<f64>> {
     let (study, folder) = (read(text).unwrap(), scratch(folder));
-    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() }).unwrap();
     luenberger_proof::certificate::verify(&std::fs::read(folder.join("certificates/o.json")).unwrap()).unwrap();
     let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();
     csv.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect()

@@ -15,7 +15,7 @@ pub(crate) const STUDY: &str = include_str!("../studies/varying_periods.toml");
 #[test]
 fn a_run_within_the_periods_of_the_design() {
     let folder = scratch("varying-periods");
-    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let options = RunOptions { output: Some(folder.clone().into()), ..RunOptions::default() };
     let results = execute(&study(STUDY), Step::Run, &options).unwrap();
     assert!(results.warnings.is_empty(), "{:?}", results.warnings);
     let simulation = results.simulation.unwrap();

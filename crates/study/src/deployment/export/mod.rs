@@ -15,8 +15,7 @@ mod refusal;
 pub use options::{ExportOptions, Language, Libm, Precision};
 pub use refusal::ExportRefusal;
 
-use std::time::Instant;
-
+use luenberger_clock::Instant;
 use luenberger_export::{Export, File, sha256};
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::wording::counted;
@@ -67,6 +66,24 @@ pub struct ExportedObserver {
     /// What a step costs, in words.
     #[serde(skip)]
     pub cost: String,
+}
+
+impl ExportedObserver {
+    /// The export in words, with its files in a folder of this name: one line for each file, what a step costs, and
+    /// what is proved.
+    pub fn in_words(&self, folder: &str) -> String {
+        let mut text = format!("{} in {folder}:\n", self.observer);
+        for (name, _) in &self.files {
+            text.extend(["  ", name, "\n"]);
+        }
+        for path in &self.binaries {
+            text.extend(["  with ", path, "\n"]);
+        }
+        for sentence in std::iter::once(&self.cost).chain(&self.statement) {
+            text.extend([sentence.as_str(), "\n"]);
+        }
+        text
+    }
 }
 
 /// An observer of a study, sampled, and the program of its step.

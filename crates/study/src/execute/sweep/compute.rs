@@ -13,6 +13,7 @@ use super::super::excursion::{self, FirstExit};
 use super::super::options::RunOptions;
 use super::super::scores::Scoring;
 use super::super::stopped::why;
+use super::super::threads;
 use super::block::{Block, Ended, Header};
 use super::folder::Claim;
 use super::plan::{FORMAT, Part};
@@ -87,7 +88,7 @@ impl<'a> Work<'a> {
         while !missing.is_empty() || !held.is_empty() {
             options.check()?;
             if missing.is_empty() {
-                std::thread::sleep(PAUSE);
+                threads::pause(PAUSE);
                 std::mem::swap(&mut missing, &mut held);
             }
             let mut claims = Vec::new();

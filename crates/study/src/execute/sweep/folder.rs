@@ -12,7 +12,6 @@
 //! | `00000012.npz` | block 12 |
 //! | `.00000012.lock`, `.00000012.partial` | block 12 is being computed, or its process was killed |
 
-use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -23,7 +22,7 @@ use crate::error::StudyError;
 use crate::error::sweep::{PLAN, SweepError};
 use crate::execute::folder::io_error;
 use crate::read::Format;
-use crate::study::Study;
+use crate::study::{DataFiles, Study};
 
 /// The folder of the study in that of the blocks.
 const STUDY: &str = "study";
@@ -101,8 +100,8 @@ impl BlockFolder {
         std::fs::create_dir_all(&folder).map_err(io_error(&folder))?;
         self.publish(&folder.join(copy_of_study(study.format)), study.source.text().as_bytes())?;
         for (number, file) in study.files.iter().enumerate() {
-            let from = study.folder.join(&file.name);
-            let content = std::fs::read(&from).map_err(io_error(&from))?;
+            let from = study.data.path(&file.name);
+            let content = study.data.read(&file.name).map_err(io_error(&from))?;
             if digest::sha256(&content) != file.sha256 {
                 return Err(StudyError::io(&from, io::Error::other("the file changes while it is read")));
             }
@@ -117,9 +116,10 @@ impl BlockFolder {
         let format = if plan.json { Format::Json } else { Format::Toml };
         let copy = folder.join(copy_of_study(format));
         let text = std::fs::read_to_string(&copy).map_err(io_error(&copy))?;
-        let files: BTreeMap<String, PathBuf> =
+        let copies =
             plan.files.iter().enumerate().map(|(k, file)| (file.name.clone(), folder.join(copy_of_file(k)))).collect();
-        let study = crate::read::study(&plan.study.name, &text, format, &folder, files)?;
+        let data = DataFiles::Folder { path: folder.clone(), copies };
+        let study = crate::read::study(&plan.study.name, &text, format, &data)?;
         if digest::sha256(text.as_bytes()) != plan.study.sha256 || study.files != plan.files {
             let what = format!("the copy of the study in {} was changed", folder.display());
             return Err(SweepError::Other { folder: path.to_owned(), what }.into());

@@ -137,5 +137,5 @@ pub fn reduce_sweep(folder: &Path, options: &RunOptions<'_>) -> Result<(Results,
     let study = BlockFolder::study(&path, &plan)?;
     let mut sweep = options.sweep.clone();
     (sweep.complete, sweep.restart, sweep.block_size) = (true, false, None);
-    execute_in_part(&study, Step::Sweep, &RunOptions { output: Some(folder.to_owned()), sweep, ..*options })
+    execute_in_part(&study, Step::Sweep, &RunOptions { output: Some(folder.into()), sweep, ..*options })
 }

@@ -1,0 +1,68 @@
+//! The page: one HTML file with the module in it.
+
+use std::io::Read;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::GzDecoder;
+use luenberger_figures::base85;
+
+/// The module, compressed by gzip, in base64.
+const MODULE: &str = include_str!("../assets/luenberger-studio.wasm.gz.base64");
+
+const PAGE: &str = include_str!("../assets/page.html");
+const STYLE: &str = include_str!("../assets/studio.css");
+const EDITOR: &str = include_str!("../assets/editor.js");
+const STUDIO: &str = include_str!("../assets/studio.js");
+const WORKER: &str = include_str!("../assets/worker.js");
+
+/// The page with the module of this version, which opens from a file and loads nothing.
+///
+/// ```
+/// let page = luenberger_studio::page();
+/// assert!(page.starts_with("<!DOCTYPE html>") && page.contains(env!("CARGO_PKG_VERSION")));
+/// ```
+pub fn page() -> String {
+    page_with(&packed())
+}
+
+/// The page with a module, which is compressed by gzip.
+pub fn page_with(module: &[u8]) -> String {
+    let parts = [
+        ("/*STYLE*/", STYLE.to_owned()),
+        ("/*EDITOR*/", script(EDITOR)),
+        ("/*WORKER*/", script(WORKER)),
+        ("/*STUDIO*/", script(STUDIO)),
+        ("<!--MODULE-->", base85::encode(module)),
+        ("<!--VERSION-->", env!("CARGO_PKG_VERSION").to_owned()),
+    ];
+    // Each place is looked for in the skeleton alone: a script may have the words of another place in it.
+    let mut places: Vec<(usize, &str, &str)> =
+        parts.iter().filter_map(|(name, part)| Some((PAGE.find(name)?, *name, part.as_str()))).collect();
+    places.sort_unstable();
+    let mut page = String::with_capacity(PAGE.len() + parts.iter().map(|(_, part)| part.len()).sum::<usize>());
+    let mut from = 0;
+    for (at, name, part) in places {
+        page.push_str(&PAGE[from..at]);
+        page.push_str(part);
+        from = at + name.len();
+    }
+    page.push_str(&PAGE[from..]);
+    page
+}
+
+/// The module as WebAssembly; empty if its asset is damaged, which a test rules out.
+pub fn module() -> Vec<u8> {
+    let mut module = Vec::new();
+    GzDecoder::new(packed().as_slice()).read_to_end(&mut module).map_or_else(|_| Vec::new(), |_| module)
+}
+
+fn packed() -> Vec<u8> {
+    let letters: String = MODULE.split_whitespace().collect();
+    STANDARD.decode(letters).unwrap_or_default()
+}
+
+/// A script within an element, which "</script" in one of its texts would end.
+fn script(text: &str) -> String {
+    text.replace("</script", "<\\/script").replace("<!--", "<\\!--")
+}
