@@ -1,5 +1,7 @@
 //! `error-state-kalman`: unit vectors of a study, the degrees of its consistency tests, and mistakes in the keys.
 
+use std::fmt::Write as _;
+
 use luenberger_study::{RunOptions, Step, execute, template};
 
 use crate::studies::{executed, mistakes, scratch, study, study_in};
@@ -42,7 +44,7 @@ fn a_log_has_the_same_degrees() {
         let t = 0.1 * f64::from(k);
         let (s, c) = (0.5 * t).sin_cos();
         let noise = 0.02 * (f64::from(k) * 12.9898).sin();
-        log += &format!("{t},{},{},{c},{s},0.5\n", c + noise, s - noise);
+        writeln!(log, "{t},{},{},{c},{s},0.5", c + noise, s - noise).unwrap();
     }
     std::fs::write(folder.join("log.csv"), log).unwrap();
     let (plant, rest) = text.split_once("[simulation]").unwrap();

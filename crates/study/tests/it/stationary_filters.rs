@@ -17,7 +17,7 @@ fn walk(data: &str, form: &str) -> String {
 /// True state and measurement of each row.
 fn rows() -> Vec<(f64, f64)> {
     (0..60)
-        .map(|k| f64::from(k))
+        .map(f64::from)
         .map(|k| ((0.3 * k).sin() * 2.0 + 0.1 * k, (1.7 * k * k).cos()))
         .map(|(x, v)| (x, x + v))
         .collect()
