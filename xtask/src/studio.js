@@ -1,6 +1,6 @@
 "use strict";
-// Uses the page as a visitor does and leaves what it found in the element `test-result`: `errors`, `requests`, `wide` and
-// `wrong` are empty for a page that does what it should.
+// Uses the page as a visitor does and leaves what it found in the element `test-result`: `errors`, `requests`, `wide`
+// and `wrong` are empty for a page that does what it should.
 const errors = [],
   requests = [],
   wrong = [];
@@ -15,8 +15,8 @@ console.error = (...words) => {
   consoleError(...words);
 };
 
-// Under a virtual clock, waiting takes no time in which the workers could do anything: some work at every step of 20 ms gives
-// them about as much.
+// Under a virtual clock, waiting takes no time in which the workers could do anything: some work at every step of 20 ms
+// gives them about as much.
 let spun = 1;
 const spinning = setInterval(() => {
   for (let k = 0; k < 1e7; k++) spun = Math.imul(spun, 48271);
