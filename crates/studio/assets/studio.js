@@ -27,8 +27,23 @@ class Studio {
       errors: 0,
       form: null,
     });
+    this.watch();
     this.ready = new Promise((done) => {
       this.isReady = done;
+    });
+  }
+
+  // What goes wrong in the page itself is said, and the page goes on; what its policy stopped is listed.
+  watch() {
+    this.faults = [];
+    const told = (what) => {
+      this.faults.push(what);
+      if (this.faults.length < 4) this.banner(`A mistake of this page: ${what}. The study is as it was.`, "bad");
+    };
+    addEventListener("error", (event) => told(String(event.message)));
+    addEventListener("unhandledrejection", (event) => told(String(event.reason?.message ?? event.reason)));
+    addEventListener("securitypolicyviolation", (event) => {
+      this.faults.push(`${event.violatedDirective}: ${event.blockedURI}`);
     });
   }
 
