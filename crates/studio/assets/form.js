@@ -52,7 +52,7 @@ class Form {
         ? node.items.map((item, k) => this.card(key === "observer" ? "Observer" : key, [key, k], () => true, item))
         : [key === "plant" ? this.plant(node) : this.card(key, [key], () => true, node)],
     );
-    this.root.replaceChildren(top, ...cards, this.adding());
+    this.root.replaceChildren(this.adding(), top, ...cards);
     this.root.scrollTop = scrollTop;
     if (!id) return;
     const again = document.getElementById(id);
@@ -762,15 +762,24 @@ class Form {
       element("option", { value: "" }, "add a table …"),
       tables.map(({ name, schema }) => element("option", { value: name, title: schema.description }, name)),
     );
-    picker(observer, (kind) => this.addObserver(kind));
+    const after = (path) => setTimeout(() => this.scrollTo(path), 50);
+    picker(observer, (kind) => {
+      this.addObserver(kind);
+      after(["observer", this.toml.get(["observer"]).items.length - 1]);
+    });
     picker(table, (chosen) => {
       const { schema } = tables.find(({ name }) => name === chosen);
       const needed = (schema.required ?? []).map(
         (key) => `${key} = ${this.fresh([chosen], { name: key, schema: schema.properties[key] })}\n`,
       );
       this.append(`[${chosen}]\n${needed.join("")}`);
+      after([chosen]);
     });
-    return element("div", { class: "line" }, observer, tables.length ? table : null);
+    return element("div", { class: "line adding" }, observer, tables.length ? table : null);
+  }
+
+  scrollTo(path) {
+    at(this.identity(path, "add"))?.closest(".card").scrollIntoView({ block: "nearest" });
   }
 
   append(text) {
