@@ -374,7 +374,7 @@ class Form {
       ? element(
           "tr",
           {},
-          element("th"),
+          element("td"),
           Array.from({ length: width }, (_, k) => element("th", { scope: "col" }, column(k))),
         )
       : null;

@@ -281,7 +281,7 @@ class Studio {
       this.language();
       this.saved = kept.saved ?? "";
       if (kept.left?.length)
-        this.banner(`Not kept, being large: ${kept.left.join(", ")}. Choose the file again under Log.`);
+        this.banner(`Not kept in the browser: ${kept.left.join(", ")}. Choose the file again under Log.`);
       this.drawLogs();
       return null;
     } catch {
@@ -297,7 +297,9 @@ class Studio {
     let sum = this.editor.text.length;
     for (const [name, bytes] of this.files) {
       sum += bytes.length;
-      if (sum < LIMITS.stored) files[name] = decode(bytes);
+      const text = sum < LIMITS.stored ? decode(bytes) : null;
+      // What is no text in UTF-8 would come back as another file.
+      if (text !== null && !text.includes("\ufffd")) files[name] = text;
       else left.push(name);
     }
     const kept = {
@@ -466,6 +468,8 @@ class Studio {
         `The study has ${size(text.length)}; here it may have ${size(LIMITS.study)}. It is kept, and can be saved.`,
         true,
       );
+      this.checked = null;
+      this.mistakes([], null, text);
       return;
     }
     if (this.asking) {
@@ -1015,7 +1019,7 @@ class Studio {
             element(
               "thead",
               {},
-              element("tr", {}, element("th", {}, "file"), element("th", { class: "number" }, "size"), element("th")),
+              element("tr", {}, element("th", {}, "file"), element("th", { class: "number" }, "size"), element("td")),
             ),
             element("tbody", {}, rows),
           )
