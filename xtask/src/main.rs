@@ -134,8 +134,8 @@ enum Command {
         #[arg(long)]
         check: bool,
     },
-    /// Build the WebAssembly module of the studio, and compare its files with those of the command, in node; use the page
-    /// in a browser
+    /// Build the WebAssembly module of the studio, and compare its files with those of the command, in node; use the
+    /// page in a browser
     ///
     /// Says what it leaves out for lack of a tool (the target of rustc, node, chromium).
     Studio {

@@ -1,7 +1,8 @@
 // Runs studies with the module of the studio: node studio-node.mjs MODULE OUT STUDY...
 //
-// The results of FOLDER/study.toml are written to OUT/FOLDER, by the name of its folder; files of data are those in it that
-// end in .csv. For each study a line of JSON is printed: its name, seconds, bytes of memory, and the error if there is one.
+// The results of FOLDER/study.toml are written to OUT/FOLDER, by the name of its folder; files of data are those in it
+// that end in .csv. For each study a line of JSON is printed: its name, seconds, bytes of memory, and the error if
+// there is one.
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 

@@ -1,22 +1,17 @@
 "use strict";
-// Uses the page as a visitor does and leaves what it found in the element `test-result`: `errors`, `requests`, `wide` and
-// `wrong` are empty for a page that does what it should.
+// Uses the page as a visitor does and leaves what it found in the element `test-result`: `errors`, `requests`, `wide`
+// and `wrong` are empty for a page that does what it should.
 const errors = [],
   requests = [],
   wrong = [];
-addEventListener("error", (event) => errors.push(String(event.message)));
-addEventListener("unhandledrejection", (event) => errors.push(String(event.reason)));
-addEventListener("securitypolicyviolation", (event) =>
-  requests.push(`${event.violatedDirective}: ${event.blockedURI}`),
-);
 const consoleError = console.error;
 console.error = (...words) => {
   errors.push(words.join(" "));
   consoleError(...words);
 };
 
-// Under a virtual clock, waiting takes no time in which the workers could do anything: some work at every step of 20 ms gives
-// them about as much.
+// Under a virtual clock, waiting takes no time in which the workers could do anything: some work at every step of 20 ms
+// gives them about as much.
 let spun = 1;
 const spinning = setInterval(() => {
   for (let k = 0; k < 1e7; k++) spun = Math.imul(spun, 48271);
@@ -51,6 +46,11 @@ function wide(page) {
     if (element.closest("svg, math, .skip") || !element.getClientRects().length) continue;
     const over = element.getBoundingClientRect().right > clientWidth + 1;
     if (over && !scrolls(element.parentElement)) found.push(`${element.tagName} ${element.id} ${element.className}`);
+  }
+  // What scrolls sideways within a panel has an element of its own.
+  for (const panel of page.querySelectorAll("[role=tabpanel]:not([hidden])")) {
+    const { clientWidth: own, scrollWidth: content } = panel;
+    if (content > own + 1) found.push(`${panel.id}, ${content} of ${own} px`);
   }
   return found;
 }
@@ -245,31 +245,12 @@ async function outlines() {
   }
 }
 
-// SHA-256 of the files of each study, in the way of the page.
-async function digests(studies) {
-  const found = {};
-  for (const { name, text, files } of studies) {
-    const named = new Map(Object.entries(files ?? {}).map(([file, content]) => [file, encode(content)]));
-    const answer = await studio.runner.ask(
-      { do: "run", step: "run", figures: false, name: `${name}.toml`, study: text, format: "toml" },
-      { named },
-    );
-    found[name] = {};
-    for (const file of answer.files) {
-      const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", file.bytes));
-      found[name][file.name] = [...digest].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-    }
-  }
-  return found;
-}
-
 (async () => {
   const found = {
     errors,
     requests,
     wrong,
     wide: [],
-    digests: {},
     dark: document.documentElement.dataset.theme === "dark",
   };
   try {
@@ -293,7 +274,6 @@ async function digests(studies) {
             found.wide.push(...(await atWidth(width, side)).map((what) => `${id} ${what}`));
         }
       }
-      found.digests = await digests(typeof STUDIES === "undefined" ? [] : STUDIES);
     }
     requests.push(
       ...performance
@@ -305,6 +285,8 @@ async function digests(studies) {
     errors.push(String(error.stack ?? error));
   }
   clearInterval(spinning);
+  // From the first moment of the page on.
+  errors.push(...studio.faults);
   const result = document.createElement("pre");
   result.id = "test-result";
   result.textContent = JSON.stringify(found);

@@ -1,5 +1,5 @@
-//! The module and the page of the studio: built, packed, its files compared in node with those of the command, and the page
-//! used in a browser.
+//! The module and the page of the studio: built, packed, its files compared in node with those of the command, and the
+//! page used in a browser.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use serde_json::Value;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 
 use crate::live::{browser, chromium};
 use crate::step::{Failure, build_command, is_installed, luenberger, program, root, target};
@@ -19,8 +20,9 @@ const README: &str = "crates/studio/assets/README.md";
 /// The stack of the module: that of the first thread of a program, where WebAssembly has an eighth.
 const STACK: &str = "-Clink-arg=-zstack-size=8388608";
 
-/// The most bytes of the module, compressed.
-const LARGEST: usize = 4_000_000;
+/// The most bytes of the module, compressed: code of study, observers, design and proof, the plotting library and the
+/// module of reports, and a font.
+const LARGEST: usize = 4_800_000;
 
 /// A crate with fewer bytes is counted with the others.
 const SMALL: usize = 50_000;
@@ -70,11 +72,14 @@ fn report(named: &[u8], bytes: usize, packed: usize) {
     eprintln!("── {others:>9}  others");
 }
 
-/// Runs templates by the command and by the module, and compares the files.
+/// Runs templates by the command and by the module, and compares what they write.
+///
+/// The same files, the same words and verdicts, the same shapes; numbers up to rounding. The kernels of matrices of
+/// this machine add in an order of their own, with instructions that WebAssembly does not have, so that designs differ
+/// in their last digits, as they do between machines. Certificates of the module are verified by this machine.
 fn compare(folder: &Path, module: &Path, only: &[String]) -> Result<(), Failure> {
-    let failed = |what: String| Failure::Live(format!("the studio: {what}"));
     let listed = luenberger(&["new", "--list", "--json"]).quiet_output("new")?;
-    let listed: Value = serde_json::from_str(&listed).map_err(|error| failed(error.to_string()))?;
+    let listed: Value = serde_json::from_str(&listed).map_err(failed)?;
     let names = listed["plants"].as_array().into_iter().flatten().filter_map(|plant| plant["name"].as_str());
     let names: Vec<&str> = names.filter(|name| only.is_empty() || only.iter().any(|one| one == name)).collect();
     let out = folder.join("module");
@@ -86,34 +91,109 @@ fn compare(folder: &Path, module: &Path, only: &[String]) -> Result<(), Failure>
         let study = own.join("study.toml");
         luenberger(&["new", "--force", "--plant", name, "-o"]).argument(&study).quiet_output("new")?;
         let results = own.join("results");
-        // An observer that does not apply is a result; the module says so too.
-        _ = luenberger(&["run", "--force", "-q", "-o"]).argument(&results).argument(&study).quiet_output("run");
+        luenberger(&["run", "--force", "-q", "-o"]).argument(&results).argument(&study).quiet_output("run")?;
         node = node.argument(&study);
     }
     let printed = node.output("module over the templates")?;
-    let mut differ = Vec::new();
+    let mut wrong = Vec::new();
     for line in printed.lines() {
-        let line: Value = serde_json::from_str(line).map_err(|error| failed(error.to_string()))?;
+        let line: Value = serde_json::from_str(line).map_err(failed)?;
         let name = line["name"].as_str().unwrap_or_default();
-        let seconds = line["seconds"].as_f64().unwrap_or(f64::NAN);
-        let memory = line["memory"].as_f64().unwrap_or(f64::NAN) / f64::from(1 << 20);
         if let Some(error) = line["error"].as_str() {
-            eprintln!("── {name}: {error}");
-            differ.push(name.to_owned());
+            wrong.push(format!("{name}: {error}"));
             continue;
         }
         let (theirs, ours) = (files(&folder.join(name).join("results"))?, files(&out.join(name))?);
-        let every: std::collections::BTreeSet<&String> = theirs.keys().chain(ours.keys()).collect();
-        let other: Vec<&str> =
-            every.iter().filter(|file| theirs.get(**file) != ours.get(**file)).map(|file| file.as_str()).collect();
-        let (all, same) = (every.len(), every.len() - other.len());
-        eprintln!("── {name}: {same} of {all} files the same, {seconds:.1} s, {memory:.0} MiB");
-        if !other.is_empty() {
-            eprintln!("──   others: {}", other.join(" "));
-            differ.push(name.to_owned());
+        let differences = differences(name, &theirs, &ours);
+        wrong.extend(differences.wrong);
+        let seconds = line["seconds"].as_f64().unwrap_or(f64::NAN);
+        let memory = line["memory"].as_f64().unwrap_or(f64::NAN) / f64::from(1 << 20);
+        let (all, same, largest) = (theirs.len(), differences.same, differences.largest);
+        eprintln!(
+            "── {name}: {same} of {all} files are the same bytes, numbers of the others within {largest:.0e}; \
+             {seconds:.1} s, {memory:.0} MiB"
+        );
+        for file in ours.keys().filter(|file| file.starts_with("certificates/")) {
+            luenberger(&["verify"]).argument(out.join(name).join(file)).quiet_output("verify")?;
         }
     }
-    if differ.is_empty() { Ok(()) } else { Err(failed(format!("other files of {}", differ.join(", ")))) }
+    if wrong.is_empty() { Ok(()) } else { Err(failed(wrong.join("; "))) }
+}
+
+fn failed(what: impl std::fmt::Display) -> Failure {
+    Failure::Live(format!("the studio: {what}"))
+}
+
+/// Numbers may differ by this part of the largest number beside them.
+const ROUNDING: f64 = 1e-4;
+
+/// How two results folders differ.
+#[derive(Default)]
+struct Differences {
+    /// What is more than rounding.
+    wrong: Vec<String>,
+    /// Files with the same bytes.
+    same: usize,
+    /// The largest difference of numbers, relative to the largest number beside them.
+    largest: f64,
+}
+
+fn differences(name: &str, theirs: &BTreeMap<String, Vec<u8>>, ours: &BTreeMap<String, Vec<u8>>) -> Differences {
+    let mut found = Differences::default();
+    if !theirs.keys().eq(ours.keys()) {
+        found.wrong.push(format!("{name} has other files"));
+    }
+    for (file, bytes) in theirs {
+        let Some(own) = ours.get(file) else { continue };
+        if own == bytes {
+            found.same += 1;
+            continue;
+        }
+        let read = |bytes: &[u8]| serde_json::from_slice::<Value>(bytes).ok();
+        // Digests of files that differ do so themselves; certificates have their numbers as texts.
+        if let (Some(one), Some(other), true) = (read(bytes), read(own), file == "study.json") {
+            found.compare(&format!("{name}: {file}"), &one, &other, size(&one));
+        }
+    }
+    found
+}
+
+/// The largest number of a list of numbers, or of a list of such lists.
+fn size(value: &Value) -> f64 {
+    match value {
+        Value::Number(number) => number.as_f64().unwrap_or(0.0).abs(),
+        Value::Array(list) => list.iter().map(size).fold(0.0, f64::max),
+        _ => 0.0,
+    }
+}
+
+impl Differences {
+    fn compare(&mut self, at: &str, one: &Value, other: &Value, scale: f64) {
+        match (one, other) {
+            (Value::Number(x), Value::Number(y)) => {
+                let (x, y) = (x.as_f64().unwrap_or(f64::NAN), y.as_f64().unwrap_or(f64::NAN));
+                let difference = if x == y { 0.0 } else { (x - y).abs() / scale.max(x.abs()).max(y.abs()) };
+                self.largest = self.largest.max(difference);
+                // What is zero but for rounding has no digits to compare.
+                if difference.is_nan() || difference > ROUNDING && x.abs().max(y.abs()) > 1e-12 {
+                    self.wrong.push(format!("{at}: {x} and {y}"));
+                }
+            }
+            (Value::Array(one), Value::Array(other)) if one.len() == other.len() => {
+                let scale = scale.max(one.iter().map(size).fold(0.0, f64::max));
+                for (k, (one, other)) in one.iter().zip(other).enumerate() {
+                    self.compare(&format!("{at}/{k}"), one, other, if one.is_object() { 0.0 } else { scale });
+                }
+            }
+            (Value::Object(one), Value::Object(other)) if one.keys().eq(other.keys()) => {
+                for ((key, one), other) in one.iter().zip(other.values()) {
+                    self.compare(&format!("{at}/{key}"), one, other, 0.0);
+                }
+            }
+            _ if one == other => {}
+            _ => self.wrong.push(format!("{at}: {one} and {other}")),
+        }
+    }
 }
 
 /// The files below a folder, but for hidden ones.
@@ -136,6 +216,26 @@ fn files(root: &Path) -> Result<BTreeMap<String, Vec<u8>>, Failure> {
     Ok(found)
 }
 
+/// Whether a file of a study's folder is data beside it.
+fn is_table(file: &str) -> bool {
+    !file.contains('/') && Path::new(file).extension().is_some_and(|extension| extension == "csv")
+}
+
+/// Templates that the page runs too.
+const IN_PAGE: [&str; 2] = ["double-integrator", "measured-log"];
+
+/// Whether the page computed the bits that node did: of trajectories and certificates, which do not depend on the
+/// options of the run.
+fn same_bits(name: &str, digests: &Value, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Failure> {
+    for (file, bytes) in files.iter().filter(|(file, _)| file.starts_with("trajectories/") || file.starts_with("certi"))
+    {
+        if digests[file] != format!("{:x}", Sha256::digest(bytes)) {
+            return Err(failed(format!("{name}: {file} has other bits in the page than in node")));
+        }
+    }
+    Ok(())
+}
+
 /// The test of the JavaScript package, with this module.
 fn package(module: &Path) -> Result<(), Failure> {
     let test = root().join("crates/studio/npm/test.mjs");
@@ -145,13 +245,22 @@ fn package(module: &Path) -> Result<(), Failure> {
 /// Uses the page in a browser, at several widths, in light and dark.
 fn page(folder: &Path) -> Result<(), Failure> {
     let Some(browser) = browser("the page of the studio in a browser") else { return Ok(()) };
-    let failed = |what: String| Failure::Live(format!("the page of the studio: {what}"));
     let written = folder.join("studio.html");
     luenberger(&["studio", "--force", "-o"]).argument(&written).quiet_output("studio")?;
     let html = fs::read_to_string(&written).map_err(|source| Failure::io(&written, source))?;
-    let script = format!("<script>{}</script></body>", include_str!("studio.js"));
+    let mut studies = Vec::new();
+    for name in IN_PAGE {
+        let own = folder.join(name);
+        let text = fs::read_to_string(own.join("study.toml")).map_err(|source| Failure::io(&own, source))?;
+        let data = files(&own)?.into_iter().filter(|(file, _)| is_table(file));
+        let data: BTreeMap<String, String> =
+            data.map(|(file, bytes)| (file, String::from_utf8_lossy(&bytes).into_owned())).collect();
+        studies.push(json!({ "name": name, "text": text, "files": data }));
+    }
+    let studies = json!(studies).to_string().replace("</", "<\\/");
+    let script = format!("<script>const STUDIES = {studies};\n{}</script></body>", include_str!("studio.js"));
     let test = folder.join("test.html");
-    let at = html.rfind("</body>").ok_or_else(|| failed("it has no end".to_owned()))?;
+    let at = html.rfind("</body>").ok_or_else(|| failed("it has no end"))?;
     fs::write(&test, format!("{}{script}{}", &html[..at], &html[at + "</body>".len()..]))
         .map_err(|source| Failure::io(&test, source))?;
     for (width, dark) in [(800, false), (1400, true)] {
@@ -166,6 +275,9 @@ fn page(folder: &Path) -> Result<(), Failure> {
             if found[what].as_array().is_none_or(|list| !list.is_empty()) {
                 return Err(failed(format!("{width} px, {what}: {}", found[what])));
             }
+        }
+        for name in IN_PAGE {
+            same_bits(name, &found["digests"][name], &files(&folder.join("module").join(name))?)?;
         }
         eprintln!("── the page at {width} px, {}: as it should be", if dark { "dark" } else { "light" });
     }

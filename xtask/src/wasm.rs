@@ -155,7 +155,8 @@ fn function_names(mut rest: &[u8]) -> BTreeMap<usize, String> {
 
 /// The crate that a function is of: of a generic one the first crate in its name that is not of the standard library.
 fn crate_of(name: &str) -> String {
-    let words = name.split(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != ':');
+    let path = path_of(name);
+    let words = path.split(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != ':');
     let crates = words.filter_map(|word| word.split_once("::")).map(|(first, _)| first.trim_start_matches('_'));
     let own = crates.filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase()));
     let mut first = None;
@@ -166,4 +167,18 @@ fn crate_of(name: &str) -> String {
         first.get_or_insert(word);
     }
     first.unwrap_or("other").to_owned()
+}
+
+/// The path in the name of a symbol, each of whose parts has its length in front: `_ZN3std2io..E`.
+fn path_of(name: &str) -> String {
+    let Some(mut rest) = name.strip_prefix("_ZN") else { return name.to_owned() };
+    let mut parts = Vec::new();
+    while let Some(end) = rest.find(|c: char| !c.is_ascii_digit()).filter(|end| *end > 0) {
+        let (length, after) = rest.split_at(end);
+        let Some((part, after)) = length.parse().ok().and_then(|length| after.split_at_checked(length)) else { break };
+        parts.push(part);
+        rest = after;
+    }
+    let escapes = [("$LT$", "<"), ("$GT$", ">"), ("$u20$", " "), ("$C$", ","), ("$RF$", "&"), ("..", "::")];
+    escapes.iter().fold(parts.join("::"), |path, (escape, letter)| path.replace(escape, letter))
 }

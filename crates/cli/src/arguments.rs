@@ -279,8 +279,8 @@ pub(crate) enum Command {
     Sdp(SdpInput),
     /// Write the studio: all of this in one page, which opens in a browser without an installation
     ///
-    /// One HTML file that loads nothing and sends nothing: studies as text and as a form, run while they are written, with
-    /// reports, verified certificates and exported code. Output {"page", "bytes"}.
+    /// One HTML file that loads nothing and sends nothing: studies as text and as a form, run while they are written,
+    /// with reports, verified certificates and exported code. Output {"page", "bytes"}.
     #[command(after_help = examples::STUDIO)]
     Studio(StudioInput),
     /// Print a script with which a shell completes the arguments

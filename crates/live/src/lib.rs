@@ -33,7 +33,8 @@ mod plants;
 mod rows;
 mod run;
 mod truth;
-#[cfg(target_arch = "wasm32")]
+// The module of reports is built without the page; where the crate is a part of another module, nothing is exported.
+#[cfg(all(target_arch = "wasm32", not(feature = "page")))]
 pub mod wasm;
 
 pub use certificate::{GainVerdict, verifies, verify};

@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 use crate::error::{StudioError, located};
 use crate::export::LANGUAGES;
 use crate::message::Message;
-use crate::study::{Text, truth};
+use crate::study::{Written, truth};
 
 /// Mistakes, outline, observers, plant and estimated cost. Of a study with mistakes the last three are null.
 pub(crate) fn check(request: Message) -> Result<Message, StudioError> {
-    let (text, is_estimated) = (Text::of(&request)?, truth(&request, "estimate", true)?);
+    let (text, is_estimated) = (Written::of(&request)?, truth(&request, "estimate", true)?);
     let outline: Vec<Value> = outline(&text.text, text.format).iter().map(outlined).collect();
     let json = match text.study(request.files) {
-        Ok(study) => known(&study, is_estimated, outline),
+        Ok(study) => known(&study, is_estimated, &outline),
         Err(StudioError::Study(error)) => {
             let Some(mistakes) = error.diagnostics() else { return Err(error.into()) };
             json!({
@@ -46,7 +46,7 @@ fn outlined(key: &Outlined) -> Value {
     })
 }
 
-fn known(study: &Study, is_estimated: bool, outline: Vec<Value>) -> Value {
+fn known(study: &Study, is_estimated: bool, outline: &[Value]) -> Value {
     let plant = &study.plant;
     let observers: Vec<Value> =
         study.observers.iter().map(|one| json!({ "name": one.name, "kind": one.kind.name() })).collect();

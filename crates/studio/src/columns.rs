@@ -1,24 +1,26 @@
 //! `columns`: what a log has, and the table of a study that reads it.
 
+use std::fmt::Write;
+
 use luenberger_study::Study;
 use luenberger_study::table::Table;
 use serde_json::{Value, json};
 
 use crate::error::StudioError;
 use crate::message::Message;
-use crate::study::Text;
+use crate::study::Written;
 use crate::verify::one;
 
 /// Names that a column of times may have, in the order in which they are preferred.
 const TIMES: [&str; 6] = ["t", "time", "timestamp", "time_s", "t_s", "seconds"];
 
-/// The columns of the one file, and a table `[log]`: with `study` columns are offered for its plant, by their names where
-/// these agree.
+/// The columns of the one file, and a table `[log]`: with `study` columns are offered for its plant, by their names
+/// where these agree.
 pub(crate) fn columns(request: Message) -> Result<Message, StudioError> {
     let study = match request.json.get("study") {
         None | Some(Value::Null) => None,
         // A log may be dropped on a study that has mistakes, or on one without its files.
-        Some(_) => Text::of(&request)?.study(Vec::new()).ok(),
+        Some(_) => Written::of(&request)?.study(Vec::new()).ok(),
     };
     let (name, bytes) = one(request, "the bytes of a table")?;
     let table = Table::from_bytes(&bytes).map_err(|error| StudioError::Table { name: name.clone(), error })?;
@@ -34,7 +36,7 @@ fn suggestion(file: &str, names: &[String], study: Option<&Study>) -> String {
     let time = named.or(names.first()).map_or("t", String::as_str);
     let mut text = format!("[log]\nfile = {}\n", quoted(file));
     if time != "t" {
-        text += &format!("time = {}\n", quoted(time));
+        _ = writeln!(text, "time = {}", quoted(time));
     }
     let mut rest: Vec<&String> = names.iter().filter(|name| *name != time).collect();
     let Some(study) = study else {
@@ -60,7 +62,7 @@ fn suggestion(file: &str, names: &[String], study: Option<&Study>) -> String {
         if !is_default {
             // A plant with more signals than the table has columns: the message of the study says which.
             let all: Vec<String> = found.iter().map(|column| quoted(column.as_deref().unwrap_or_default())).collect();
-            text += &format!("{key} = [{}]\n", all.join(", "));
+            _ = writeln!(text, "{key} = [{}]", all.join(", "));
         }
     }
     text

@@ -1,8 +1,8 @@
 //! The whole chain in one page: studies are read, run, verified and exported by a WebAssembly module.
 //!
-//! [`answer`] takes a request and gives the answer, both as a [`Message`]: JSON, and files with their bytes. It does what
-//! the commands of `luenberger` do, by the same code, with files in memory; the bytes of its files are those of the
-//! commands. Nothing but [`wasm`](self) knows that there is a page.
+//! [`answer`] takes a request and gives the answer, both as a [`Message`]: JSON, and files with their bytes. It does
+//! what the commands of `luenberger` do, by the same code, with files in memory; the bytes of its files are those of
+//! the commands. Nothing but [`wasm`](self) knows that there is a page.
 //!
 //! | request `do` | answer beside `error` |
 //! |---|---|
@@ -36,6 +36,8 @@ mod columns;
 mod error;
 mod export;
 mod message;
+#[cfg(feature = "page")]
+mod page;
 mod run;
 mod study;
 mod tune;
@@ -45,6 +47,8 @@ pub mod wasm;
 
 pub use error::StudioError;
 pub use message::{Message, MessageError};
+#[cfg(feature = "page")]
+pub use page::{module, page, page_with};
 
 use serde_json::{Value, json};
 
@@ -61,8 +65,8 @@ impl Host for Quiet {
     fn progress(&self, _json: &str) {}
 }
 
-/// The answer to a request, each as the bytes of a [`Message`]. A request that cannot be answered has an answer that says
-/// why: `{"error": {"message", "diagnostics"}, "rendered"}`.
+/// The answer to a request, each as the bytes of a [`Message`]. A request that cannot be answered has an answer that
+/// says why: `{"error": {"message", "diagnostics"}, "rendered"}`.
 ///
 /// The cost is that of the command of the same name; memory holds the request, the results, and the answer.
 pub fn answer(request: &[u8], host: &dyn Host) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! Messages between the page and the module: JSON and the bytes of files.
 //!
-//! The length of the JSON as four bytes, the least significant first; the JSON in UTF-8; the bytes of the files one after
-//! the other. The member `files` of the JSON has their names and lengths in this order:
+//! The length of the JSON as four bytes, the least significant first; the JSON in UTF-8; the bytes of the files one
+//! after the other. The member `files` of the JSON has their names and lengths in this order:
 //! `[{"name": "log.csv", "bytes": 1234}]`.
 
 use serde_json::{Value, json};

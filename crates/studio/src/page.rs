@@ -13,7 +13,19 @@ const MODULE: &str = include_str!("../assets/luenberger-studio.wasm.gz.base64");
 const PAGE: &str = include_str!("../assets/page.html");
 const STYLE: &str = include_str!("../assets/studio.css");
 const EDITOR: &str = include_str!("../assets/editor.js");
-const STUDIO: &str = include_str!("../assets/studio.js");
+/// The script of the page, by its subjects.
+const STUDIO: &str = concat!(
+    "\"use strict\";\n",
+    include_str!("../assets/elements.js"),
+    include_str!("../assets/bytes.js"),
+    include_str!("../assets/toml.js"),
+    include_str!("../assets/schema.js"),
+    include_str!("../assets/formula.js"),
+    include_str!("../assets/text.js"),
+    include_str!("../assets/form.js"),
+    include_str!("../assets/engine.js"),
+    include_str!("../assets/studio.js"),
+);
 const WORKER: &str = include_str!("../assets/worker.js");
 
 /// The page with the module of this version, which opens from a file and loads nothing.

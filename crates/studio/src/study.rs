@@ -9,14 +9,14 @@ use crate::message::Message;
 /// The longest study that is read: an editor and its highlighting are slow beyond.
 pub(crate) const LONGEST: usize = 4 << 20;
 
-/// The text of a study with its name and format.
-pub(crate) struct Text {
+/// A study as it is written, with its name and format.
+pub(crate) struct Written {
     pub(crate) name: String,
     pub(crate) text: String,
     pub(crate) format: Format,
 }
 
-impl Text {
+impl Written {
     /// That of a request.
     pub(crate) fn of(request: &Message) -> Result<Self, StudioError> {
         let expected = "the text of a study".to_owned();
@@ -43,7 +43,7 @@ impl Text {
 
 /// The study of a request that needs one.
 pub(crate) fn of(request: Message) -> Result<Study, StudioError> {
-    Text::of(&request)?.study(request.files)
+    Written::of(&request)?.study(request.files)
 }
 
 /// A text of a request, if it has one.

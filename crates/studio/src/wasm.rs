@@ -34,8 +34,8 @@ impl Host for Page {
     }
 }
 
-/// A buffer of `length` bytes for the page to write a request to; [`call`] frees it. The module ends if there is no memory
-/// for it.
+/// A buffer of `length` bytes for the page to write a request to; [`call`] frees it. The module ends if there is no
+/// memory for it.
 #[unsafe(no_mangle)]
 pub extern "C" fn allocate(length: usize) -> *mut u8 {
     let layout = Layout::from_size_align(length.max(1), ALIGNMENT).unwrap_or(Layout::new::<u64>());
@@ -47,8 +47,8 @@ pub extern "C" fn allocate(length: usize) -> *mut u8 {
     buffer
 }
 
-/// The address of the answer to the request in a buffer, which is freed: the length of the answer as four bytes, the least
-/// significant first, and the answer. [`release`] frees it.
+/// The address of the answer to the request in a buffer, which is freed: the length of the answer as four bytes, the
+/// least significant first, and the answer. [`release`] frees it.
 ///
 /// # Safety
 /// `request` and `length` are those of a call of [`allocate`], whose buffer was not passed before.

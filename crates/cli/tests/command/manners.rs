@@ -32,6 +32,7 @@ const COMMANDS: &[&str] = &[
     "poles",
     "import",
     "verify",
+    "studio",
     "sdp",
     "completions",
     "man",

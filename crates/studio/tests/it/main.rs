@@ -1,6 +1,7 @@
 //! Tests of the requests: what they answer, that files are those of the commands, and what is said of bad input.
 
 mod bad_input;
+mod page;
 mod requests;
 mod same_files;
 

@@ -1,5 +1,6 @@
 //! What each request answers.
 
+use std::fmt::Write;
 use std::io::Read;
 use std::sync::Mutex;
 
@@ -151,7 +152,7 @@ fn advise_and_tune_leave_the_files_of_the_commands() {
         f64::from(state >> 8) / f64::from(1 << 24) - 0.5
     };
     for k in 0..200 {
-        log += &format!("{k},{}\n", x + 4.0 * uniform());
+        _ = writeln!(log, "{k},{}", x + 4.0 * uniform());
         x += 2.0 * uniform();
     }
     let study = "[plant]\na = [[1]]\nc = [[1]]\ndt = 1\noutputs = [\"y\"]\n[log]\nfile = \"log.csv\"\n[[observer]]\n\

@@ -57,8 +57,9 @@ use rows::Run;
 
 /// Executes one step of a study, with what it needs of the steps before it, or all steps ([`Step::Run`]).
 ///
-/// With [`RunOptions::output`] results are written to a folder, on the disk or in memory, in place of those of an earlier run; an interruption
-/// leaves what is finished, another error leaves the folder as it was. The same study gives identical bytes.
+/// With [`RunOptions::output`] results are written to a folder, on the disk or in memory, in place of those of an
+/// earlier run; an interruption leaves what is finished, another error leaves the folder as it was. The same study
+/// gives identical bytes.
 ///
 /// ```
 /// use luenberger_study::{Format, RunOptions, Step, Study, execute, template};

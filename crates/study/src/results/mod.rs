@@ -515,9 +515,9 @@ impl Results {
             failure.chain(open).map(|why| (observer.name.as_str(), why))
         });
         let rows = self.simulation.iter().flat_map(|simulation| &simulation.rows);
-        let runs = rows.filter_map(|row| Some((row.observer.as_str(), row.failure.as_ref()?.to_string())));
+        let runs = rows.filter_map(|row| Some((row.observer.as_str(), row.failure.clone()?)));
         let rows = self.log.iter().flat_map(|log| &log.rows);
-        let on_log = rows.filter_map(|row| Some((row.observer.as_str(), row.failure.as_ref()?.to_string())));
+        let on_log = rows.filter_map(|row| Some((row.observer.as_str(), row.failure.clone()?)));
         designs.chain(runs).chain(on_log)
     }
 

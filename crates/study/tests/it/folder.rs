@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use luenberger_study::{RunOptions, Step, StudyError, execute};
+use luenberger_study::{MemoryFolder, RunOptions, Step, StudyError, execute};
 use serde_json::Value;
 
 use crate::studies::study;
@@ -272,4 +272,31 @@ fn an_interruption_replaces_the_earlier_results_by_the_finished_ones() {
     let expected = [".luenberger.lock", "certificates/one.json", "manifest.json", "study.json"];
     assert_eq!(files(&folder).into_iter().collect::<Vec<_>>(), expected);
     run(STUDY, &folder);
+}
+
+/// A folder in memory has the files of one on the disk, with their bytes, for every step; the blocks of a sweep, which
+/// are for other processes, are not among them. A second run leaves nothing of the first.
+#[test]
+fn a_folder_in_memory_has_the_same_files() {
+    let text = format!("{STUDY}[sweep]\nparameter = \"poles\"\nvalues = [1, 2]\n");
+    let study = study(&text);
+    let memory = MemoryFolder::default();
+    for step in [Step::Run, Step::Sweep, Step::Certify, Step::Observe] {
+        let folder = scratch(&format!("memory-{}", step.name()));
+        execute(&study, step, &RunOptions::default().output(folder.clone().into())).unwrap();
+        execute(&study, step, &RunOptions::default().output(memory.clone().into())).unwrap();
+        let is_result = |name: &String| !name.starts_with('.') && !name.starts_with("blocks/");
+        let names: BTreeSet<String> = files(&folder).into_iter().filter(is_result).collect();
+        let found = memory.take();
+        assert_eq!(found.keys().cloned().collect::<BTreeSet<_>>(), names, "{}", step.name());
+        for (name, bytes) in found {
+            assert_eq!(bytes, fs::read(folder.join(&name)).unwrap(), "{}: {name}", step.name());
+        }
+        memory.clone().take();
+    }
+    let run = |step| execute(&study, step, &RunOptions::default().output(memory.clone().into())).unwrap();
+    run(Step::Run);
+    run(Step::Observe);
+    let names: Vec<String> = memory.take().into_keys().collect();
+    assert_eq!(names, ["manifest.json", "study.json"]);
 }
