@@ -208,24 +208,34 @@ Proof.
   rewrite norm_in_squared by apply Positive. unfold real in *. lra.
 Qed.
 
-(** [x'|P|x <= b^2] for a column x. *)
-Definition is_long (n : nat) (P : list (list Q)) (x : numbers) (b : Q) : bool :=
-  at_least 1 (negative 1 1 (times 1 n 1 (turned 1 n x) (times n n 1 (absolute n n (numbers_of n n P)) x))) (- (b * b)).
+(** [x'|P|x <= b^2] for a column x. No definition: to see that both are the same the kernel would compute them. *)
+Local Notation is_long n P x b :=
+  (at_least 1 (negative 1 1 (times 1 n 1 (turned 1 n x) (times n n 1 (absolute n n (numbers_of n n P)) x)))
+    (- (b * b))%Q).
+
+Lemma column_form n M X (one : vector) :
+  one 0%nat = 1 ->
+  bilinear 1 1 (product n (transpose X) (product n M X)) one one = form n M (fun i => X i 0%nat).
+Proof.
+  intros One. rewrite bilinear_transpose_product, bilinear_product.
+  assert (C : forall i, (i < n)%nat -> apply 1 X one i = X i 0%nat).
+  { intros i _. unfold apply. cbn [sum]. rewrite One. ring. }
+  apply bilinear_ext; [easy|exact C|exact C].
+Qed.
 
 Lemma is_long_correct n P x X b :
   fits n n P = true -> equals n 1 x X -> is_long n P x b = true ->
   form n (magnitude (real P)) (fun i => X i 0%nat) <= Q2R b * Q2R b.
 Proof.
   intros Fit E H.
-  pose proof (at_least_correct _ _ _ _ (negative_correct _ _ _ _ (times_correct 1 n 1 _ _ _ _ (turned_correct 1 n _ _ E)
-    (times_correct n n 1 _ _ _ _ (absolute_correct _ _ _ _ (fits_equals _ _ _ Fit)) E))) H (fun _ => 1)) as K.
-  rewrite Q2R_opp, Q2R_mult in K. unfold form in K. rewrite bilinear_scale, bilinear_transpose_product,
-    bilinear_product in K.
-  set (one := (fun _ => 1) : vector) in *.
-  assert (C : forall i, (i < n)%nat -> apply 1 X one i = X i 0%nat) by (intros; unfold apply, one; simpl; ring).
-  assert (F : bilinear n n (magnitude (real P)) (apply 1 X one) (apply 1 X one)
-    = form n (magnitude (real P)) (fun i => X i 0%nat)) by (apply bilinear_ext; [easy|exact C|exact C]).
-  rewrite F in K. replace (square 1 one) with 1 in K by (unfold square, one; simpl; ring). lra.
+  pose proof (negative_correct _ _ _ _ (times_correct 1 n 1 _ _ _ _ (turned_correct 1 n _ _ E)
+    (times_correct n n 1 _ _ _ _ (absolute_correct _ _ _ _ (fits_equals _ _ _ Fit)) E))) as Equal.
+  set (one := (fun _ => 1) : vector). assert (One : one 0%nat = 1) by reflexivity. clearbody one.
+  revert H. generalize dependent (negative 1 1 (times 1 n 1 (turned 1 n x)
+    (times n n 1 (absolute n n (numbers_of n n P)) x))).
+  intros Y Equal H. pose proof (at_least_correct 1 _ _ _ Equal H one) as K. unfold form in K.
+  rewrite bilinear_scale, column_form, Q2R_opp, Q2R_mult in K by exact One.
+  assert (Square : square 1 one = 1) by (unfold square; cbn [sum]; rewrite One; ring). rewrite Square in K. lra.
 Qed.
 
 (** No entry is negative. *)

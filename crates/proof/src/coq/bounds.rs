@@ -5,7 +5,7 @@
 //! worst matrices have all entries at a bound; for these the worst vector is an eigenvector; and so on by turns. What
 //! is found is decided exactly, and by Coq again.
 
-use super::{CoqError, Out};
+use super::{CoqError, Out, margin};
 use crate::certificate::{Fact, Theorem, Vertex};
 use crate::definite::Direction;
 use crate::error::ProofError;
@@ -20,6 +20,10 @@ const TURNS: usize = 8;
 
 /// Steps towards the eigenvector of the largest eigenvalue.
 const STEPS: usize = 300;
+
+/// What is left of a margin of `[factor^2 P, F'P; P F, P]` in Coq, which adds up what deviations take with weights where
+/// the checker bounds it by a factorisation.
+pub(super) const LEFT: f64 = 1.0 - 1.0 / 1024.0;
 
 /// Whether data are more than one number.
 pub(super) fn are_bounds<'a>(data: impl IntoIterator<Item = &'a Matrix<Datum>>) -> bool {
@@ -294,8 +298,9 @@ impl Out {
         let arguments =
             format!("{n} {outputs} A_low{suffix} A_high{suffix} C_low{suffix} C_high{suffix} L P\n  factor");
         if fact.verdict.is_proved() {
-            let margin = format!("margin_F{suffix}");
-            self.margin(&margin, fact, claimed)?;
+            let (margin, whole) = (format!("margin_F{suffix}"), margin(fact, claimed)?);
+            let what = format!("The margin of {}, less a 1024th.", fact.inequality);
+            self.float(&margin, whole.enclosure().lo() * LEFT, &what)?;
             self.theorem(
                 &format!("inequality{suffix}"),
                 "For all A and C between the bounds the form of [factor^2 P, F'P; P F, P], F = A - L C, is at least the margin\n    \

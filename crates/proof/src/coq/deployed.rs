@@ -21,7 +21,11 @@ impl Out {
         claimed: &[Number],
     ) -> Result<(), CoqError> {
         let DeployedObserver { stored, step, p, .. } = theorem;
-        let [_, positive, decrease, more @ ..] = facts else { return Ok(()) };
+        let [nearest, positive, decrease, more @ ..] = facts else { return Ok(()) };
+        // The other facts are about the numbers nearest to the plant's.
+        if !nearest.verdict.is_proved() {
+            return Ok(());
+        }
         let (n, outputs) = (stored.a.rows(), stored.c.rows());
         let is_joined = *step == Step::Joined && stored.cubic.is_none();
         if is_joined {

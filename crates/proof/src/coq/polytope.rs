@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::bounds::{Data, are_bounds};
+use super::bounds::{Data, LEFT, are_bounds};
 use super::discrete::{contraction, falls};
 use super::{Between, CoqError, Out, points, says, single};
 use crate::certificate::{DiscreteJacobianPolytope, Fact, Vertex};
@@ -130,7 +130,8 @@ impl Out {
             let between = Between::of(p, positive)?;
             self.between(&between, "")?;
             // At (v, -Fv) the block is v'Pv - v'F'PFv, for the factor 1.
-            let factor = if *factor < 1.0 { *factor } else { contraction(least, 1.0, between.upper) };
+            let slower = |factor: f64| if are_boxes { 1.0 - (1.0 - factor) * LEFT } else { factor };
+            let factor = if *factor < 1.0 { *factor } else { slower(contraction(least, 1.0, between.upper)) };
             self.contraction(factor, least)?;
         }
         self.positive(n, "P", positive, claimed.first())?;
