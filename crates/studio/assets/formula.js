@@ -50,9 +50,9 @@ function typeset(text) {
     throw new Error("no formula");
   };
   const row = (...children) => mathml("mrow", ...children);
-  const mark = (text) => {
-    const node = mathml("mo", text);
-    if (/[()|]/.test(text)) node.setAttribute("stretchy", "false");
+  const mark = (sign) => {
+    const node = mathml("mo", sign);
+    if (/[()|]/.test(sign)) node.setAttribute("stretchy", "false");
     return node;
   };
   // Brackets grow with a fraction or a power between them.

@@ -276,7 +276,7 @@ class Studio {
       at("auto").checked = kept.auto !== false;
       this.theme();
       this.name = String(kept.name ?? "study.toml");
-      for (const [name, text] of Object.entries(kept.files ?? {})) this.files.set(name, encode(text));
+      for (const [name, content] of Object.entries(kept.files ?? {})) this.files.set(name, encode(content));
       this.editor.begin(kept.text);
       this.language();
       this.saved = kept.saved ?? "";
@@ -451,7 +451,7 @@ class Studio {
     this.keeping = setTimeout(() => this.keep(), 400);
     clearTimeout(this.checking);
     this.checking = setTimeout(() => this.check(), 200);
-    if (!update.transactions.some((transaction) => transaction.annotation(external))) {
+    if (!update.transactions.some((transaction) => transaction.annotation(fromForm))) {
       clearTimeout(this.drawing);
       this.drawing = setTimeout(() => this.form.draw(), 0);
     }
@@ -713,7 +713,7 @@ class Studio {
         failure || !design ? "not applicable" : design.verdict === "none" ? "no certificate" : design.verdict;
       const tone = failure || !design ? "failed" : (TONES[design.verdict] ?? "open");
       const ended = rows.find((row) => row.observer === name && row.failure)?.failure;
-      const chip = button("", () => this.choice(observer, ended), {
+      const chip = button("", () => this.tell(observer, ended), {
         class: `chip ${ended ? "failed" : tone}`,
         "aria-expanded": "false",
         "aria-controls": "chosen",
@@ -748,11 +748,11 @@ class Studio {
     const still = (results?.observers ?? []).find(({ name }) => name === this.chosen);
     this.chosen = still?.name ?? null;
     at("chosen").hidden = !still;
-    if (still) this.choice(still, rows.find((row) => row.observer === still.name && row.failure)?.failure, true);
+    if (still) this.tell(still, rows.find((row) => row.observer === still.name && row.failure)?.failure, true);
   }
 
   // What is said of an observer; once more closes it.
-  choice({ name, kind, design, failure }, ended, again = false) {
+  tell({ name, kind, design, failure }, ended, again = false) {
     const parts = [element("p", {}, element("strong", {}, name), ` (${kind})`)];
     if (ended) parts.push(element("p", {}, `Its run ended early: ${ended}`));
     if (failure) {

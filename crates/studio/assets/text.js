@@ -1,6 +1,6 @@
 // The study as text: CodeMirror with completion, descriptions and mistakes.
 
-const external = Editor.Annotation.define();
+const fromForm = Editor.Annotation.define();
 
 const FUNCTIONS = [
   ..."sqrt exp ln log10 sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh pow".split(" "),
@@ -96,7 +96,7 @@ class StudyEditor {
   }
 
   edit(changes, own = false) {
-    this.view.dispatch({ changes, annotations: own ? [external.of(true)] : [], userEvent: "input" });
+    this.view.dispatch({ changes, annotations: own ? [fromForm.of(true)] : [], userEvent: "input" });
   }
 
   dark(dark) {

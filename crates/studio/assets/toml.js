@@ -309,13 +309,13 @@ class Toml {
 
   // Where a place is: in a header, at a key or in a value, with the path and the start of the word.
   context(place) {
-    const header = this.headers.findLast((header) => header.from <= place);
+    const header = this.headers.findLast(({ from }) => from <= place);
     if (header && place <= this.lineEnd(header.from) && place > header.from) {
       const word = /[^[\]]*$/.exec(this.text.slice(header.from, place))[0];
       return place <= header.to ? { mode: "header", from: place - word.length, array: header.array, path: [] } : null;
     }
     const path = header?.path ?? [];
-    const statement = this.statements.findLast((statement) => statement.from <= place);
+    const statement = this.statements.findLast(({ from }) => from <= place);
     const start = statement && statement.from > (header?.from ?? -1) ? statement.from : null;
     if (start !== null) {
       const found = this.within(start, place, path, statement.to);
