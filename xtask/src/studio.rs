@@ -127,6 +127,9 @@ fn failed(what: impl std::fmt::Display) -> Failure {
 /// Numbers may differ by this part of the largest number beside them.
 const ROUNDING: f64 = 1e-4;
 
+/// Numbers below are rounding errors of zero.
+const ZERO: f64 = 1e-12;
+
 /// How two results folders differ.
 #[derive(Default)]
 struct Differences {
@@ -173,9 +176,12 @@ impl Differences {
             (Value::Number(x), Value::Number(y)) => {
                 let (x, y) = (x.as_f64().unwrap_or(f64::NAN), y.as_f64().unwrap_or(f64::NAN));
                 let difference = if x == y { 0.0 } else { (x - y).abs() / scale.max(x.abs()).max(y.abs()) };
-                self.largest = self.largest.max(difference);
                 // What is zero but for rounding has no digits to compare.
-                if difference.is_nan() || difference > ROUNDING && x.abs().max(y.abs()) > 1e-12 {
+                if x.abs().max(y.abs()) < ZERO {
+                    return;
+                }
+                self.largest = self.largest.max(difference);
+                if difference.is_nan() || difference > ROUNDING {
                     self.wrong.push(format!("{at}: {x} and {y}"));
                 }
             }
@@ -214,6 +220,14 @@ fn files(root: &Path) -> Result<BTreeMap<String, Vec<u8>>, Failure> {
         }
     }
     Ok(found)
+}
+
+/// What a script of the test left in an element of the page.
+fn left(dom: &str, id: &str) -> Result<Value, Failure> {
+    let found = dom.split_once(&format!("id=\"{id}\">")).and_then(|(_, rest)| rest.split_once("</pre>"));
+    let found = found.map_or("nothing", |(found, _)| found);
+    let found = found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    serde_json::from_str(&found).map_err(|_| failed(format!("{id} has {found}")))
 }
 
 /// Whether a file of a study's folder is data beside it.
@@ -258,7 +272,11 @@ fn page(folder: &Path) -> Result<(), Failure> {
         studies.push(json!({ "name": name, "text": text, "files": data }));
     }
     let studies = json!(studies).to_string().replace("</", "<\\/");
-    let script = format!("<script>const STUDIES = {studies};\n{}</script></body>", include_str!("studio.js"));
+    let script = format!(
+        "<script>{}</script><script>const STUDIES = {studies};\n{}</script></body>",
+        include_str!("studio.js"),
+        include_str!("studio-bits.js")
+    );
     let test = folder.join("test.html");
     let at = html.rfind("</body>").ok_or_else(|| failed("it has no end"))?;
     fs::write(&test, format!("{}{script}{}", &html[..at], &html[at + "</body>".len()..]))
@@ -267,17 +285,14 @@ fn page(folder: &Path) -> Result<(), Failure> {
         let size = format!("--window-size={width},1000");
         let scheme = format!("--blink-settings=preferredColorScheme={}", u8::from(!dark));
         let dom = chromium(browser, &["--dump-dom", &size, &scheme], &test)?;
-        let found = dom.split_once("id=\"test-result\">").and_then(|(_, rest)| rest.split_once("</pre>"));
-        let found = found.map_or("nothing", |(found, _)| found);
-        let found = found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
-        let found: Value = serde_json::from_str(&found).map_err(|_| failed(format!("it says: {found}")))?;
+        let (found, bits) = (left(&dom, "test-result")?, left(&dom, "test-bits")?);
         for what in ["errors", "requests", "wide", "wrong"] {
             if found[what].as_array().is_none_or(|list| !list.is_empty()) {
                 return Err(failed(format!("{width} px, {what}: {}", found[what])));
             }
         }
         for name in IN_PAGE {
-            same_bits(name, &found["digests"][name], &files(&folder.join("module").join(name))?)?;
+            same_bits(name, &bits[name], &files(&folder.join("module").join(name))?)?;
         }
         eprintln!("── the page at {width} px, {}: as it should be", if dark { "dark" } else { "light" });
     }

@@ -2,7 +2,7 @@
 
 use luenberger_study::execute::{about, bytes};
 use luenberger_study::read::{Outlined, outline};
-use luenberger_study::{Step, Study, estimate};
+use luenberger_study::{Step, Study, estimate_roughly};
 use serde_json::{Value, json};
 
 use crate::error::{StudioError, located};
@@ -54,7 +54,7 @@ fn known(study: &Study, is_estimated: bool, outline: &[Value]) -> Value {
         study.observers.iter().map(|one| json!({ "observer": one.name, "languages": LANGUAGES })).collect();
     let suspicions = study.log.iter().flat_map(|log| &log.suspicions);
     let warnings: Vec<String> = suspicions.map(|one| one.in_words(plant.time_unit.as_deref())).collect();
-    let cost = is_estimated.then(|| estimate(study, Step::Run, 1));
+    let cost = is_estimated.then(|| estimate_roughly(study, Step::Run, 1));
     let cost = cost.map(|cost| {
         let in_words = format!("{}, {} of memory", about(cost.seconds), bytes(cost.memory.bytes));
         json!({

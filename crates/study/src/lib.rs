@@ -65,8 +65,8 @@ pub use deployment::closed_loop;
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;
 pub use execute::{
-    Estimate, Excess, Limits, MemoryFolder, Output, Progress, RunOptions, Step, SweepError, estimate, execute,
-    execute_in_part, replay_designed, run, simulate_designed, write_folder,
+    Estimate, Excess, Limits, MemoryFolder, Output, Progress, RunOptions, Step, SweepError, estimate, estimate_roughly,
+    execute, execute_in_part, replay_designed, run, simulate_designed, write_folder,
 };
 pub use luenberger_expression::nearest;
 pub use nalgebra;

@@ -70,6 +70,16 @@ const DIGITS: f64 = 22.0;
 
 /// Estimated cost of a step, from a simulation of one fiftieth of the duration.
 pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
+    estimated(study, step, threads, true)
+}
+
+/// The same from the plant alone: no observer is run, so that it takes a few hundredths of a run of the plant, and is
+/// right to an order of magnitude.
+pub fn estimate_roughly(study: &Study, step: Step, threads: usize) -> Estimate {
+    estimated(study, step, threads, false)
+}
+
+fn estimated(study: &Study, step: Step, threads: usize, closely: bool) -> Estimate {
     let each_design: f64 = study.observers.iter().map(|requested| requested.kind.seconds(study)).sum();
     let n = study.plant.states.len() as f64;
     let observed = if matches!(step, Step::Observe | Step::Run) { 1e-7 * n * n * n } else { 0.0 };
@@ -104,9 +114,9 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
     let is_written = step != Step::Sweep;
     let running = simulated.map_or(0.0, |simulation| {
         let written = if is_written { writing(study, simulation.samples) } else { 0.0 };
-        each_run(study, simulation, own + swept) * (own + swept) as f64 + written * own as f64
+        each_run(study, simulation, own + swept, closely) * (own + swept) as f64 + written * own as f64
     });
-    let running = running + of_log.map_or(0.0, |log| on_log as f64 * all_on_log(study, log));
+    let running = running + of_log.map_or(0.0, |log| on_log as f64 * all_on_log(study, log, closely));
     let mostly = if running > designs + again { "simulations" } else { "designs" };
     Estimate { runs, seconds: designs + again + running, mostly: mostly.to_owned(), memory }
 }
@@ -177,7 +187,7 @@ fn quick(study: &Study, requested: &ObserverSpec) -> Option<Designed> {
 }
 
 /// Mean seconds of one of so many runs with an observer.
-fn each_run(study: &Study, simulation: &Simulation, runs: usize) -> f64 {
+fn each_run(study: &Study, simulation: &Simulation, runs: usize, closely: bool) -> f64 {
     // An observer costs about as much as the plant, and its transient about as much again.
     const WITH_OBSERVER: f64 = 4.0;
     let alone = of_plant(study, simulation);
@@ -186,7 +196,7 @@ fn each_run(study: &Study, simulation: &Simulation, runs: usize) -> f64 {
         |requested: &ObserverSpec| alone * WITH_OBSERVER + requested.kind.seconds_of_steps(simulation.duration);
     let count = study.observers.len().max(1) as f64;
     let roughly = study.observers.iter().map(counted).sum::<f64>() / count;
-    if roughly * runs as f64 <= CLOSELY || trajectory::fed(study).is_some() {
+    if !closely || roughly * runs as f64 <= CLOSELY || trajectory::fed(study).is_some() {
         return roughly;
     }
     let one = |requested: &ObserverSpec| measured(study, simulation, requested).unwrap_or_else(|| counted(requested));
@@ -214,7 +224,7 @@ fn measured(study: &Study, simulation: &Simulation, requested: &ObserverSpec) ->
 }
 
 /// Seconds of all observers on a log, with their tables.
-fn all_on_log(study: &Study, log: &Log) -> f64 {
+fn all_on_log(study: &Study, log: &Log, closely: bool) -> f64 {
     // Of a row, without knowing the observer.
     const ROW: f64 = 1e-5;
     const ROWS: usize = 2000;
@@ -226,7 +236,7 @@ fn all_on_log(study: &Study, log: &Log) -> f64 {
     };
     let written = writing(study, rows) * study.observers.len() as f64;
     let sum: f64 = study.observers.iter().map(roughly).sum();
-    if rows <= ROWS || sum <= CLOSELY {
+    if !closely || rows <= ROWS || sum <= CLOSELY {
         return sum + written;
     }
     let Some(first) = first_rows(log, ROWS) else { return sum + written };

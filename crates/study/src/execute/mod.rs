@@ -28,7 +28,7 @@ pub use crate::digest::FileDigest;
 pub use crate::error::log::LogError;
 pub use crate::error::sweep::{Fault, SweepError};
 pub use crate::limits::{Excess, Limits, about, bytes, duration};
-pub use estimate::{Estimate, MemoryEstimate, estimate};
+pub use estimate::{Estimate, MemoryEstimate, estimate, estimate_roughly};
 pub use folder::{MemoryFolder, Output};
 pub(crate) use log::{replay_of, settings as replay_settings, with_variances};
 pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
