@@ -94,3 +94,8 @@ fn answered(request: Message, host: &dyn Host) -> Result<Message, StudioError> {
     }
     Ok(answer)
 }
+
+/// The example of `README.md`, compiled and run with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
