@@ -26,8 +26,8 @@ pub struct Forged {
 /// Longer files are not taken: they would be compiled for long.
 const LONGEST: usize = 40_000;
 
-/// Theorems of two sorts, told by a definition: of an observer that converges from an ellipsoid, of data between bounds,
-/// of a running observer. Designs of both are taken in turn, those without the definition first.
+/// Theorems of two sorts, told by a definition: of an observer that converges from an ellipsoid, of data between
+/// bounds, of a running observer. Designs of both are taken in turn, those without the definition first.
 const SORTS: [(&str, &str); 4] = [
     ("cubic-observer", "\nDefinition level "),
     ("feedback-loop", "\nDefinition level "),

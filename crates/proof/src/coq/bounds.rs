@@ -21,8 +21,8 @@ const TURNS: usize = 8;
 /// Steps towards the eigenvector of the largest eigenvalue.
 const STEPS: usize = 300;
 
-/// What is left of a margin of `[factor^2 P, F'P; P F, P]` in Coq, which adds up what deviations take with weights where
-/// the checker bounds it by a factorisation.
+/// What is left of a margin of `[factor^2 P, F'P; P F, P]` in Coq, which adds up what deviations take with weights,
+/// where the checker bounds it by a factorisation.
 pub(super) const LEFT: f64 = 1.0 - 1.0 / 1024.0;
 
 /// Whether data are more than one number.
