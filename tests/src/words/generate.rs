@@ -35,6 +35,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("high-gain", |random| expression_study(random, "high-gain")),
     ("extended-kalman", |random| expression_study(random, "extended-kalman")),
     ("iterated-extended-kalman", |random| expression_study(random, "iterated-extended-kalman")),
+    ("error-state-kalman", |random| expression_study(random, "error-state-kalman")),
     ("ukf", |random| expression_study(random, "ukf")),
     ("mhe", |random| expression_study(random, "mhe")),
     ("particle", |random| expression_study(random, "particle")),
@@ -670,6 +671,9 @@ impl Rows {
                 _ = writeln!(text, "w = {}\nv = {}\nperiod = 0.05", list(&w), list(&v));
                 if kind == "mhe" {
                     text.push_str("window = 3\n");
+                } else if kind == "error-state-kalman" {
+                    let last = if n > 2 && random.once_in(2) { ", \"x3\"" } else { "" };
+                    _ = writeln!(text, "unit_vectors = [[\"x1\", \"x2\"{last}]]");
                 } else if kind == "imm" {
                     text.push_str("models = [{}, { w = 1 }]\ntransitions = [[0.9, 0.1], [0.2, 0.8]]\n");
                 } else if random.once_in(4) {
@@ -682,7 +686,11 @@ impl Rows {
 }
 
 fn expression_study(random: &mut Random, kind: &str) -> String {
-    let plant = Rows::random(random);
+    let mut plant = Rows::random(random);
+    // A unit vector has two entries.
+    while kind == "error-state-kalman" && plant.f.len() < 2 {
+        plant = Rows::random(random);
+    }
     let n = plant.f.len();
     let mut text = plant.text();
     if plant.inputs > 0 {

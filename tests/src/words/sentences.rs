@@ -317,6 +317,7 @@ pub const STATEMENTS: &[Form] = &[
     form("xi' = drift + shape (alpha_i / r^i) (y - head) with the head of each chain, r = {#}.", Claim::Nothing),
     form("The poles are those of the observer at the first estimate.", Claim::Nothing),
     form("One measurement every {#}; {}.", Claim::Nothing),
+    form("The norm of {} is 1 after each update and prediction, and P has no part along it.", Claim::Nothing),
     form("Innovations beyond {#} standard deviations are rejected.", Claim::Nothing),
     form("The estimates at the samples stay within the bounds of the states.", Claim::Nothing),
     form("No bound of the estimation error is certified: {}.", Claim::Nothing),

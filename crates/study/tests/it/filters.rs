@@ -7,7 +7,7 @@ use luenberger_export::{Scalar, golden};
 use luenberger_study::deployment::{exported, record, sampled};
 use luenberger_study::{Results, RunOptions, Step, execute};
 
-use crate::studies::{self, kinds_with, last_errors, read, scratch, study_in};
+use crate::studies::{self, kinds_with, last_errors, needing_noises, read, scratch, study_in};
 
 fn run(text: &str, folder: &Path, output: Option<PathBuf>) -> Results {
     let options = RunOptions { output: output.map(Into::into), threads: Some(1), ..RunOptions::default() };
@@ -101,7 +101,7 @@ fn smoothed(kind: &str) -> String {
 /// consistency and deviations, and the figures.
 #[test]
 fn estimates_on_a_log_are_smoothed() {
-    for kind in kinds_with(&["smooth"]) {
+    for kind in needing_noises(kinds_with(&["smooth"])) {
         let folder = scratch(&format!("smoothed-{kind}"));
         std::fs::write(folder.join("log.csv"), log()).unwrap();
         let results = run(&smoothed(kind), &folder, Some(folder.join("out")));

@@ -8,7 +8,7 @@ use luenberger_export::extension::SampledExtension;
 use luenberger_study::deployment::{Sampled, SampledDesign};
 use luenberger_study::design::{Designed, NoObserver, design};
 use luenberger_study::diagnostic::Located;
-use luenberger_study::kinds::{Declaration, registry};
+use luenberger_study::kinds::{Declaration, named, registry};
 use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
 
 use crate::messages;
@@ -35,9 +35,18 @@ pub(crate) fn kinds_with(keys: &[&str]) -> Vec<&'static str> {
     all.filter(|kind| keys.iter().all(|key| has(kind, key))).map(|kind| kind.name).collect()
 }
 
-/// The kinds of filters with a covariance, which are updated at samples.
+/// The kinds of filters with a covariance, which are updated at samples and need no more than w, v and the period.
 pub(crate) fn filters() -> Vec<&'static str> {
-    kinds_with(&["w", "v", "p0", "period", "substeps"])
+    needing_noises(kinds_with(&["w", "v", "p0", "period", "substeps"]))
+}
+
+/// Those of these kinds that need no more than w, v and the period.
+pub(crate) fn needing_noises(kinds: Vec<&'static str>) -> Vec<&'static str> {
+    let needs = |kind: &str| {
+        let keys = named(kind).into_iter().flat_map(|kind| kind.keys.iter().copied().flatten());
+        keys.filter(|key| key.required).any(|key| !["w", "v", "period"].contains(&key.name))
+    };
+    kinds.into_iter().filter(|kind| !needs(kind)).collect()
 }
 
 /// The first observer of a study.
