@@ -81,7 +81,8 @@ fn compare(folder: &Path, module: &Path, only: &[String]) -> Result<(), Failure>
     let listed = luenberger(&["new", "--list", "--json"]).quiet_output("new")?;
     let listed: Value = serde_json::from_str(&listed).map_err(failed)?;
     let names = listed["plants"].as_array().into_iter().flatten().filter_map(|plant| plant["name"].as_str());
-    let names: Vec<&str> = names.filter(|name| only.is_empty() || only.iter().any(|one| one == name)).collect();
+    let is_wanted = |name: &&str| only.is_empty() || only.iter().any(|one| one == name) || IN_PAGE.contains(name);
+    let names: Vec<&str> = names.filter(is_wanted).collect();
     let out = folder.join("module");
     _ = fs::remove_dir_all(&out);
     let mut node = program("node").argument(root().join("xtask/src/studio-node.mjs")).argument(module).argument(&out);
@@ -241,8 +242,8 @@ const IN_PAGE: [&str; 2] = ["double-integrator", "measured-log"];
 /// Whether the page computed the bits that node did: of trajectories and certificates, which do not depend on the
 /// options of the run.
 fn same_bits(name: &str, digests: &Value, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Failure> {
-    for (file, bytes) in files.iter().filter(|(file, _)| file.starts_with("trajectories/") || file.starts_with("certi"))
-    {
+    let is_compared = |file: &str| file.starts_with("trajectories/") || file.starts_with("certificates/");
+    for (file, bytes) in files.iter().filter(|(file, _)| is_compared(file)) {
         if digests[file] != format!("{:x}", Sha256::digest(bytes)) {
             return Err(failed(format!("{name}: {file} has other bits in the page than in node")));
         }
