@@ -30,6 +30,7 @@
 #![deny(missing_docs)]
 
 pub mod certificate;
+#[cfg(feature = "all-theorems")]
 pub mod coq;
 pub mod definite;
 mod embed;

@@ -1,7 +1,6 @@
 //! `cubic-observer`, `cubic-observer-with-structured-gain` and `cubic-observer-theorem-1`.
 
 use super::{Between, CoqError, Out, points, says};
-#[cfg(feature = "all-theorems")]
 use crate::certificate::CubicTheorem1;
 use crate::certificate::{CubicConvergence, Fact, Region, StructuredCubicConvergence};
 use crate::exact::Exact;
@@ -398,7 +397,6 @@ impl Out {
         Ok(())
     }
 
-    #[cfg(feature = "all-theorems")]
     pub(super) fn theorem1(
         &mut self,
         theorem: &CubicTheorem1,

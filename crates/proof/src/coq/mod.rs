@@ -11,7 +11,6 @@ mod cubic;
 pub mod cubic_paper;
 mod deployed;
 mod discrete;
-#[cfg(feature = "all-theorems")]
 mod feedback;
 mod linear;
 mod polytope;
@@ -146,9 +145,7 @@ pub fn theorems(file: &CertificateFile) -> Result<CoqFile, CoqError> {
         }
         Theorem::DiscreteJacobianPolytope(jacobians) => out.discrete_polytope(jacobians, &facts, &claimed)?,
         Theorem::DeployedObserver(deployed) => out.deployed(deployed, &facts, &claimed)?,
-        #[cfg(feature = "all-theorems")]
         Theorem::CubicTheorem1(cubic) => out.theorem1(cubic, &facts, &claimed)?,
-        #[cfg(feature = "all-theorems")]
         Theorem::FeedbackLoop(feedback) => out.feedback(feedback, &facts, &claimed)?,
         other => return Err(CoqError::Kind { theorem: other.name() }),
     }

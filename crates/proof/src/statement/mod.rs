@@ -27,9 +27,12 @@ pub use deployed::{
     CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
     SampledPlant, Step, Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
+#[cfg(feature = "all-theorems")]
 pub(crate) use deployed::{RunningBound, running_bound};
+#[cfg(feature = "all-theorems")]
+pub(crate) use deployed_cubic::output_metric;
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
-pub(crate) use deployed_cubic::{deployed_cubic_knowing, output_metric, structured_for};
+pub(crate) use deployed_cubic::{deployed_cubic_knowing, structured_for};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum, schur_spectrum};
 pub use interval_observer::{BlockCoordinates, HeldPlant, SampledBounds, SampledIntervals, held_plant};

@@ -23,9 +23,11 @@ use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{
-    CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Operation, Running, RunningBound, SampledPlant, Step,
-    Stored, deployed_linear, deployed_sampled_cubic, running_bound,
+    CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Operation, Running, SampledPlant, Step, Stored,
+    deployed_linear, deployed_sampled_cubic,
 };
+#[cfg(feature = "all-theorems")]
+use crate::statement::{RunningBound, running_bound};
 use crate::verdict::{UndecidedReason, Verdict};
 #[cfg(feature = "all-theorems")]
 use crate::wording::if_at_most;
@@ -89,6 +91,7 @@ impl DeployedObserver {
         }
     }
 
+    #[cfg(feature = "all-theorems")]
     /// The numbers by which the ball is proved, if one is claimed.
     pub(crate) fn running_bound(&self) -> Result<Option<RunningBound>, ProofError> {
         let Self { plant, step, formats, operation, p, .. } = self;

@@ -51,6 +51,7 @@ pub struct Intermediate {
     pub limit: f64,
 }
 
+#[cfg(feature = "all-theorems")]
 /// What one step adds to the exact map, and the bounds that follow from it in the norm of P, as numbers of a proof.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RunningBound {
@@ -157,6 +158,7 @@ fn longest(metric: &Matrix<Interval>, bound: &Matrix<Interval>) -> Result<f64, P
     Ok(square.sqrt().map_or(f64::INFINITY, |root| root.hi()))
 }
 
+#[cfg(feature = "all-theorems")]
 /// The numbers by which a ball is proved; none where they have no room.
 pub(super) fn running_bound(
     p: &Matrix<f64>,

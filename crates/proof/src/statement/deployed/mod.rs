@@ -11,6 +11,7 @@ mod disturbance;
 mod format;
 
 pub use crate::verdict::NoErrorBallReason;
+#[cfg(feature = "all-theorems")]
 pub(crate) use ball::RunningBound;
 pub use ball::{ErrorBall, Intermediate, Running};
 pub use format::{Format, Formats};
@@ -269,6 +270,7 @@ pub fn deployed_sampled_cubic(
     Ok(Deployed { stored, positive, decrease, saturated: Some(saturated), running })
 }
 
+#[cfg(feature = "all-theorems")]
 /// The numbers by which the ball of a deployed observer is proved, if it has one.
 pub(crate) fn running_bound(
     plant: &SampledPlant,
