@@ -2,7 +2,8 @@
 //!
 //! [`answer`] takes a request and gives the answer, both as a [`Message`]: JSON, and files with their bytes. It does
 //! what the commands of `luenberger` do, by the same code, with files in memory; the bytes of its files are those of
-//! the commands. Nothing but [`wasm`](self) knows that there is a page.
+//! the commands on the same machine, and in WebAssembly their numbers differ by rounding. Nothing but [`wasm`](self)
+//! knows that there is a page.
 //!
 //! | request `do` | answer beside `error` |
 //! |---|---|

@@ -66,7 +66,7 @@ pub(crate) fn positive(request: &Message, key: &'static str) -> Result<Option<f6
     }
 }
 
-/// A choice of a request, or what is chosen without it.
+/// A switch of a request, with its default.
 pub(crate) fn truth(request: &Message, key: &'static str, default: bool) -> Result<bool, StudioError> {
     match request.json.get(key) {
         None | Some(Value::Null) => Ok(default),

@@ -673,7 +673,9 @@ impl Rows {
                     text.push_str("window = 3\n");
                 } else if kind == "error-state-kalman" {
                     let last = if n > 2 && random.once_in(2) { ", \"x3\"" } else { "" };
-                    _ = writeln!(text, "unit_vectors = [[\"x1\", \"x2\"{last}]]");
+                    let mut initial = vec![0.0; n];
+                    initial[1] = 1.0;
+                    _ = writeln!(text, "unit_vectors = [[\"x1\", \"x2\"{last}]]\ninitial = {}", list(&initial));
                 } else if kind == "imm" {
                     text.push_str("models = [{}, { w = 1 }]\ntransitions = [[0.9, 0.1], [0.2, 0.8]]\n");
                 } else if random.once_in(4) {

@@ -4,6 +4,7 @@ use super::as_kind;
 use super::declaration::{Declaration, Tuning};
 use super::extended_kalman::ExtendedKalman;
 use crate::keys::{Key, Type, required};
+use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::study::{ObserverKind, PlantClass, Time};
 
@@ -15,16 +16,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     plant: PlantClass::Nonlinear(Time::ANY),
     keys: &[ErrorState::KEYS],
     kind: as_kind::<ExtendedKalman>,
-    read: |given, reader| {
-        let ErrorState { filter, unit_vectors } = ErrorState::read(given, reader)?;
-        let is_bounded = |i: usize| filter.state_bounds.as_ref().is_some_and(|bounds| bounds[i] != FREE);
-        if let Some(i) = (0..unit_vectors.len()).find(|&i| unit_vectors[i] > 0 && is_bounded(i)) {
-            let node = given.node.get("state_bounds")?;
-            let message = format!("`state_bounds` bounds {}, an entry of a unit vector", given.plant.states[i]);
-            return reader.refuse(node.span.clone(), message, "expected no bounds of unit vectors");
-        }
-        Some(ObserverKind::from(ExtendedKalman { unit_vectors: Some(unit_vectors), ..filter }))
-    },
+    read,
     takes_long: false,
     tuning: Tuning::OfStudy(
         "which states form unit vectors is known of the plant and not derived, and the study specifies no such observer",
@@ -33,6 +25,28 @@ pub(super) static DECLARATION: Declaration = Declaration {
 
 /// A state without bounds.
 const FREE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+fn read(given: &Given<'_>, reader: &mut Reader) -> Option<ObserverKind> {
+    let ErrorState { filter, unit_vectors } = ErrorState::read(given, reader)?;
+    let states = &given.plant.states;
+    let is_bounded = |i: usize| filter.state_bounds.as_ref().is_some_and(|bounds| bounds[i] != FREE);
+    if let Some(i) = (0..unit_vectors.len()).find(|&i| unit_vectors[i] > 0 && is_bounded(i)) {
+        let node = given.node.get("state_bounds")?;
+        let message = format!("`state_bounds` bounds {}, an entry of a unit vector", states[i]);
+        return reader.refuse(node.span.clone(), message, "expected no bounds of unit vectors");
+    }
+    // 0 has no direction, and is where an estimate begins of which nothing is said.
+    let initial = given.node.get("initial").and_then(Node::numbers).unwrap_or_else(|| vec![0.0; states.len()]);
+    let lists = given.node.get(UNIT_VECTORS.name)?.list()?;
+    for (list, vector) in lists.iter().zip(1..) {
+        let mut entries = unit_vectors.iter().zip(&initial).filter(|(number, _)| **number == vector);
+        if initial.len() == states.len() && entries.all(|(_, x)| *x == 0.0) {
+            let message = format!("the first estimate of unit vector {vector} is 0");
+            return reader.refuse(list.span.clone(), message, "expected `initial` with a direction for it");
+        }
+    }
+    Some(ExtendedKalman { unit_vectors: Some(unit_vectors), ..filter }.into())
+}
 
 crate::keys! {
     struct ErrorState {

@@ -93,6 +93,10 @@ fn mistakes_of_the_keys() {
         let found = found.iter().fold(String::new(), |all, one| all + &one.message + "\n");
         assert!(found.contains(expected), "{more}\n{found}");
     }
+    for start in ["", "initial = [0, 0, 0.4]\n"] {
+        let text = turning("error-state-kalman", UNIT).replace("initial = [0.98, 0.2, 0.4]\n", start);
+        assert_eq!(mistakes(&text)[0].message, "the first estimate of unit vector 1 is 0");
+    }
     let found = mistakes(&turning("extended-kalman", UNIT));
     assert!(found[0].message.contains("unit_vectors"), "{found:?}");
 }

@@ -462,11 +462,15 @@ pub(crate) fn others() -> Vec<(&'static str, String)> {
         ("iterated-of-a-map", ranged(&format!("iterations = 5\n{noise}")).replace("[plant]\n", "[plant]\ndt = 0.05\n")),
         (
             "error-state",
-            pendulum(&format!("kind = \"error-state-kalman\"\nunit_vectors = [[\"x1\", \"x2\"]]\n{noise}")),
+            pendulum(&format!(
+                "kind = \"error-state-kalman\"\nunit_vectors = [[\"x1\", \"x2\"]]\ninitial = [0.6, 0.8]\n{noise}"
+            )),
         ),
         (
             "error-state-of-a-map",
-            map(&format!("kind = \"error-state-kalman\"\nunit_vectors = [[\"x1\", \"x2\"]]\n{noise_of_map}")),
+            map(&format!(
+                "kind = \"error-state-kalman\"\nunit_vectors = [[\"x1\", \"x2\"]]\ninitial = [0.6, 0.8]\n{noise_of_map}"
+            )),
         ),
         ("mhe", pendulum(&format!("kind = \"mhe\"\nwindow = 4\n{noise}"))),
         ("mhe-bounds", pendulum(&format!("kind = \"mhe\"\nwindow = 3\nstate_bounds = [[-1, 1], [-inf, 2]]\n{noise}"))),
