@@ -73,8 +73,8 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
     estimated(study, step, threads, true)
 }
 
-/// The same from the plant alone: no observer is run, so that it takes a few hundredths of a run of the plant, and is
-/// right to an order of magnitude.
+/// The same from the plant alone, and coarser: no observer is run, so that an editor can ask for it after each change
+/// of a study.
 pub fn estimate_roughly(study: &Study, step: Step, threads: usize) -> Estimate {
     estimated(study, step, threads, false)
 }
