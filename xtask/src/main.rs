@@ -76,6 +76,9 @@ enum Command {
         /// Put the table into its page in docs as well (linalg, lmi, observers, sim, step, sweep)
         #[arg(long)]
         document: bool,
+        /// Only this routine, as the tables name it; may be repeated (linalg)
+        #[arg(long, conflicts_with = "document")]
+        routine: Vec<String>,
         /// Instead of other tools an earlier commit of this repository, routine by routine (linalg)
         #[arg(long)]
         against: Option<String>,
@@ -243,8 +246,8 @@ fn main() -> ExitCode {
         Command::Lint => lint::run(),
         Command::Times { document } => times::run(document),
         Command::Docs => docs(),
-        Command::Bench { what: Subject::Linalg, largest, document, against, .. } => {
-            bench::linalg::run(largest, document, against.as_deref())
+        Command::Bench { what: Subject::Linalg, largest, document, against, routine, .. } => {
+            bench::linalg::run(largest, &routine, document, against.as_deref())
         }
         Command::Bench { what: Subject::Lmi, largest, document, .. } => bench::lmi::run(largest, document),
         Command::Bench { what: Subject::Observers, document, .. } => bench::observers::run(document),

@@ -1,6 +1,6 @@
 """This project's matrix equations beside scipy, slycot, python-control, nalgebra and deimos_numerics, on the same matrices.
 
-    python run.py SERVER FOLDER [--largest N] [--mor FOLDER]
+    python run.py SERVER FOLDER [--largest N] [--mor FOLDER] [--routine NAME ..]
 
 Interleaved: each sample is one call of ours and then one of the peer's (small orders: as many calls as fill a millisecond), and the ratio reported is the median
 over the samples of theirs to ours. One thread for each program (set OPENBLAS_NUM_THREADS=1). The residuals of both are computed here, by the same code.
@@ -101,6 +101,10 @@ def arguments(routine, d):
         d["a"] = d["a"] * (0.95 / max(abs(np.linalg.eigvals(d["a"]))))
     if routine == "sylvester":
         d["b"] = np.ascontiguousarray(d["a"].T)
+    if routine == "h-infinity-norm":
+        # Three outputs.
+        d["c"] = np.ascontiguousarray(d["c"][:3])
+        d["d"] = np.zeros((3, d["b"].shape[1]))
     return d
 
 
@@ -131,6 +135,8 @@ def peers(routine, d):
             "scipy solve_continuous_are": lambda: (sla.solve_continuous_are(a, d["b"], q, d["r"]),),
             "slycot sb02md": lambda: (slycot.sb02md(n, a.copy(order="F"), d["b"] @ d["b"].T, q.copy(order="F"), "C")[0],),
         }
+    if routine == "h-infinity-norm":
+        return {"slycot ab13dd": lambda: (np.array([[peak_of(d, 1e-10)]]),)}
     specified = d["poles"][:, 0] + 1j * d["poles"][:, 1]
     m = d["b"].shape[1]
     w = specified.astype(complex)
@@ -140,13 +146,22 @@ def peers(routine, d):
     }
 
 
+def peak_of(d, tolerance):
+    """The H-infinity norm of SLICOT, to a relative tolerance."""
+    a, b, c = (np.asfortranarray(d[name]) for name in "abc")
+    n, m, p = len(a), b.shape[1], len(c)
+    return slycot.ab13dd("C", "I", "N", "Z", n, m, p, a, np.eye(n, order="F"), b, c, np.asfortranarray(d["d"]), tolerance)[0]
+
+
 def residual(routine, d, found):
-    """Relative, in the Frobenius norm; for placement the largest distance of a pole from its specified place, relative to the largest."""
+    """Relative, in the Frobenius norm; for placement the largest distance of a pole from its specified place, relative to the largest; of a norm its distance from that of SLICOT to fifteen digits."""
     a, q, norm = d["a"], d["q"], np.linalg.norm
     if routine == "schur":
         u, t = found
         return float(max(norm(u @ t @ u.T - a) / norm(a), norm(u.T @ u - np.eye(len(a)))))
     x = found[0]
+    if routine == "h-infinity-norm":
+        return float(abs(x[0, 0] / peak_of(d, 1e-15) - 1))
     if routine == "lyapunov":
         return float(norm(a.T @ x + x @ a + q) / (2 * norm(a) * norm(x) + norm(q)))
     if routine == "dlyap":
@@ -262,6 +277,7 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--largest", type=int, default=1000)
     parser.add_argument("--mor", type=pathlib.Path)
+    parser.add_argument("--routine", action="append")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     ours = Ours(options.server, options.folder)
@@ -269,7 +285,7 @@ def main():
     rows = []
 
     def add(routines, n, matrix, d):
-        for routine in routines:
+        for routine in routines if options.routine is None else [r for r in routines if r in options.routine]:
             new = measure(ours, routine, n, matrix, arguments(routine, d), peak)
             rows.extend(new)
             for r in new:
@@ -287,6 +303,8 @@ def main():
             if kind != "random":
                 routines = ["schur", "lyapunov"]
             add(routines, n, kind, problem(np.random.default_rng(n), kind, n))
+        if 4 <= n <= 200:
+            add(["h-infinity-norm"], n, "random", problem(np.random.default_rng(n), "random", n))
         if 4 <= n <= PLACE_LARGEST:
             add(["place"], n, "one input", problem(np.random.default_rng(n), "random", n, inputs=1))
         for inputs in [1, 2] if n in (50, 100) else []:

@@ -5,17 +5,22 @@
 //! dependencies of a separate package outside the workspace, which a script drives. With a commit the same package is
 //! built for the sources of that commit as well, and both are timed in turn.
 
-use crate::step::{Failure, cargo, program, root};
+use crate::step::{Failure, Step, cargo, program, root};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Versions are pinned, because a comparison with whatever is newest cannot be repeated.
 const PACKAGES: [&str; 4] = ["scipy==1.17.1", "numpy==2.4.6", "slycot==0.7.1", "control==0.10.2"];
 
-/// Orders 2 to 1000, or to `largest`; the model-reduction plants of `../shared/data/mor` where they lie beside the
+/// Orders 2 to 1000, or to `largest`, of all routines or those named; the model-reduction plants of `../shared/data/mor` where they lie beside the
 /// checkout. Writes `linalg.json`, `linalg.md` and `linalg-summary.md` in `target/bench`, and puts the last into its
 /// page in `docs` if that is asked for.
-pub(crate) fn run(largest: Option<usize>, document: bool, against: Option<&str>) -> Result<(), Failure> {
+pub(crate) fn run(
+    largest: Option<usize>,
+    routines: &[String],
+    document: bool,
+    against: Option<&str>,
+) -> Result<(), Failure> {
     if let Some(commit) = against {
         return compare(commit, largest.unwrap_or(100));
     }
@@ -24,12 +29,15 @@ pub(crate) fn run(largest: Option<usize>, document: bool, against: Option<&str>)
     let server = built(&root())?;
     let python = super::python("bench-linalg-venv", &PACKAGES)?;
     let limit = largest.unwrap_or(1000).to_string();
-    program(&python)
+    let step = program(&python)
         .argument(root().join("xtask/bench/linalg/run.py"))
         .argument(server)
         .argument(&folder)
         .arguments(&["--largest", &limit, "--mor"])
-        .argument(root().join("../shared/data/mor"))
+        .argument(root().join("../shared/data/mor"));
+    let chosen = routines.iter().flat_map(|routine| ["--routine", routine]);
+    chosen
+        .fold(step, Step::argument)
         // One thread for each program.
         .variable("OPENBLAS_NUM_THREADS", "1")
         .variable("OMP_NUM_THREADS", "1")
