@@ -3,7 +3,7 @@
 use luenberger_study::advise::{Advice, AdviseOptions, Criteria, NotApplicable, advise};
 use luenberger_study::{Format, Limits, RunOptions, Step, Study, StudyError, execute};
 
-use crate::studies::{read, scratch, study};
+use crate::studies::{read, scratch, study, study_in};
 
 /// The tanks of the guide, without observers.
 const TANKS: &str = r#"
@@ -263,6 +263,90 @@ fn what_is_said_of_the_runs_is_in_their_table() {
     assert!(compared >= 3, "{:?}", advice.explanation);
 }
 
+/// The score that is said is the product of the ratios that are said with it, raised to their weights; an observer
+/// without a proof counts ten times. Settling times are those of the medians.
+#[test]
+fn what_is_said_of_scores_is_the_ranking() {
+    let text = SCALAR.replace("dt = 0.5\n", "dt = 0.5\ntime_unit = \"s\"\n");
+    let advice = advice(&text, &by("error=2,cost=1,proved=1"));
+    let whole = || advice.ranking.iter().filter(|one| one.finished == advice.runs);
+    let least = whole().filter_map(|one| one.medians.rms).fold(f64::INFINITY, f64::min);
+    let fewest = whole().filter_map(|one| one.operations).min().unwrap() as f64;
+    let mut said = 0;
+    for (rank, one) in advice.ranking.iter().enumerate() {
+        let start = format!("{}. {}", rank + 1, one.name);
+        let Some(text) = advice.explanation.iter().find(|text| text.starts_with(&start) && text.contains("(error "))
+        else {
+            continue;
+        };
+        let of = |name: &str| {
+            let (_, rest) = text.split_once(&format!("({name} ")).unwrap_or_else(|| panic!("{name}: {text}"));
+            let (ratio, power) = rest.split_once(")^").unwrap();
+            let power: String = power.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect();
+            (ratio.parse::<f64>().unwrap(), power.trim_end_matches('.').parse::<f64>().unwrap())
+        };
+        let ratios = [("error", 0.5), ("cost", 0.25), ("proved", 0.25)].map(|(name, power)| (of(name).0, power));
+        let proof = if one.verdict.word() == "proved" { 1.0 } else { 10.0 };
+        let expected = [one.medians.rms.unwrap() / least, one.operations.unwrap() as f64 / fewest, proof];
+        for ((found, _), expected) in ratios.iter().zip(expected) {
+            assert!((found - expected).abs() <= 5.1e-3 * expected, "{found}, expected {expected}: {text}");
+        }
+        let product: f64 = expected.iter().zip([0.5, 0.25, 0.25]).map(|(ratio, power)| ratio.powf(power)).product();
+        let score = one.score.unwrap();
+        assert!((score - product).abs() <= 1e-9 * product, "{score}, {product}: {text}");
+        assert!(of("error").1 == 0.5 && of("cost").1 == 0.25, "{text}");
+        if rank > 0 {
+            let settles = |time: Option<f64>| match time {
+                Some(time) => format!("settles in {} s", luenberger_proof::wording::significant(time, 3)),
+                None => "does not settle in most runs".to_owned(),
+            };
+            let (own, best) = (settles(one.medians.settling), settles(advice.ranking[0].medians.settling));
+            let expected = format!(" It {own}; {} {best}.", advice.ranking[0].name);
+            assert!(text.contains(&expected), "{expected} in {text}");
+        }
+        said += 1;
+    }
+    assert!(said >= 3, "{:?}", advice.explanation);
+    // The proof of the first, or the first that has one.
+    let first = &advice.ranking[0];
+    let proof = format!("{} is proved: {}.", first.name, first.statement.trim_end_matches('.'));
+    assert_eq!(first.verdict.word(), "proved");
+    assert!(advice.explanation.contains(&proof), "{proof} in {:?}", advice.explanation);
+}
+
+/// Gains that differ by less than a thousandth, entry by entry, are one observer; the later names the first.
+#[test]
+fn gains_of_three_equal_digits_are_one_observer() {
+    let own =
+        |name: &str, gain: f64| format!("[[observer]]\nname = \"{name}\"\nkind = \"luenberger\"\ngain = [[{gain}]]\n");
+    let observers = own("first", 0.5) + &own("near", 0.5004) + &own("far", 0.5006) + &own("other", 0.51);
+    let advice = advice(&(SCALAR.to_owned() + &observers), &by("error"));
+    let same: Vec<_> = ["first", "near", "far", "other"]
+        .iter()
+        .map(|name| advice.ranking.iter().find(|one| one.name == *name).unwrap().same_as.as_deref())
+        .collect();
+    assert_eq!(same, [None, Some("first"), None, None]);
+}
+
+/// An interruption after the first run leaves the ranking of that run, and says so.
+#[test]
+fn an_interruption_leaves_the_runs_that_all_have() {
+    let cancel = std::sync::atomic::AtomicBool::new(false);
+    let progress = |progress: luenberger_study::Progress<'_>| {
+        if progress.stage == "simulate" {
+            cancel.store(true, std::sync::atomic::Ordering::Relaxed);
+        }
+    };
+    let run = RunOptions { cancel: &cancel, progress: &progress, ..RunOptions::default() };
+    let text = SCALAR.replace("ensemble = 1", "ensemble = 3");
+    let (advice, interrupted) = advise(&study(&text), &AdviseOptions { run, ..by("error") }).unwrap();
+    assert!(matches!(interrupted, Some(StudyError::Interrupted)));
+    assert_eq!((advice.runs, advice.ensemble), (1, 3));
+    assert!(advice.ranking.iter().any(|one| one.finished == 1));
+    let open = "runs 2 to 3 of 3: the ranking is of the first 1 run";
+    assert!(advice.not_reached.iter().any(|left| left == open), "{:?}", advice.not_reached);
+}
+
 /// The first two are called as good as each other where their scores differ by less than 5 %, and only there.
 #[test]
 fn a_tie_is_a_difference_below_five_percent() {
@@ -446,6 +530,62 @@ fn without_noise_or_simulation_there_is_no_comparison() {
     assert!(step == "advise" && why.starts_with("a [simulation]"), "{why}");
 }
 
+/// Where the observers run, or what is missing, for each simulation (none, without noise, with it), log (none, without
+/// true states, with them) and criteria. Where they run is told by the criterion that holds where none is given, and
+/// by true states, which a log needs to rank by error.
+#[test]
+fn a_criterion_needs_the_simulation_or_the_log_that_it_is_of() {
+    let folder = scratch("advise-ground");
+    let rows: Vec<String> = (0..100).map(|k| format!("{k},{0},{0}\n", (-0.1 * f64::from(k)).exp())).collect();
+    std::fs::write(folder.join("log.csv"), format!("t,y,x\n{}", rows.concat())).unwrap();
+    let plant = "[plant]\na = [[-1]]\nc = [[1]]\n[advise]\nensemble = 1\nregion = { states = [[-2, 2]] }\n";
+    let quiet = "[simulation]\nx0 = [1]\nduration = 3\n";
+    let noisy = &format!("{quiet}noise = {{ distribution = \"gaussian\", amplitude = [0.01], period = 0.1 }}\n");
+    let log = "[log]\nfile = \"log.csv\"\noutputs = [\"y\"]\n";
+    let truth = &format!("{log}states = [\"x\"]\n");
+    let grounds = |simulation: &str, log: &str, criteria: &str| {
+        let study = study_in(&folder, &format!("{plant}{simulation}{log}"));
+        let criteria = (!criteria.is_empty()).then(|| criteria.parse().unwrap());
+        match advise(&study, &AdviseOptions { criteria, budget: 1e-9, ..AdviseOptions::default() }) {
+            Ok((advice, _)) => advice.criteria.0.iter().map(|(criterion, _)| criterion.name()).collect(),
+            Err(StudyError::Missing { needs, .. }) => needs.to_owned(),
+            Err(other) => panic!("{other}"),
+        }
+    };
+    let states = "columns of true states (`states` in [log]) to rank by error";
+    let true_state = "a [simulation] to rank by noise, peak or settling, which need the true state";
+    let noise = "measurement noise (simulation.noise, or sensors with an amplitude), without which the fastest observer is the best";
+    let one_kind = "criteria of one kind (noise, peak and settling are those of a simulation, innovations and likelihood of a log)";
+    for (simulation, log, criteria, expected) in [
+        ("", "", "", "a [simulation] with measurement noise, or a [log]"),
+        ("", "", "innovations", "a [simulation] with measurement noise, or a [log]"),
+        ("", log, "", "innovations"),
+        ("", log, "error", states),
+        ("", truth, "error", "error"),
+        ("", log, "settling", true_state),
+        ("", truth, "innovations=1,peak=1", true_state),
+        (quiet, "", "", noise),
+        (quiet, "", "likelihood", "a [log] to rank by innovations or likelihood"),
+        (quiet, log, "", "innovations"),
+        (quiet, log, "error", states),
+        (quiet, truth, "error", "error"),
+        (quiet, truth, "noise", noise),
+        (quiet, truth, "likelihood", "likelihood"),
+        (quiet, truth, "likelihood=1,noise=1", one_kind),
+        (noisy, "", "", "error"),
+        (noisy, "", "innovations", "a [log] to rank by innovations or likelihood"),
+        (noisy, log, "", "error"),
+        (noisy, log, "error", "error"),
+        (noisy, log, "peak", "peak"),
+        (noisy, log, "innovations", "innovations"),
+        (noisy, log, "innovations=1,error=1", states),
+        (noisy, log, "innovations=1,peak=1", one_kind),
+    ] {
+        let found = grounds(simulation, log, criteria);
+        assert_eq!(found, expected, "{simulation:?}, {log:?}, {criteria:?}");
+    }
+}
+
 #[test]
 fn no_observer_of_an_undetectable_plant_is_tried() {
     let advice = advice(&INTEGRATOR.replace("c = [[1, 0]]", "c = [[0, 1]]"), &by("error"));
@@ -569,4 +709,12 @@ fn an_advice_is_a_document() {
         assert!(text.contains(part), "{part}: {text}");
     }
     assert!(!text.contains("peak |e| than c") && !text.contains("The score is") && !text.contains("A missing proof"));
+    // A single criterion has no score beside its values.
+    let head = advice
+        .markdown("10 min")
+        .lines()
+        .find(|line| line.starts_with("| observer | ") && line.contains("rms"))
+        .unwrap()
+        .to_owned();
+    assert!(head.starts_with("| observer | rms "), "{head}");
 }

@@ -154,6 +154,22 @@ h = ["x", "(x - 1)^1.5"]
 file = "log.csv"
 "#;
 
+/// Of three integrators that are measured alike every direction is the least observable one, with one that is measured
+/// five times as well two of them, and with two of these the third.
+#[test]
+fn directions_that_are_seen_alike_are_counted() {
+    let words = |gains: [f64; 3]| {
+        let [a, b, c] = gains;
+        let text =
+            format!("[plant]\na = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]\nc = [[{a}, 0, 0], [0, {b}, 0], [0, 0, {c}]]\n");
+        let results = studies::executed(&text, Step::Observe);
+        results.observability.unwrap().points[0].modes[0].words.clone()
+    };
+    assert_eq!(words([1.0, 1.0, 1.0]), "every direction alike");
+    assert_eq!(words([1.0, 1.0, 5.0]), "2 independent directions alike");
+    assert_eq!(words([5.0, 1.0, 5.0]), "x2");
+}
+
 /// The linearisation at the first estimate leaves out an output without a derivative there, and says so.
 #[test]
 fn observability_leaves_out_what_has_no_derivative() {

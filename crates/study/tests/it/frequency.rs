@@ -119,6 +119,15 @@ fn files_figures_and_the_page() {
     let (l, angle) = (row[1], row[7].to_radians());
     let closed = nalgebra::Complex::new(1.0 + l * angle.cos(), l * angle.sin()).norm();
     assert!(near(row[3], 1.0 / closed, 1e-12) && near(row[5], l / closed, 1e-12), "{row:?}");
+    // The loop of a double integrator lags by half a turn, not by minus that.
+    let text = "[plant]\na = [[0, 1], [0, 0]]\nb = [[0], [1]]\nc = [[1, 0]]\n\
+                [input]\nfeedback = { k = [[1, 2]], observer = \"o\" }\n[frequency]\nfrom = 1e-3\n\
+                [[observer]]\nname = \"o\"\nkind = \"luenberger\"\npoles = [-2, -5]\n";
+    let options = RunOptions { output: Some(folder.join("lag").into()), ..RunOptions::default() };
+    execute(&study_in(&folder, text), Step::Run, &options).unwrap();
+    let table = std::fs::read_to_string(folder.join("lag/frequency/loop-inputs.csv")).unwrap();
+    let phase: f64 = table.lines().nth(1).unwrap().rsplit(',').next().unwrap().parse().unwrap();
+    assert!((phase + 180.0).abs() < 1.0, "{phase}");
     let text = results.text(true);
     assert!(text.contains("Margins of the loop u = r - K xhat with the estimate of filter."), "{text}");
 }

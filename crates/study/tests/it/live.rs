@@ -176,6 +176,19 @@ fn of_text(name: &str, text: &str) -> (Experiment, Results, String) {
     (experiment.unwrap_or_else(|| panic!("{name}")), results, html)
 }
 
+/// Feedback about an operating point is of the deviations: u = u* - K (xhat - x*), with x* = (5.405, 0) and u* = 1.
+#[test]
+fn feedback_about_an_operating_point_gives_the_scores_of_the_study() {
+    let text = "[plant]\nf = [\"x2\", \"9.81 - 2*x1 - x2 + u1\"]\nh = [\"x1\"]\n[operating_point]\nu = [1]\n\
+                [input]\nfeedback = { k = [[1, 0.5]], observer = \"o\" }\n\
+                [simulation]\nx0 = [5, 1]\nduration = 3\nscale = [1, 1]\n\
+                [[observer]]\nname = \"o\"\nkind = \"luenberger\"\npoles = [-4, -5]\n";
+    let (experiment, results, _) = of_text("about-a-point", text);
+    let shift = &experiment.feedback.as_ref().unwrap().shift;
+    assert!(shift.len() == 1 && (shift[0] - (1.0 + 5.405)).abs() < 1e-12, "{shift:?}");
+    same_scores("about a point", &experiment, &results);
+}
+
 /// The templates whose plant is not the model: observers of disturbances, interval and sliding-mode observers.
 #[test]
 fn plants_that_are_not_the_model_give_the_scores_of_the_study() {

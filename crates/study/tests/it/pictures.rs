@@ -252,6 +252,58 @@ fn errors_have_the_axis_of_their_steady_part() {
     assert_eq!((insets("steady", noise), insets("decaying", "")), (2, 0));
 }
 
+/// The observers along a sweep of the first estimate: settling times and steady errors that are those of `sweep.csv`,
+/// each with its curve, the front that no other is better than, and an axis with room at both ends. None without noise.
+#[test]
+fn the_points_of_a_front_are_those_of_the_sweep() {
+    let text = |noise: &str| {
+        let slow = "[[observer]]\nname = \"slow\"\nkind = \"luenberger\"\npoles = [-1, -1.5]\n";
+        let simulation = format!("[simulation]\nx0 = [1, 0]\nduration = 12\nscale = [1, 1]\n{noise}");
+        let sweep = "[sweep]\nparameter = \"initial\"\nvalues = [0.5, 1]\nensemble = 2\n";
+        let observer = "[[observer]]\nname = \"fast\"\nkind = \"luenberger\"\npoles = [-4, -5]\n";
+        format!("{PLANT}{observer}{slow}{simulation}{sweep}")
+    };
+    let quiet = run("no-front", "", &text(""));
+    assert!(figures(&quiet).iter().all(|(id, _)| id != "sweep-pareto"));
+    let folder = run("front", "", &text("noise = { amplitude = [0.01], period = 0.05, seed = 3 }\n"));
+    let (_, curves) = figures(&folder).into_iter().find(|(id, _)| id == "sweep-pareto").unwrap();
+    let names: Vec<&str> = curves.iter().map(|curve| curve.name.as_str()).collect();
+    assert_eq!(names, ["Pareto front", "fast", "slow"]);
+    let results: Value = serde_json::from_slice(&std::fs::read(folder.join("study.json")).unwrap()).unwrap();
+    let rows = results["sweep"]["rows"].as_array().unwrap();
+    let mut all: Vec<(f64, f64)> = Vec::new();
+    for curve in &curves[1..] {
+        let of = rows.iter().filter(|row| row["observer"] == curve.name.as_str());
+        let expected: Vec<(f64, f64)> =
+            of.map(|row| (row["settling"].as_f64().unwrap(), row["steady_rms"].as_f64().unwrap())).collect();
+        assert_eq!(curve.points.len(), 2, "{}", curve.name);
+        for ((x, y), (speed, error)) in curve.points.iter().zip(&expected) {
+            assert!((x - speed).abs() < 2e-3 * speed && (y - error).abs() < 2e-3 * error, "{}: {x} {y}", curve.name);
+        }
+        all.extend(expected);
+    }
+    let better = |(a, b): &(f64, f64), (c, d): &(f64, f64)| c <= a && d <= b && (c < a || d < b);
+    let mut front: Vec<(f64, f64)> =
+        all.iter().filter(|one| !all.iter().any(|other| better(one, other))).copied().collect();
+    front.sort_by(|one, other| one.0.total_cmp(&other.0));
+    assert_eq!(curves[0].points.len(), front.len());
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let pictures: Value = serde_json::from_slice(&luenberger_figures::unpacked(&page, "pictures").unwrap()).unwrap();
+    let range: Vec<f64> = pictures["sweep-pareto"]["layout"]["xaxis"]["range"]
+        .as_array()
+        .unwrap_or_else(|| panic!("{}", pictures["sweep-pareto"]["layout"]))
+        .iter()
+        .map(|x| x.as_f64().unwrap())
+        .collect();
+    let speeds = || all.iter().map(|point| point.0);
+    let (low, high) = (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
+    let room = 0.06 * (high - low);
+    assert!(
+        (range[0] - (low - room)).abs() < 1e-4 && (range[1] - (high + room)).abs() < 1e-4,
+        "{range:?} {low} {high}"
+    );
+}
+
 /// A log with a gap of six periods, whose curves are in two parts, with the true values of one state.
 #[test]
 fn the_curves_of_a_log_end_at_its_gaps() {
