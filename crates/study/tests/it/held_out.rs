@@ -205,6 +205,11 @@ fn other_criteria_rank_a_log_too() {
     let errors: Vec<f64> = by_error.ranking.iter().map(|one| one.on_log.as_ref().unwrap().error.unwrap()).collect();
     assert!(errors.windows(2).all(|pair| pair[0] <= pair[1] * (1.0 + 1e-9)), "{errors:?}");
     assert!(by_error.explanation[0].contains("has the least rms |e|"), "{:?}", by_error.explanation);
+    // Each error in the unit of its state.
+    let scaled = format!("{STUDY}[simulation]\nx0 = [0, 0]\nduration = 10\nscale = [2, 4]\n");
+    let scaled = advised(&study_in(&folder, &scaled), Some("error"));
+    let of = judged(&scaled, "EKF");
+    close(of.error.unwrap(), (of.states[0].rms / 2.0).hypot(of.states[1].rms / 4.0), "error in units");
     // Observers without a covariance have no likelihood, and are behind those that have one.
     let likely = advised(&study, Some("likelihood"));
     let known: Vec<Option<f64>> =
@@ -415,6 +420,15 @@ fn a_sweep_writes_its_table_and_its_figure() {
         table.starts_with("observer,poles,relative_innovation,log_likelihood,error,rms_y,error_x,error_z,failure\n")
     );
     assert_eq!(table.lines().count(), 4);
+    for (line, row) in table.lines().skip(1).zip(&results.sweep_on_log.as_ref().unwrap().rows) {
+        let of = row.on_log.as_ref().unwrap();
+        let numbers = [Some(of.relative), of.log_likelihood, of.error, Some(of.outputs[0].rms)];
+        let errors = of.states.iter().map(|state| Some(state.rms));
+        let expected: Vec<Option<f64>> = numbers.into_iter().chain(errors).collect();
+        let cells: Vec<Option<f64>> = line.split(',').skip(2).map(|cell| cell.parse().ok()).collect();
+        assert_eq!(cells[..6], expected, "{line}");
+        assert!(expected[0].is_some() && expected[4].is_some() && line.ends_with(','), "{line}");
+    }
     for file in ["figures/sweep.svg", "study.json"] {
         assert!(output.join(file).is_file(), "{file}: {:?}", results.files);
     }

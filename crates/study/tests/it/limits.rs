@@ -150,6 +150,18 @@ fn filters_on_a_log_are_estimated_as_counted_by_hand() {
     }
 }
 
+/// A sweep on a log keeps of each run and row two numbers of each state and output, and 4 besides.
+#[test]
+fn a_sweep_on_a_log_is_estimated_as_counted_by_hand() {
+    let folder = crate::studies::scratch("limits-sweep-on-log");
+    let csv: Vec<String> = (0..100).map(|k| format!("{},0,1\n", 0.5 * f64::from(k))).collect();
+    std::fs::write(folder.join("log.csv"), format!("t,u1,y\n{}", csv.concat())).unwrap();
+    let sweep = "[sweep]\nparameter = \"poles\"\nvalues = [1, 2, 3]\nobservers = [\"poles\"]\n";
+    let text = format!("{COUNTED}[log]\nfile = \"log.csv\"\n{sweep}");
+    let cost = estimate(&crate::studies::study_in(&folder, &text), Step::Sweep, 1);
+    assert_eq!(cost.memory.bytes, 2720.0 + 8.0 * 2.0 * (2.0 + 1.0 + 4.0) * 3.0 * 100.0);
+}
+
 /// Of a simulation the table of each observer is kept (time, states and estimates, input, output); of those in progress
 /// the integrals and the text of 22 digits with its number as well. A sweep has neither table nor text, all threads in
 /// use, and 16 scores of a block of 32 runs and of 100 runs.

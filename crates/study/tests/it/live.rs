@@ -452,8 +452,10 @@ fn noise_and_first_errors_leave_no_other_certificate() {
 #[test]
 fn an_observer_that_is_not_in_the_page_is_named_with_its_kind() {
     let text = CARRIAGE.replace("INPUT", "expressions = [\"0\"]").replacen("extended-kalman", "ukf", 1);
-    let (experiment, _, html) = page_of(&study(&text), &scratch("in-part"));
+    let (experiment, results, html) = page_of(&study(&text), &scratch("in-part"));
     let name = &study(&text).observers[0].name;
+    // Its period is that of the scores of all the same.
+    scores_of_those_in_the_page("in part", experiment.as_ref().unwrap(), &results);
     assert!(experiment.is_some_and(|experiment| experiment.observers.iter().all(|of| of.name != *name)));
     let said = format!("Not simulated in this page, which has no code for them: {name} (kind ukf).");
     assert!(html.contains(&said), "{said}");

@@ -64,6 +64,23 @@ fn on_a_log_they_are_those_of_the_recursion() {
     }
 }
 
+/// What an input adds to the output at once is part of the prediction: the innovations are those without it.
+#[test]
+fn an_input_in_the_output_leaves_the_innovations() {
+    let data = "[input]\nexpressions = [\"sin(0.3*t)\"]\n[simulation]\nx0 = [1]\nduration = 100\n\
+                noise = { distribution = \"gaussian\", amplitude = [1.4], period = 1, seed = 5 }";
+    for form in ["form = \"filter\"\n", ""] {
+        let [without, with] = ["", "d = [[3]]\n"].map(|d| {
+            let text = walk(data, form).replace("dt = 1\n", &format!("{d}dt = 1\n"));
+            let results = executed(&text, Step::Simulate);
+            let filter = &results.filters[0];
+            (filter.nis.as_ref().unwrap().mean, filter.nees.as_ref().unwrap().mean)
+        });
+        assert!(without.0 > 0.1 && (without.0 - with.0).abs() < 1e-9, "{without:?}, {with:?}");
+        assert!((without.1 - with.1).abs() < 1e-9, "{without:?}, {with:?}");
+    }
+}
+
 /// With noise as it is assumed both are accepted in 19 of 20 runs, with a quarter of its variance neither is.
 #[test]
 fn in_a_simulation_they_say_whether_the_noise_is_as_assumed() {
