@@ -44,6 +44,9 @@ initial = [0, 0]
 poles = [0.5]
 "#;
 
+/// The units of the errors.
+const UNITS: &str = "[simulation]\nx0 = [0, 0]\nduration = 10\nscale = [2, 4]\n";
+
 const ROWS: usize = 200;
 const FIRST: usize = 140;
 
@@ -206,7 +209,7 @@ fn other_criteria_rank_a_log_too() {
     assert!(errors.windows(2).all(|pair| pair[0] <= pair[1] * (1.0 + 1e-9)), "{errors:?}");
     assert!(by_error.explanation[0].contains("has the least rms |e|"), "{:?}", by_error.explanation);
     // Each error in the unit of its state.
-    let scaled = format!("{STUDY}[simulation]\nx0 = [0, 0]\nduration = 10\nscale = [2, 4]\n");
+    let scaled = format!("{STUDY}{UNITS}");
     let scaled = advised(&study_in(&folder, &scaled), Some("error"));
     let of = judged(&scaled, "EKF");
     close(of.error.unwrap(), (of.states[0].rms / 2.0).hypot(of.states[1].rms / 4.0), "error in units");
@@ -410,8 +413,9 @@ values = [0.1, 0.2, 0.4]
 #[test]
 fn a_sweep_writes_its_table_and_its_figure() {
     let (folder, _) = logged("sweep-log-files");
-    let text =
-        format!("{STUDY}[sweep]\nparameter = \"poles\"\nfrom = 0.5\nto = 2\ncount = 3\nobservers = [\"reduced\"]\n");
+    let text = format!(
+        "{STUDY}[sweep]\nparameter = \"poles\"\nfrom = 0.5\nto = 2\ncount = 3\nobservers = [\"reduced\"]\n"
+    );
     let output = scratch("sweep-log-output");
     let run = RunOptions { output: Some(output.clone().into()), ..RunOptions::default() };
     let results = execute(&study_in(&folder, &text), Step::Sweep, &run).unwrap();
@@ -434,6 +438,10 @@ fn a_sweep_writes_its_table_and_its_figure() {
     }
     let text = results.text(false);
     assert!(text.contains("Sweep on the log") && text.contains("relative innovation"), "{text}");
+    assert!(text.contains("Relative innovation: rms of y - h as predicted from the row before"), "{text}");
+    // The norm is in the units of a simulation; the log-likelihood that of filters with a covariance.
+    assert!(!text.contains("rms |e|") && !text.contains("Norm |e| of the states"), "{text}");
+    assert!(!text.contains("log-likelihood") && !text.contains("Log-likelihood"), "{text}");
     // All steps at once have it too.
     let both = format!("{STUDY}[sweep]\nparameter = \"poles\"\nvalues = [1, 2]\nobservers = [\"reduced\"]\n");
     let all = execute(&study_in(&folder, &both), Step::Run, &RunOptions::default()).unwrap();

@@ -200,6 +200,62 @@ fn gaps_saturation_and_dropouts_are_seen() {
     assert_eq!(suspicions(&log(|_, y| y.signum(), even)), []);
 }
 
+/// A sentence has the ordinal of a number as English has it.
+#[test]
+fn the_rows_of_a_repetition_are_counted_in_words() {
+    for (each, ordinal) in [
+        (2, "2nd"),
+        (3, "3rd"),
+        (4, "4th"),
+        (10, "10th"),
+        (11, "11th"),
+        (12, "12th"),
+        (13, "13th"),
+        (14, "14th"),
+        (21, "21st"),
+        (22, "22nd"),
+        (23, "23rd"),
+        (24, "24th"),
+        (101, "101st"),
+        (111, "111th"),
+        (112, "112th"),
+        (113, "113th"),
+    ] {
+        let words = Suspicion::Repeated { column: "y".to_owned(), each, measurements: 5 }.to_string();
+        assert!(words.starts_with(&format!("`y` changes in about every {ordinal} row: taken for 5 ")), "{words}");
+    }
+}
+
+/// More than three gaps, or values that stay, of one column are one sentence with their number; those of two columns
+/// are not counted together.
+#[test]
+fn many_of_one_kind_are_one_sentence() {
+    let gaps = |count: usize| {
+        suspicions(&log(|_, y| y, |k| 0.01 * k as f64 + 0.3 * ((k / 50).min(count) as f64)))
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(gaps(3).len(), 3);
+    assert_eq!(gaps(4), ["Gap 0.49-0.8 (median Ts 0.01); the first of 4"]);
+    // Two columns that stay at three values each, within their range.
+    let stays = |k: usize| {
+        [(60, 0.125), (170, 0.25), (290, 0.375)].iter().find(|(from, _)| (*from..from + 12).contains(&k)).map(|of| of.1)
+    };
+    let row = |k: usize| {
+        let (x, y) = ((0.031 * k as f64).sin(), (0.037 * k as f64).cos());
+        format!("{k},{},{}", stays(k).unwrap_or(x), stays(k).unwrap_or(y))
+    };
+    let rows: Vec<String> = (0..400).map(row).collect();
+    let found =
+        Table::parse(&format!("t,x,y\n{}\n", rows.join("\n"))).unwrap().suspicions("t", &[], &["x", "y"]).unwrap();
+    let of = |name: &str| {
+        let frozen = |one: &&Suspicion| matches!(one, Suspicion::Frozen { column, samples: 12, .. } if column == name);
+        found.iter().filter(frozen).count()
+    };
+    assert_eq!((found.len(), of("x"), of("y")), (6, 3, 3), "{found:?}");
+}
+
 /// Four samples at the limit are a saturation and ten in a row within the range a dropout; one sample less is neither.
 #[test]
 fn a_few_equal_samples_are_no_fault() {
