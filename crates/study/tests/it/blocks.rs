@@ -265,6 +265,47 @@ fn the_folder_of_another_study_is_refused() {
     assert!(folder.join("out/blocks/notes.txt").exists());
 }
 
+/// The copy of a study beside its blocks is the one that they are of: a change in it, or in a file that it reads, is seen.
+#[test]
+fn a_changed_copy_of_the_study_is_refused() {
+    let folder = scratch("copy");
+    compute(&shared(&folder, "out"), "1/1", 1);
+    let copies: Vec<PathBuf> =
+        std::fs::read_dir(folder.join("out/blocks/study")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let of =
+        |part: &str| copies.iter().find(|path| std::fs::read_to_string(path).is_ok_and(|text| text.contains(part)));
+    for (copy, from, to) in [(of("decay_rate = 0.2"), "rate = 0.2", "rate = 0.3"), (of("t,u1"), "1,0.2", "1,0.3")] {
+        let copy = copy.unwrap_or_else(|| panic!("{from} in {copies:?}"));
+        let text = std::fs::read_to_string(copy).unwrap();
+        std::fs::write(copy, text.replacen(from, to, 1)).unwrap();
+        let refused = reduce_sweep(&folder.join("out"), &RunOptions::default()).unwrap_err().to_string();
+        assert!(refused.contains("the copy of the study in ") && refused.contains("was changed"), "{refused}");
+        std::fs::write(copy, text).unwrap();
+    }
+    assert_eq!(reduced(&folder.join("out")).sweep.unwrap().rows[0].finished, 50);
+}
+
+/// The rate is that of the runs after the first block, over the times between the first block and the last; what is
+/// left takes its runs at this rate.
+#[test]
+fn the_rate_of_a_sweep_is_that_of_its_blocks() {
+    let folder = scratch("rate");
+    let sweep = shared(&folder, "out");
+    let file = |block: u64| folder.join(format!("out/blocks/{block:08}.npz"));
+    sweep.compute([0], &RunOptions::default()).unwrap();
+    let status = sweep_status(&folder.join("out"), false).unwrap();
+    assert_eq!((status.done, status.rate, status.remaining), (1, None, None));
+    sweep.compute([1, 2], &RunOptions::default()).unwrap();
+    let start = std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1_700_000_000);
+    for (block, seconds) in [(0, 0), (1, 3), (2, 8)] {
+        let opened = std::fs::File::options().write(true).open(file(block)).unwrap();
+        opened.set_modified(start + std::time::Duration::from_secs(seconds)).unwrap();
+    }
+    let status = sweep_status(&folder.join("out"), false).unwrap();
+    // 16 runs in 8 seconds; 76 of 100 runs are left.
+    assert_eq!((status.done, status.rate, status.remaining), (3, Some(2.0), Some(38.0)));
+}
+
 #[test]
 fn damaged_blocks_are_computed_again() {
     let folder = scratch("damaged");

@@ -413,9 +413,8 @@ values = [0.1, 0.2, 0.4]
 #[test]
 fn a_sweep_writes_its_table_and_its_figure() {
     let (folder, _) = logged("sweep-log-files");
-    let text = format!(
-        "{STUDY}[sweep]\nparameter = \"poles\"\nfrom = 0.5\nto = 2\ncount = 3\nobservers = [\"reduced\"]\n"
-    );
+    let text =
+        format!("{STUDY}[sweep]\nparameter = \"poles\"\nfrom = 0.5\nto = 2\ncount = 3\nobservers = [\"reduced\"]\n");
     let output = scratch("sweep-log-output");
     let run = RunOptions { output: Some(output.clone().into()), ..RunOptions::default() };
     let results = execute(&study_in(&folder, &text), Step::Sweep, &run).unwrap();
@@ -446,6 +445,7 @@ fn a_sweep_writes_its_table_and_its_figure() {
     let both = format!("{STUDY}[sweep]\nparameter = \"poles\"\nvalues = [1, 2]\nobservers = [\"reduced\"]\n");
     let all = execute(&study_in(&folder, &both), Step::Run, &RunOptions::default()).unwrap();
     assert!(all.sweep_on_log.is_some() && all.sweep.is_none() && all.log.is_some());
+    assert!(all.warnings.iter().all(|warning| !warning.contains("Not finished")), "{:?}", all.warnings);
 }
 
 #[test]

@@ -36,7 +36,8 @@ fn the_state_is_enclosed_in_a_run() {
     let observers: String =
         all.iter().enumerate().map(|(k, gain)| observer(&format!("name = \"o{k}\"\n{gain}\n{BOUNDS}"))).collect();
     let study = read(&format!("{MOTOR}{observers}")).unwrap();
-    let results = execute(&study, Step::Run, &RunOptions::default()).unwrap();
+    let folder = crate::studies::scratch("interval-enclosed");
+    let results = execute(&study, Step::Run, &RunOptions::default().output(folder.clone().into())).unwrap();
     assert!(results.failures().is_empty(), "{:?}", results.failures());
     assert_eq!(results.intervals.len(), 3);
     for (report, observer) in results.intervals.iter().zip(&results.observers) {
@@ -47,7 +48,26 @@ fn the_state_is_enclosed_in_a_run() {
             let limit = design.number(&format!("half-width of {state} in the end")).unwrap();
             assert!(*end > limit && *end < 2.001 * limit, "{}: {end} and {limit}", report.observer);
         }
-        assert!(report.mean_width.iter().zip(&report.final_width).all(|(mean, end)| mean > end));
+        // The bounds in the table of the run.
+        let table = std::fs::read_to_string(folder.join(format!("trajectories/{}.csv", report.observer))).unwrap();
+        let (head, rows) = table.split_once('\n').unwrap();
+        let place = |name: String| head.split(',').position(|column| column == name).unwrap();
+        for (i, state) in ["speed", "current"].iter().enumerate() {
+            let [low, high] = ["lower", "upper"].map(|side| place(format!("{state}_{side}")));
+            let cell = |line: &str, k: usize| line.split(',').nth(k).unwrap().parse::<f64>().unwrap();
+            let widths: Vec<f64> = rows.lines().map(|line| cell(line, high) - cell(line, low)).collect();
+            let mean = widths.iter().sum::<f64>() / widths.len() as f64;
+            assert!(
+                (report.mean_width[i] - mean).abs() <= 1e-9 * mean,
+                "{}: {:?}, {mean}",
+                report.observer,
+                report.mean_width
+            );
+            assert!(
+                (report.final_width[i] - widths[widths.len() - 1]).abs() <= 1e-9 * mean
+                    && report.mean_width[i] > report.final_width[i]
+            );
+        }
     }
     // The linear program beats the poles in the sum of its widths.
     let total = |k: usize| results.intervals[k].final_width.iter().sum::<f64>();

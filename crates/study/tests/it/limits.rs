@@ -150,6 +150,21 @@ fn filters_on_a_log_are_estimated_as_counted_by_hand() {
     }
 }
 
+/// The time of a study of seconds is that of a part of it, and is right to an order of magnitude: other
+/// programs may take half of it.
+#[test]
+fn the_time_of_a_run_is_estimated_to_an_order_of_magnitude() {
+    let text = "[plant]\nf = [\"x2\", \"-sin(x1) - 0.1*x2\"]\nh = [\"x1\"]\n\
+                [simulation]\nx0 = [1, 0]\nduration = 20000\nsamples = 1000\n\
+                [[observer]]\nkind = \"extended-kalman\"\nw = 0.1\nv = 0.1\nperiod = 0.1\n";
+    let study = study(text);
+    let expected = estimate(&study, Step::Simulate, 1).seconds;
+    let begin = std::time::Instant::now();
+    execute(&study, Step::Simulate, &RunOptions { threads: Some(1), ..RunOptions::default() }).unwrap();
+    let seconds = begin.elapsed().as_secs_f64();
+    assert!((1.0 / 30.0..30.0).contains(&(expected / seconds)), "{expected} s, and took {seconds} s");
+}
+
 /// A sweep on a log keeps of each run and row two numbers of each state and output, and 4 besides.
 #[test]
 fn a_sweep_on_a_log_is_estimated_as_counted_by_hand() {

@@ -137,6 +137,9 @@ fn a_repeated_measurement_counts_once() {
             .starts_with("`y` changes in about every 10th row: taken for 401 measurements that the logger repeats")
     );
     assert_eq!(measurements(&table.clone().counting_repeats()), 4001);
+    // A measurement that happens to be the one before makes a run twice as long: one in five of them.
+    let equal = held(4000, 10, |k| noisy(if k / 10 % 5 == 4 { k - 10 } else { k }));
+    assert_eq!(measurements(&equal), 320);
     // A rhythm between two and three rows: a sensor of 20 Hz in a log of 50 Hz.
     let uneven: Vec<String> = (0..500).map(|k| format!("{k},{}", noisy(2 * k / 5))).collect();
     assert_eq!(measurements(&Table::parse(&format!("t,y\n{}\n", uneven.join("\n"))).unwrap()), 200);

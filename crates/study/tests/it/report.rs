@@ -228,6 +228,66 @@ fn modes_that_are_not_seen_in_words() {
     }
 }
 
+/// The section on observability says what is decided of the plant as stored, and to working precision only what is not.
+/// A small eigenvalue of a mode that is decided to decay is a number, one beside a large one of others is rounding.
+#[test]
+fn the_section_on_observability_says_what_is_decided() {
+    let said = |name: &str, plant: &str| {
+        crate::page::body(&report(&format!("observability-{name}"), &format!("[plant]\n{plant}")))
+    };
+    let all = said("all", "a = [[0, 1], [0, 0]]\nc = [[1, 0]]\n");
+    assert!(all.contains("The plant is observable: rank 2 of 2."), "{all}");
+    let decays = said("decays", "a = [[-1, 0], [0, -1e-17]]\nc = [[1, 0]]\n");
+    assert!(decays.contains("The plant is not observable: rank 1 of 2.") && decays.contains("-1e-17"), "{decays}");
+    let hidden = said("precision", "a = [[-1, 0], [0, -1.0000000000000002]]\nc = [[1, 1]]\n");
+    assert!(hidden.contains("The plant has the rank 1 of 2 to working precision."), "{hidden}");
+}
+
+/// The equations of a linear plant have the matrices that it has.
+#[test]
+fn the_equations_of_a_linear_plant_have_its_matrices() {
+    let latex = |name: &str, plant: &str| {
+        report(&format!("equations-{name}"), &format!("[plant]\na = [[-1]]\nc = [[1]]\n{plant}"))
+    };
+    for (name, plant, equations) in [
+        ("alone", "", ["= A x", "y = C x"]),
+        ("input", "b = [[1]]\n", ["= A x + B u", "y = C x"]),
+        ("both", "b = [[1]]\nd = [[2]]\n", ["= A x + B u", "y = C x + D u"]),
+    ] {
+        let page = latex(name, plant);
+        for equation in equations {
+            let at = page.find(equation).unwrap_or_else(|| panic!("{name}: {equation}"));
+            let rest = page[at + equation.len()..].trim_start();
+            assert!(!rest.starts_with('+'), "{name}: {equation} {}", &rest[..20]);
+        }
+    }
+}
+
+/// What the bands are is said of those that there are: of filters with a covariance, of stationary ones, of intervals.
+#[test]
+fn the_bands_of_a_figure_are_named() {
+    let words = [
+        "two standard deviations of a filter to either side, by its covariance P",
+        "two standard deviations of a stationary Kalman filter",
+        "from the lower to the upper bound of an interval observer",
+    ];
+    let plant = "[plant]\na = [[0.9]]\nc = [[1]]\ndt = 1\n[simulation]\nx0 = [1]\nduration = 20\n\
+                 noise = { amplitude = [0.1], period = 1 }\n";
+    for (name, observer, expected) in [
+        ("gain", "kind = \"luenberger\"\npoles = [0.5]\n", [false, false, false]),
+        ("stationary", "kind = \"kalman\"\nw = 0.1\nv = 0.01\n", [false, true, false]),
+        ("filter", "kind = \"extended-kalman\"\nw = 0.1\nv = 0.01\nperiod = 1\n", [true, false, false]),
+        (
+            "interval",
+            "kind = \"interval\"\npoles = [0.5]\ninitial_bounds = [1]\nbounds = { noise = [0.1] }\n",
+            [false, false, true],
+        ),
+    ] {
+        let page = report(&format!("bands-{name}"), &format!("{plant}[[observer]]\n{observer}"));
+        assert_eq!(words.map(|words| page.contains(words)), expected, "{name}");
+    }
+}
+
 /// Of more than six facts five are shown, with the number of the others. Each of the three entries of the Jacobian that
 /// vary has two bounds: eight vertices.
 #[test]

@@ -170,6 +170,15 @@ fn two_sensors_in_one_column_are_seen() {
         words.starts_with("`y` jumps to and fro by 25") && words.ends_with("two sensors in one column?"),
         "{words}"
     );
+    // Ten times as far over one row as over two, however small: 3 against 0.2, and 1.9 against 0.2.
+    let saw = |jump: f64| log(|k, _| 0.1 * k as f64 + if k.is_multiple_of(2) { 0.0 } else { jump }, even);
+    assert_eq!((suspicions(&saw(3.0)).len(), suspicions(&saw(1.9)).len()), (1, 0));
+    // Of twenty values it can be said, of nineteen it cannot.
+    let first = |count: usize| {
+        let rows: Vec<String> = (0..count).map(|k| format!("{k},{}", if k % 2 == 0 { k } else { 50 + k })).collect();
+        suspicions(&Table::parse(&format!("t,y\n{}\n", rows.join("\n"))).unwrap()).len()
+    };
+    assert_eq!((first(19), first(20)), (0, 1));
     // Noise jumps over two rows as far as over one.
     let mut random = luenberger_random::Random(4);
     let noise: Vec<f64> = (0..400).map(|_| random.normal_pair()[0]).collect();
