@@ -90,7 +90,7 @@ pub(crate) fn run(check: bool) -> Result<(), Failure> {
         eprintln!("── NOT RUN: the module of reports (rustup target add {})", wasm::TARGET);
         return Ok(());
     };
-    let packed = wasm::pack(&module)?;
+    let packed = wasm::lines(&wasm::gzip(&module)?);
     let at = root().join(ASSET);
     let committed = fs::read_to_string(&at).unwrap_or_default();
     if !check && packed != committed {

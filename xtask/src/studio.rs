@@ -5,8 +5,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
@@ -14,7 +12,9 @@ use crate::live::{browser, chromium};
 use crate::step::{Failure, build_command, is_installed, luenberger, program, root, target};
 use crate::wasm;
 
-const ASSET: &str = "crates/studio/assets/luenberger-studio.wasm.gz.base64";
+const ASSET: &str = "crates/studio/assets/luenberger-studio.wasm.lzma.base64";
+/// What decompresses it in the page.
+const UNPACK: &str = "crates/studio/assets/luenberger-unpack.wasm.gz.base64";
 const README: &str = "crates/studio/assets/README.md";
 
 /// The stack of the module: that of the first thread of a program, where WebAssembly has an eighth.
@@ -22,7 +22,7 @@ const STACK: &str = "-Clink-arg=-zstack-size=8388608";
 
 /// The most bytes of the module, compressed: code of study, observers, design and proof, the plotting library and the
 /// module of reports, and a font.
-const LARGEST: usize = 4_800_000;
+const LARGEST: usize = 4_000_000;
 
 /// A crate with fewer bytes is counted with the others.
 const SMALL: usize = 50_000;
@@ -38,14 +38,19 @@ pub(crate) fn run(check: bool, only: &[String]) -> Result<(), Failure> {
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
     let at = folder.join("luenberger_studio.wasm");
     fs::write(&at, &module).map_err(|source| Failure::io(&at, source))?;
-    let packed = wasm::pack(&module)?;
-    let bytes = STANDARD.decode(packed.replace('\n', "")).map_or(0, |bytes| bytes.len());
-    report(&named, module.len(), bytes);
-    if bytes > LARGEST {
-        return Err(Failure::Live(format!("the module has {bytes} bytes, compressed: more than {LARGEST}")));
+    let packed = wasm::lzma(&module)?;
+    report(&named, module.len(), packed.len());
+    if packed.len() > LARGEST {
+        return Err(Failure::Live(format!("the module has {} bytes, compressed: more than {LARGEST}", packed.len())));
     }
-    if !check && fs::read_to_string(root().join(ASSET)).unwrap_or_default() != packed {
-        fs::write(root().join(ASSET), &packed).map_err(|source| Failure::io(ASSET, source))?;
+    let unpack = wasm::module_apart("luenberger-unpack", "crates/studio/unpack/Cargo.toml")?;
+    for (asset, packed) in [(UNPACK, wasm::gzip(&unpack)?), (ASSET, packed)] {
+        let text = wasm::lines(&packed);
+        if !check && fs::read_to_string(root().join(asset)).unwrap_or_default() != text {
+            fs::write(root().join(asset), &text).map_err(|source| Failure::io(asset, source))?;
+        }
+    }
+    if !check {
         wasm::digest(README, &module)?;
     }
     build_command()?;

@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use lzma_rust2::{LzmaOptions, LzmaWriter};
 use sha2::{Digest, Sha256};
 
-use crate::step::{Failure, cargo, program, root, target};
+use crate::step::{Failure, Step, cargo, program, root, target};
 
 pub(crate) const TARGET: &str = "wasm32-unknown-unknown";
 
@@ -24,6 +26,16 @@ pub(crate) fn module(
     if !Path::new(library.trim()).is_dir() {
         return Ok(None);
     }
+    let arguments = ["rustc", "--package", package, "--lib", "--crate-type", "cdylib", "--profile", profile];
+    built(cargo(&arguments).arguments(features), package, profile, more_flags).map(Some)
+}
+
+/// The module of a package with a workspace of its own, in its release profile.
+pub(crate) fn module_apart(package: &str, manifest: &str) -> Result<Vec<u8>, Failure> {
+    built(cargo(&["build", "--locked", "--release", "--manifest-path", manifest]), package, "release", &[])
+}
+
+fn built(build: Step, package: &str, profile: &str, more_flags: &[&str]) -> Result<Vec<u8>, Failure> {
     // Panics name the files of the source: without the folders of this machine.
     let mut flags = vec![format!("--remap-path-prefix={}=luenberger", root().display())];
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
@@ -32,22 +44,35 @@ pub(crate) fn module(
         flags.push(format!("--remap-path-prefix={}=crates", registry.path().display()));
     }
     flags.extend(more_flags.iter().map(|flag| (*flag).to_owned()));
-    let arguments = ["rustc", "--package", package, "--lib", "--crate-type", "cdylib", "--profile", profile];
-    let build = cargo(&arguments).arguments(&["--target", TARGET]).arguments(features);
+    let build = build.arguments(&["--target", TARGET, "--target-dir"]).argument(target());
     build.variable("CARGO_ENCODED_RUSTFLAGS", &flags.join("\u{1f}")).step("module")?;
     let file = target().join(TARGET).join(profile).join(format!("{}.wasm", package.replace('-', "_")));
-    fs::read(&file).map(Some).map_err(|source| Failure::io(file, source))
+    fs::read(&file).map_err(|source| Failure::io(file, source))
 }
 
-/// gzip in base64, in lines of 120 letters.
-pub(crate) fn pack(module: &[u8]) -> Result<String, Failure> {
+/// gzip, which browsers decompress.
+pub(crate) fn gzip(module: &[u8]) -> Result<Vec<u8>, Failure> {
     let mut packed = Vec::new();
     let packing = zopfli::compress(zopfli::Options::default(), zopfli::Format::Gzip, module, &mut packed);
     packing.map_err(|source| Failure::io("module", source))?;
+    Ok(packed)
+}
+
+/// LZMA, a quarter smaller, which a browser decompresses by a module of its own.
+pub(crate) fn lzma(module: &[u8]) -> Result<Vec<u8>, Failure> {
+    // Instructions have no alignment, and the dictionary need not be larger than the module.
+    let options = LzmaOptions { dict_size: 1 << 24, pb: 0, ..LzmaOptions::with_preset(9) };
+    let packing = LzmaWriter::new_use_header(Vec::new(), &options, Some(module.len() as u64));
+    let packing = packing.and_then(|mut packing| packing.write_all(module).and_then(|()| packing.finish()));
+    packing.map_err(|source| Failure::io("module", source))
+}
+
+/// base64, in lines of 120 letters.
+pub(crate) fn lines(packed: &[u8]) -> String {
     let letters = STANDARD.encode(packed);
     let lines: Vec<&str> =
         (0..letters.len()).step_by(120).map(|at| &letters[at..letters.len().min(at + 120)]).collect();
-    Ok(lines.join("\n") + "\n")
+    lines.join("\n") + "\n"
 }
 
 /// Writes the digest of a module into the page beside it.

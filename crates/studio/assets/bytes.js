@@ -30,10 +30,9 @@ function places(text) {
   return (offset) => map[Math.min(offset, bytes.length)];
 }
 
-// The bytes that an element of the page holds as gzip, in base 64 or in the base 85 of reports.
+// The bytes that an element of the page holds in the base 85 of reports.
 function packedBytes(letters) {
   const text = letters.trim();
-  if (text.startsWith("H4sI")) return Uint8Array.from(atob(text.replace(/\s/g, "")), (letter) => letter.charCodeAt(0));
   const digits = new Uint8Array(128);
   for (let code = 33, digit = 0; code < 127; code++) {
     if (!"\"&'<>\\`,;".includes(String.fromCharCode(code))) digits[code] = digit++;

@@ -1,5 +1,21 @@
 // The module, in workers.
 
+let workerAddress = null;
+const newWorker = () => {
+  workerAddress ??= URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" }));
+  return new Worker(workerAddress);
+};
+
+// The module, decompressed and compiled by a worker, whose memory goes with it.
+function compiledModule(unpack, packed) {
+  const worker = newWorker();
+  return new Promise((done, fail) => {
+    worker.onmessage = ({ data }) => (data.compiled ? done(data.compiled) : fail(new Error(data.failure)));
+    worker.onerror = (event) => fail(new Error(event.message || "the worker ended"));
+    worker.postMessage({ unpack, packed }, [packed.buffer]);
+  }).finally(() => worker.terminate());
+}
+
 // A worker with the module. A request that is cancelled ends its worker; the next one starts another.
 class Engine {
   constructor(compiled) {
@@ -10,8 +26,7 @@ class Engine {
   }
 
   start() {
-    this.address ??= URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" }));
-    this.worker = new Worker(this.address);
+    this.worker = newWorker();
     this.worker.onmessage = ({ data }) => this.answered(data);
     this.worker.onerror = (event) => this.broken(event.message || "the worker ended");
     this.worker.postMessage({ compiled: this.compiled });

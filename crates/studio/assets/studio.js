@@ -71,11 +71,11 @@ class Studio {
     if (typeof WebAssembly !== "object") throw new Error("This browser has no WebAssembly.");
     if (typeof DecompressionStream !== "function")
       throw new Error("This browser cannot decompress (DecompressionStream): it is older than 2023.");
-    const packed = packedBytes(at("module").textContent);
+    const [unpack, packed] = ["unpack", "module"].map((id) => packedBytes(at(id).textContent));
     at("module").textContent = "";
     let compiled;
     try {
-      compiled = await WebAssembly.compile(await through(packed, new DecompressionStream("gzip"), 2e8));
+      compiled = await compiledModule(await through(unpack, new DecompressionStream("gzip"), 1e6), packed);
     } catch (error) {
       throw new Error(`The program in this page does not load: ${error.message}.`);
     }

@@ -52,12 +52,31 @@ class Module {
   }
 }
 
+// The bytes of a module that LZMA has compressed.
+function decompressed(unpack, packed) {
+  const { exports } = new WebAssembly.Instance(new WebAssembly.Module(unpack), {});
+  const at = exports.allocate(packed.length) >>> 0;
+  new Uint8Array(exports.memory.buffer, at, packed.length).set(packed);
+  const from = exports.unpack(at, packed.length) >>> 0;
+  if (from === 0) throw new Error("it is damaged");
+  const length = new DataView(exports.memory.buffer).getUint32(from, true);
+  return new Uint8Array(exports.memory.buffer, from + 4, length);
+}
+
 let compiled = null,
   module = null,
   asked = 0;
 const kept = new Map();
 
 onmessage = ({ data }) => {
+  if (data.packed) {
+    try {
+      postMessage({ compiled: new WebAssembly.Module(decompressed(data.unpack, data.packed)) });
+    } catch (error) {
+      postMessage({ failure: String(error.message ?? error) });
+    }
+    return;
+  }
   if (data.compiled) {
     compiled = data.compiled;
     return;

@@ -39,7 +39,7 @@ const described = (study) =>
   typeof study === "string" ? { study } : { study: study.text, name: study.name, format: study.format };
 
 /**
- * Compiles the module (its bytes, gunzipped, or a `WebAssembly.Module`) and gives what asks it.
+ * Compiles the module (its bytes, decompressed, or a `WebAssembly.Module`) and gives what asks it.
  * A request runs in the calling thread until it is done; in a page, load it in a worker.
  */
 export async function load(module) {

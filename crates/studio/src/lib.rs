@@ -49,7 +49,7 @@ pub mod wasm;
 pub use error::StudioError;
 pub use message::{Message, MessageError};
 #[cfg(feature = "page")]
-pub use page::{module, page, page_with};
+pub use page::{packed, page, page_with};
 
 use serde_json::{Value, json};
 

@@ -1,14 +1,13 @@
 //! The page: one HTML file with the module in it.
 
-use std::io::Read;
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use flate2::read::GzDecoder;
 use luenberger_figures::base85;
 
-/// The module, compressed by gzip, in base64.
-const MODULE: &str = include_str!("../assets/luenberger-studio.wasm.gz.base64");
+/// The module, compressed by LZMA, in base64.
+const MODULE: &str = include_str!("../assets/luenberger-studio.wasm.lzma.base64");
+/// What decompresses it, itself compressed by gzip, which browsers know.
+const UNPACK: &str = include_str!("../assets/luenberger-unpack.wasm.gz.base64");
 
 const PAGE: &str = include_str!("../assets/page.html");
 const STYLE: &str = include_str!("../assets/studio.css");
@@ -38,13 +37,14 @@ pub fn page() -> String {
     page_with(&packed())
 }
 
-/// The page with a module, which is compressed by gzip.
+/// The page with a module, which is compressed by LZMA.
 pub fn page_with(module: &[u8]) -> String {
     let parts = [
         ("/*STYLE*/", STYLE.to_owned()),
         ("/*EDITOR*/", script(EDITOR)),
         ("/*WORKER*/", script(WORKER)),
         ("/*STUDIO*/", script(STUDIO)),
+        ("<!--UNPACK-->", base85::encode(&bytes(UNPACK))),
         ("<!--MODULE-->", base85::encode(module)),
         ("<!--VERSION-->", env!("CARGO_PKG_VERSION").to_owned()),
     ];
@@ -63,14 +63,13 @@ pub fn page_with(module: &[u8]) -> String {
     page
 }
 
-/// The module as WebAssembly; empty if its asset is damaged, which a test rules out.
-pub fn module() -> Vec<u8> {
-    let mut module = Vec::new();
-    GzDecoder::new(packed().as_slice()).read_to_end(&mut module).map_or_else(|_| Vec::new(), |_| module)
+/// The module as WebAssembly, compressed by LZMA; empty if its asset is damaged, which a test rules out.
+pub fn packed() -> Vec<u8> {
+    bytes(MODULE)
 }
 
-fn packed() -> Vec<u8> {
-    let letters: String = MODULE.split_whitespace().collect();
+fn bytes(lines: &str) -> Vec<u8> {
+    let letters: String = lines.split_whitespace().collect();
     STANDARD.decode(letters).unwrap_or_default()
 }
 

@@ -1,6 +1,9 @@
 //! The page, and the module in it.
 
-use luenberger_studio::{module, page, page_with};
+use std::io::Read;
+
+use luenberger_studio::{packed, page, page_with};
+use lzma_rust2::LzmaReader;
 use sha2::{Digest, Sha256};
 
 /// A number in LEB128, and what follows it.
@@ -18,7 +21,9 @@ fn text(bytes: &[u8]) -> (&str, &[u8]) {
 /// The module is the one that the page beside it names, and asks the page for three functions and nothing else.
 #[test]
 fn the_module_is_the_one_that_is_named() {
-    let module = module();
+    let mut module = Vec::new();
+    let packed = packed();
+    LzmaReader::new_mem_limit(&packed[..], u32::MAX, None).unwrap().read_to_end(&mut module).unwrap();
     assert!(module.starts_with(b"\0asm"));
     let digits = format!("{:x}", Sha256::digest(&module));
     assert!(include_str!("../../assets/README.md").contains(&digits), "{digits}");
@@ -46,9 +51,11 @@ fn the_module_is_the_one_that_is_named() {
 #[test]
 fn the_page_is_one_file_that_loads_nothing() {
     let page = page();
-    assert!(page.len() < 8_000_000, "{} bytes", page.len());
+    assert!(page.len() < 6_000_000, "{} bytes", page.len());
     assert!(page.contains("connect-src 'none'"));
-    for place in ["/*STYLE*/", "/*EDITOR*/", "/*WORKER*/", "/*STUDIO*/", "<!--MODULE-->", "<!--VERSION-->"] {
+    for place in
+        ["/*STYLE*/", "/*EDITOR*/", "/*WORKER*/", "/*STUDIO*/", "<!--UNPACK-->", "<!--MODULE-->", "<!--VERSION-->"]
+    {
         assert!(!page.contains(place), "{place}");
     }
     // Each element ends where the skeleton ends it.
@@ -62,8 +69,8 @@ fn the_page_is_one_file_that_loads_nothing() {
 /// The letters of the module are those of an element: base 85, without a quote or a bracket.
 #[test]
 fn any_module_can_be_packed() {
-    let page = page_with(&[0x1f, 0x8b, 8, 0, 0]);
+    let page = page_with(&[0x5d, 0, 0, 1, 0]);
     let (_, rest) = page.split_once("id=\"module\">").unwrap();
     let (letters, _) = rest.split_once("</script>").unwrap();
-    assert_eq!(luenberger_figures::base85::decode(letters).unwrap(), [0x1f, 0x8b, 8, 0, 0]);
+    assert_eq!(luenberger_figures::base85::decode(letters).unwrap(), [0x5d, 0, 0, 1, 0]);
 }
