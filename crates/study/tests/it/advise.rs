@@ -314,6 +314,69 @@ fn what_is_said_of_scores_is_the_ranking() {
     assert!(advice.explanation.contains(&proof), "{proof} in {:?}", advice.explanation);
 }
 
+/// A proof as the criterion: the first has one and the least error of those that have one, and of each other it is said
+/// whether it has one, with its error. Six are explained. The cost of a step is said of the first, and of the cheapest.
+#[test]
+fn proofs_and_costs_are_said_in_words() {
+    let significant = |x: f64| luenberger_proof::wording::significant(x, 3);
+    for criteria in ["proved", "error", "cost"] {
+        let advice = advice(SCALAR, &by(criteria));
+        let (first, all) = (&advice.ranking[0], &advice.explanation);
+        let said = |rank: usize, name: &str| {
+            all.iter()
+                .find(|text| text.starts_with(&format!("{}. {name}", rank + 1)))
+                .unwrap_or_else(|| panic!("{all:?}"))
+        };
+        let numbered = |text: &&String| text.split_once(". ").is_some_and(|(rank, _)| rank.parse::<usize>().is_ok());
+        assert_eq!(all.iter().filter(numbered).count(), 6.min(advice.ranking.len()));
+        if criteria == "proved" {
+            let start = format!("1. {} has a proof, and the least rms |e| of those that have one. ", first.name);
+            assert!(said(0, &first.name).starts_with(&start), "{all:?}");
+            for (rank, other) in advice.ranking.iter().enumerate().take(6).skip(1) {
+                if said(rank, &other.name).contains("is the same observer as") {
+                    continue;
+                }
+                let of = significant(other.medians.rms.unwrap() / first.medians.rms.unwrap());
+                let expected = if other.verdict.word() == "proved" {
+                    format!("{} has a proof too, and {of} times the rms |e| of {}.", other.name, first.name)
+                } else {
+                    format!("{} has no proof.", other.name)
+                };
+                assert!(said(rank, &other.name).contains(&expected), "{expected} in {all:?}");
+            }
+        }
+        let complete = || advice.ranking.iter().filter(|one| one.finished == advice.runs && one.operations.is_some());
+        let least = complete().filter_map(|one| one.operations).min().unwrap();
+        let cheapest = complete().find(|one| one.operations == Some(least)).unwrap();
+        let rest = if cheapest.name == first.name {
+            ", the fewest of all".to_owned()
+        } else {
+            let price = significant(cheapest.medians.rms.unwrap() / first.medians.rms.unwrap());
+            format!("; the fewest are {least}, of {}, with {price} times the rms |e|", cheapest.name)
+        };
+        let cost = format!("{} floating-point operations on the target{rest}.", first.operations.unwrap());
+        assert!(
+            all.iter()
+                .any(|text| text.starts_with(&format!("A step of {} takes ", first.name)) && text.ends_with(&cost)),
+            "{cost} in {all:?}"
+        );
+    }
+}
+
+/// A kind without a rule is ranked where the study has an observer of it, and is named with the reason where not.
+#[test]
+fn kinds_without_a_rule_are_ranked_if_the_study_has_one() {
+    let particle =
+        "[[observer]]\nname = \"own\"\nkind = \"particle\"\nw = 0.1\nv = 0.01\nperiod = 0.5\nparticles = 50\n";
+    let unfit =
+        |advice: &Advice| -> Vec<String> { advice.not_applicable.iter().map(|kind| kind.name.clone()).collect() };
+    let without = advice(SCALAR, &by("error"));
+    let with = advice(&(SCALAR.to_owned() + particle), &by("error"));
+    assert!(unfit(&without).contains(&"particle".to_owned()) && unfit(&without).contains(&"imm".to_owned()));
+    assert!(!unfit(&with).contains(&"particle".to_owned()) && unfit(&with).contains(&"imm".to_owned()));
+    assert!(names(&with).contains(&"own"), "{:?}", names(&with));
+}
+
 /// Gains that differ by less than a thousandth, entry by entry, are one observer; the later names the first.
 #[test]
 fn gains_of_three_equal_digits_are_one_observer() {
@@ -591,7 +654,16 @@ fn no_observer_of_an_undetectable_plant_is_tried() {
     let advice = advice(&INTEGRATOR.replace("c = [[1, 0]]", "c = [[0, 1]]"), &by("error"));
     assert!(advice.ranking.is_empty());
     let why = advice.observability.unwrap();
-    assert!(why.starts_with("rank 1 of 2, unobservable 0 along x1") && why.contains("not detectable"), "{why}");
+    assert!(why.starts_with("rank 1 of 2, unobservable 0 along x1:") && why.contains("not detectable"), "{why}");
+    // Each mode with its direction.
+    let two = "[plant]\na = [[1, 0, 0], [0, 2, 0], [0, 0, 3]]\nc = [[0, 0, 1]]\n";
+    let (_, rest) = INTEGRATOR.split_once("[simulation]\nx0 = [1, -1]").unwrap();
+    let text = format!("{two}[simulation]\nx0 = [1, -1, 0]{}", rest.replace("w = [0, 0.01]", "w = [0, 0, 0.01]"));
+    let why = self::advice(&text, &by("error")).observability.unwrap();
+    let [one, other] = ["1 along x1", "2 along x2"];
+    let (a, b) =
+        (format!("rank 1 of 3, unobservable {one}, {other}:"), format!("rank 1 of 3, unobservable {other}, {one}:"));
+    assert!(why.starts_with(&a) || why.starts_with(&b), "{why}");
 }
 
 #[test]

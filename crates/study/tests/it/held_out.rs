@@ -200,6 +200,66 @@ fn observers_are_ranked_by_their_predictions_of_what_is_held_out() {
     assert!(advice.held_out.unwrap().starts_with("Held out: the last 60 rows, from t = 140; judged on all of them."));
 }
 
+/// Times are differences: a log that begins later has the same ranking. Of its table the best values are marked, of the
+/// likelihood the largest.
+#[test]
+fn a_log_may_begin_at_any_time() {
+    let (folder, rows) = logged("advise-later");
+    let first = advised(&study_in(&folder, STUDY), None);
+    let log = std::fs::read_to_string(folder.join("log.csv")).unwrap();
+    let later = log.lines().enumerate().map(|(k, line)| match line.split_once(',') {
+        Some((_, rest)) if k > 0 => format!("{},{rest}\n", 1000 + k),
+        _ => format!("{line}\n"),
+    });
+    std::fs::write(folder.join("log.csv"), later.collect::<String>()).unwrap();
+    let second = advised(&study_in(&folder, STUDY), None);
+    let of = |advice: &Advice| -> Vec<(String, String)> {
+        advice
+            .ranking
+            .iter()
+            .map(|one| (one.name.clone(), format!("{:.6e}", one.on_log.as_ref().unwrap().relative)))
+            .collect()
+    };
+    assert_eq!(of(&first), of(&second));
+    let value = |advice: &Advice, what: &str| {
+        advice.information.iter().find(|item| item.what == what).map(|item| item.value.clone())
+    };
+    for item in &first.information {
+        assert_eq!(value(&second, &item.what), Some(item.value.clone()), "{}", item.what);
+    }
+    let markdown = first.markdown("10 min");
+    let head =
+        markdown.lines().find(|line| line.starts_with("| observer |") && line.contains("log-likelihood")).unwrap();
+    let column = head.split('|').position(|cell| cell.trim() == "log-likelihood").unwrap();
+    let cells =
+        markdown.lines().filter(|line| first.ranking.iter().any(|one| line.starts_with(&format!("| {} | ", one.name))));
+    let cells: Vec<&str> = cells.filter_map(|line| line.split('|').nth(column)).map(str::trim).collect();
+    let number = |cell: &&str| cell.trim_matches('*').parse::<f64>().ok();
+    let largest = cells.iter().filter_map(number).fold(f64::NEG_INFINITY, f64::max);
+    let marked: Vec<f64> = cells.iter().filter(|cell| cell.starts_with("**")).filter_map(number).collect();
+    assert!(!marked.is_empty() && marked.iter().all(|value| *value == largest), "{cells:?}");
+    assert_eq!(rows.len(), ROWS);
+}
+
+/// Measurements that rest on the steps of a converter have a second difference of zero: their noise is that of its step.
+#[test]
+fn a_coarse_converter_has_the_noise_of_its_step() {
+    let (folder, mut rows) = logged("advise-coarse");
+    for (k, row) in rows.iter_mut().enumerate() {
+        row[1] = 0.5 * (k as f64 / 8.0).floor();
+    }
+    write(&folder, &rows);
+    let region = "[advise]\nregion = { states = [[-30, 30], [-30, 30]] }\n";
+    let only = &STUDY[..STUDY.find("[[observer]]").unwrap()];
+    let advice = advised(
+        &study_in(&folder, &format!("{only}{region}").replace("states = [\"x\", \"z\"]\n[advise]", "[advise]")),
+        None,
+    );
+    let noise = advice.information.iter().find(|item| item.what == "noise level").unwrap();
+    // 0.5/sqrt(12).
+    assert!(noise.value.contains("y 0.1443"), "{noise:?}");
+}
+
 #[test]
 fn other_criteria_rank_a_log_too() {
     let (folder, _) = logged("advise-criteria");

@@ -156,6 +156,29 @@ fn feedback_tables_and_sensors_give_the_scores_of_the_study() {
     }
 }
 
+/// Which estimates are scored is in the page too, and a table that is too large for a page is said to be.
+#[test]
+fn predicted_estimates_are_scored_and_large_tables_are_refused() {
+    let text = CARRIAGE.replace("INPUT", "expressions = [\"sin(t)\"]");
+    let predicted = text.replace("[simulation]\n", "[simulation]\nestimates = \"predicted\"\n");
+    let of = |text: &str| of_text("predicted", text);
+    let ((filtered, ..), (predicted, results, _)) = (of(&text), of(&predicted));
+    same_scores("predicted", &predicted, &results);
+    assert_ne!(
+        luenberger_live::run(&filtered, &Sliders::NEUTRAL).runs[0].scores,
+        luenberger_live::run(&predicted, &Sliders::NEUTRAL).runs[0].scores
+    );
+    let folder = scratch("large-table");
+    for (rows, is_there) in [(20_000, true), (20_001, false)] {
+        let table: String = (0..rows).map(|k| format!("{},1\n", 1e-3 * f64::from(k))).collect();
+        std::fs::write(folder.join("force.csv"), format!("t,force\n{table}")).unwrap();
+        let study = study_in(&folder, &CARRIAGE.replace("INPUT", "table = \"force.csv\""));
+        let (experiment, _, html) = page_of(&study, &scratch("large-table-out"));
+        assert_eq!(experiment.is_some(), is_there);
+        assert_eq!(html.contains("the table of its input has more than 20000 numbers"), !is_there);
+    }
+}
+
 /// Every observer of the page has the scores of the study, also where others of the study are not in the page.
 fn scores_of_those_in_the_page(name: &str, experiment: &Experiment, results: &Results) {
     let rows = &results.simulation.as_ref().unwrap().rows;

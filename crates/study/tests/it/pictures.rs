@@ -304,6 +304,33 @@ fn the_points_of_a_front_are_those_of_the_sweep() {
     );
 }
 
+/// The curves of a frequency response are twenty logarithms of the magnitudes in its table, and the phases in it.
+#[test]
+fn curves_of_responses_are_their_numbers() {
+    let folder = run("response", "", &format!("{PLANT}{OBSERVERS}[frequency]\nfrom = 0.1\nto = 100\npoints = 40\n"));
+    let (_, curves) = figures(&folder).into_iter().find(|(id, _)| id == "frequency-observers").unwrap();
+    let labels: Vec<&str> = curves.iter().map(|curve| curve.label.as_str()).collect();
+    assert_eq!(labels, ["y to x (dB)", "y to x, phase (degrees)", "y to v (dB)", "y to v, phase (degrees)"]);
+    let text = std::fs::read_to_string(folder.join("frequency/gain.csv")).unwrap();
+    let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    for (curve, column) in curves.iter().zip(["magnitude_x_y", "phase_x_y", "magnitude_v_y", "phase_v_y"]) {
+        let place = names.iter().position(|name| *name == column).unwrap_or_else(|| panic!("{column} in {names:?}"));
+        let rows = || {
+            text.lines().skip(1).map(|line| {
+                let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+                (cells[0], cells[place])
+            })
+        };
+        // Points between two others on a line are left out.
+        assert!(curve.points.len() > 15, "{column}: {:?}", curve.points);
+        for (w, found) in &curve.points {
+            let (_, value) = rows().find(|(at, _)| (at / w - 1.0).abs() < 1e-3).unwrap_or_else(|| panic!("{w}"));
+            let expected = if column.starts_with("magnitude") { 20.0 * value.log10() } else { value };
+            assert!((found - expected).abs() < 0.05, "{column} at {w}: {found}, expected {expected}");
+        }
+    }
+}
+
 /// A log with a gap of six periods, whose curves are in two parts, with the true values of one state.
 #[test]
 fn the_curves_of_a_log_end_at_its_gaps() {
