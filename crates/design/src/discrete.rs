@@ -12,7 +12,7 @@
 
 use luenberger_linalg::{
     Kalman, RealMatrixView, SteinEquation, discrete_process_noise, eigenvalues, place_observer, reduced_order_observer,
-    sampled_measurement_covariance, symmetric_part, zero_order_hold,
+    sampled_measurement_covariance, sylvester, symmetric_part, zero_order_hold,
 };
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{DiscreteLinearObserver, StationaryKalmanFilter};
@@ -55,7 +55,7 @@ pub struct DiscreteDesign {
 }
 
 /// The plant with its input held over the period h.
-fn held(plant: &StateSpace, h: f64) -> Result<StateSpace, DesignError> {
+pub(crate) fn held(plant: &StateSpace, h: f64) -> Result<StateSpace, DesignError> {
     let sampled = zero_order_hold(&plant.a, &plant.b, h)?;
     Ok(StateSpace { a: sampled.ad, b: sampled.bd, ..plant.clone() }.checked()?)
 }
@@ -174,8 +174,12 @@ impl DiscreteDesign {
     /// pole s, and A, B of the zero-order hold.
     ///
     /// The gain is designed for the sampled plant, not by discretising the continuous observer, whose estimate would
-    /// lag by the motion of the output within a period. Exists whenever the sampled pair is observable, which sampling
-    /// can spoil only at special periods (Kalman, Ho and Narendra 1963).
+    /// lag by the motion of the output within a period. For one output it is the one with these poles; for several
+    /// outputs, of which many gains have them, `Ld = T^-1 G` with `T Ad - E T = G C`, where `E = exp((A - L C) h)` and
+    /// `G = int_0^h exp((A - L C) s) ds L`: then `Ad - Ld C = T^-1 E T`, T tends to the identity as h does to 0, and
+    /// `Ld/h` to L. Exists whenever the sampled pair is observable, which sampling can spoil only at special periods
+    /// (Kalman, Ho and Narendra 1963). Of an observer with modes that no output sees, which decay by themselves, the gain
+    /// is G, if that is stable: then the poles are near `exp(h s)`, for periods that are short beside the poles.
     ///
     /// ```
     /// use luenberger_design::{DiscreteDesign, LinearDesign};
@@ -185,16 +189,15 @@ impl DiscreteDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     ///
-    /// Source: G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2.
+    /// Source: G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2; T is
+    /// that of Luenberger, IEEE Transactions on Military Electronics 8, 1964.
     ///
     /// # Errors
     /// [`DesignError::NotPositive`] for h; the errors of placement when the period hides a mode.
     pub fn sampled(linear: &LinearDesign, h: f64) -> Result<Self, DesignError> {
         check::positive("the sampling period h", h)?;
         let plant = held(&linear.observer.plant(), h)?;
-        let poles: Vec<Complex<f64>> = linear.poles.iter().map(|s| (s * h).exp()).collect();
-        let placed = place_observer(&plant.a, &plant.c, &poles).map_err(DesignError::from);
-        let l = placed.map_err(|error| error.of_pair(Pair::Sampled))?.gain;
+        let l = sampled_gain(linear, &plant.a, h)?;
         Self::certified(&plant, h, l, None)
     }
 
@@ -402,4 +405,26 @@ pub(crate) fn theorem(
         p: proof_matrix(p),
         factor: (factor < 1.0).then_some(factor),
     }])?)
+}
+
+/// The gain of [`DiscreteDesign::sampled`] for Ad, the plant of `linear` sampled with the period h.
+pub(crate) fn sampled_gain(linear: &LinearDesign, ad: &DMatrix<f64>, h: f64) -> Result<DMatrix<f64>, DesignError> {
+    let o = &linear.observer;
+    // E and G: the designed observer with its measurement held.
+    let own = zero_order_hold(&(&o.a - o.l() * &o.c), o.l(), h)?;
+    let is_stable = |l: &DMatrix<f64>| {
+        eigenvalues(&(ad - l * &o.c)).is_ok_and(|all| all.iter().all(|eigenvalue| eigenvalue.norm() < 1.0))
+    };
+    if o.c.nrows() > 1 {
+        let similar = sylvester(&-&own.ad, ad, &(&own.bd * &o.c)).ok().and_then(|found| found.x.lu().solve(&own.bd));
+        if let Some(l) = similar.filter(is_stable) {
+            return Ok(l);
+        }
+    }
+    let poles: Vec<Complex<f64>> = linear.poles.iter().map(|s| (s * h).exp()).collect();
+    match place_observer(ad, &o.c, &poles) {
+        Ok(placed) => Ok(placed.gain),
+        Err(_) if is_stable(&own.bd) => Ok(own.bd),
+        Err(error) => Err(DesignError::from(error).of_pair(Pair::Sampled)),
+    }
 }

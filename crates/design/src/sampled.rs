@@ -16,9 +16,7 @@
 //! [`luenberger_observers::semi_implicit`], which does not increase V either, at any period. The stored N violates the
 //! structure by `R = PN + C'S`; with a small R, which the certificate has in an inequality, V still falls at each step.
 
-use luenberger_linalg::{
-    LinalgError, RealMatrixView, SteinEquation, ZeroOrderHold, discrete_kalman_gain, place_observer, zero_order_hold,
-};
+use luenberger_linalg::{LinalgError, RealMatrixView, SteinEquation, discrete_kalman_gain};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver, semi_implicit};
 use luenberger_plants::StateSpace;
@@ -127,15 +125,9 @@ impl SampledCubicDesign {
         check::positive("the sampling period h", h)?;
         let noise = check::positive_semidefinite("W", &check::owned(noise), o.a.nrows())?;
         let measurement = check::positive_definite("V", &check::owned(measurement), o.c.nrows())?;
-        let held = zero_order_hold(&o.a, &o.b, h)?;
-        let ld = discrete_kalman_gain(&held.ad, &o.c, &noise, &measurement).map_err(of_sampled)?.l;
-        Self::with_gain(
-            &held_plant(linear, held)?,
-            ld,
-            &check::owned(theta),
-            &CubicGain::Radial(w),
-            (h, Lyapunov::FirstProved),
-        )
+        let plant = discrete::held(&o.plant(), h)?;
+        let ld = discrete_kalman_gain(&plant.a, &o.c, &noise, &measurement).map_err(of_sampled)?.l;
+        Self::with_gain(&plant, ld, &check::owned(theta), &CubicGain::Radial(w), (h, Lyapunov::FirstProved))
     }
 
     /// The sampled form of a continuous design: same poles, same theta, same strength `w = trace(C P^-1 C'S) / p` of
@@ -309,21 +301,12 @@ enum Lyapunov<'a> {
 /// The plant of a continuous design with its input held over h, and the gain with the same poles.
 fn placed(linear: &LinearDesign, h: f64) -> Result<(StateSpace, DMatrix<f64>), DesignError> {
     check::positive("the sampling period h", h)?;
-    let o = &linear.observer;
-    let held = zero_order_hold(&o.a, &o.b, h)?;
-    let poles: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
-    let gain = place_observer(&held.ad, &o.c, &poles).map_err(of_sampled)?.gain;
-    Ok((held_plant(linear, held)?, gain))
+    let plant = discrete::held(&linear.observer.plant(), h)?;
+    let gain = discrete::sampled_gain(linear, &plant.a, h)?;
+    Ok((plant, gain))
 }
 
 /// An error of the sampled pair.
 fn of_sampled(error: LinalgError) -> DesignError {
     DesignError::from(error).of_pair(Pair::Sampled)
-}
-
-/// The plant of a continuous design, with its input held.
-fn held_plant(linear: &LinearDesign, held: ZeroOrderHold) -> Result<StateSpace, DesignError> {
-    let o = &linear.observer;
-    let plant = StateSpace::new(held.ad, held.bd, o.c.clone())?;
-    Ok(StateSpace { d: o.d.clone(), ..plant })
 }

@@ -1,12 +1,12 @@
 //! Plants in discrete time: gains by a decay rate, estimated disturbances, bounds of the error.
 
 use luenberger_design::{
-    DesignError, DiscreteDesign, DisturbanceBounds, ErrorBound, GainOptions, disturbances_with_sampled_rate,
-    with_sampled_disturbance_chain,
+    DesignError, DiscreteDesign, DisturbanceBounds, ErrorBound, GainOptions, LinearDesign, SampledCubicDesign,
+    disturbances_with_sampled_rate, with_sampled_disturbance_chain,
 };
 use luenberger_linalg::spectral_radius;
 use luenberger_plants::StateSpace;
-use nalgebra::{DMatrix, dmatrix};
+use nalgebra::{Complex, DMatrix, dmatrix, dvector};
 use proptest::prelude::*;
 
 /// Observable by construction: a chain whose first state is measured.
@@ -122,4 +122,55 @@ fn bad_input_is_named() {
     let at_once = DiscreteDesign::with_poles(&plant, 0.1, &[0.0]).unwrap();
     let found = ErrorBound::discrete(&at_once.observer, &DisturbanceBounds::of_outputs(1, &[1.0])).unwrap();
     assert!(found.certificate.is_proved() && (0.5..0.502).contains(&found.limsup[0]), "{:?}", found.limsup);
+}
+
+/// What the gain for samples says of several outputs: its error has the eigenvalues of `exp((A - L C) h)`, and `Ld/h`
+/// tends to L in proportion to h, in any units of states and outputs.
+#[test]
+fn a_gain_for_samples_tends_to_the_one_in_continuous_time() {
+    let a = dmatrix![0.0, 1.0, 0.0; -2.0, -0.5, 1.0; 0.0, -1.0, -0.3];
+    let (b, c) = (dmatrix![0.0; 1.0; 0.5], dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0]);
+    let l = dmatrix![4.0, 0.0; 6.0, 1.0; 0.5, 3.0];
+    for unit in [1.0, 1e-7, 1e7] {
+        // The third state, which is the second output, in another unit.
+        let t = DMatrix::from_diagonal(&dvector![1.0, 1.0, unit]);
+        let back = DMatrix::from_diagonal(&dvector![1.0, 1.0, 1.0 / unit]);
+        let measured = DMatrix::from_diagonal(&dvector![1.0, 1.0 / unit]);
+        let plant = StateSpace::new(&t * &a * &back, &t * &b, c.clone()).unwrap();
+        let linear = LinearDesign::with_gain(&plant, &(&t * &l * &measured)).unwrap();
+        let distance = |h: f64| {
+            let design = DiscreteDesign::sampled(&linear, h).unwrap();
+            assert!(design.certificate.is_proved());
+            let expected: Vec<Complex<f64>> = linear.poles.iter().map(|s| (s * h).exp()).collect();
+            for pole in &design.poles {
+                let nearest = expected.iter().map(|z| (z - pole).norm()).fold(f64::INFINITY, f64::min);
+                assert!(nearest < 1e-8, "{pole} is {nearest} from {expected:?}");
+            }
+            let rate = &back * design.l() / h * measured.clone().try_inverse().unwrap();
+            (rate - &l).abs().max()
+        };
+        let (far, near) = (distance(1e-2), distance(1e-3));
+        assert!(far < 0.5 && (8.0..12.0).contains(&(far / near)), "unit {unit}: {far}, {near}");
+        // The sampled cubic observer has the same gain.
+        let cubic = SampledCubicDesign::new(&linear, &DMatrix::identity(2, 2), 1.0, 1e-2).unwrap();
+        assert_eq!(cubic.l(), DiscreteDesign::sampled(&linear, 1e-2).unwrap().l());
+    }
+}
+
+/// A mode that no output sees and that decays by itself leaves a gain for samples: that of the observer whose
+/// measurement is held. One that grows leaves none.
+#[test]
+fn a_mode_that_decays_unseen_leaves_a_gain_for_samples() {
+    let plant = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, -2.0], dmatrix![1.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let linear = LinearDesign::with_gain(&plant, &dmatrix![3.0; 0.0]).unwrap();
+    let design = DiscreteDesign::sampled(&linear, 0.1).unwrap();
+    // int_0^h e^(-4 s) ds 3.
+    let expected = 3.0 * (1.0 - (-0.4f64).exp()) / 4.0;
+    assert!((design.l()[(0, 0)] - expected).abs() < 1e-14 && design.l()[(1, 0)] == 0.0, "{}", design.l());
+    assert!(design.certificate.is_proved());
+    // At a period of half of its oscillation a plant hides a mode, and the measurement is held for too long.
+    let oscillator = StateSpace::new(dmatrix![0.0, 1.0; -1.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let linear = LinearDesign::with_poles(&oscillator, &[-5.0, -6.0]).unwrap();
+    let error = DiscreteDesign::sampled(&linear, std::f64::consts::PI).unwrap_err();
+    assert!(error.to_string().contains("sampled"), "{error}");
 }
