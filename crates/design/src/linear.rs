@@ -32,7 +32,8 @@ pub enum LyapunovWeight {
     /// The identity or, where that P is not proved, the first of a short list in other units.
     #[default]
     FirstProved,
-    /// `Q = rho I`, for which the theorems on the infinite-horizon cost hold.
+    /// `Q = rho I`, for which the theorems on the infinite-horizon cost hold; where that P is not proved, as
+    /// [`FirstProved`](Self::FirstProved), with another Q.
     Identity(f64),
     /// Any `Q = Q' > 0`, n x n.
     Matrix(DMatrix<f64>),
@@ -273,6 +274,7 @@ impl LinearDesign {
         weight: LyapunovWeight,
     ) -> Result<Self, DesignError> {
         let n = plant.a.nrows();
+        let is_identity = matches!(weight, LyapunovWeight::Identity(_));
         let (poles, p, q) = match (&origin, weight) {
             (_, LyapunovWeight::FirstProved) => return Self::with_some_weight(plant, l, origin),
             (Origin::Kalman(covariance), LyapunovWeight::InverseCovariance) => {
@@ -290,7 +292,14 @@ impl LinearDesign {
                 (closed.poles.clone(), closed.lyapunov(&q)?, q)
             }
         };
-        Self::certified(plant, l, poles, (p, q), 0.0, origin)
+        let design = Self::certified(plant, l, poles, (p, q), 0.0, origin)?;
+        // In unsuitable units the rounding of P decides by chance, whatever the factor of the identity.
+        let other = if is_identity && !design.certificate.is_proved() {
+            Self::with_some_weight(plant, design.l().clone(), design.origin.clone()).ok()
+        } else {
+            None
+        };
+        Ok(other.filter(|other| other.certificate.is_proved()).unwrap_or(design))
     }
 
     /// A design whose P came with the gain, and certifies the decay rate.

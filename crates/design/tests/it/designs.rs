@@ -382,3 +382,19 @@ fn poles_beside_a_zero_are_refused_in_every_unit_of_time() {
         assert!(matches!(beside, Err(DesignError::FixedPoles { .. })), "{unit:e}: {beside:?}");
     }
 }
+
+/// A hydraulic cylinder in metres and pascals, where the P of `Q = rho I` is proved for some factors and not for others,
+/// by its rounding: each factor has a proof, of that Q or of another.
+#[test]
+fn a_factor_of_the_identity_decides_no_proof() {
+    let a = dmatrix![0.0, 1.0, 0.0; 0.0, -5.0, 1.5e-5; 0.0, -2.1e10, -2.0];
+    let plant = StateSpace::new(a, dmatrix![0.0; 0.0; 1.4e13], dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0]).unwrap();
+    let mut others = 0;
+    for rho in [1e-3, 1.0, 10.0, 1e3] {
+        let weight = LyapunovWeight::Identity(rho);
+        let design = LinearDesign::with_poles_and_weight(&plant, &[-2.0, -5.0, -6.0], weight).unwrap();
+        assert!(design.certificate.is_proved(), "{rho}: {:?}", design.certificate);
+        others += usize::from(design.q != DMatrix::identity(3, 3) * rho);
+    }
+    assert!(others > 0);
+}
