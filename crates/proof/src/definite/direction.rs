@@ -32,12 +32,12 @@ pub(super) fn verify(
     let refutes = |bound: f64| if strict { bound <= 0.0 } else { bound < 0.0 };
     let value = enclosed_form(enclosed, &v)?.hi();
     if refutes(value) {
-        return Some(Direction { v, value, exact: None });
+        return Some(Direction { v, value, exact: None, is_negated: false });
     }
     let w: Option<Vec<Exact>> = v.iter().map(|&x| Exact::from_f64(x)).collect();
     let form = super::quadratic_form(exact?, &w?).ok()?;
     let value = form.round_up();
-    refutes(value).then_some(Direction { v, value, exact: None })
+    refutes(value).then_some(Direction { v, value, exact: None, is_negated: false })
 }
 
 /// Enclosure of `v'Mv` with outward rounding.

@@ -26,7 +26,7 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
-use crate::wording::{at_most, significant};
+use crate::wording::{at_least, at_most, significant};
 use cholesky::{Ball, Completion, Factor};
 use referee::Finding;
 
@@ -41,12 +41,20 @@ pub struct Direction {
     /// The exact direction, if no binary64 vector is one (for example the null vector of a singular matrix). Then `v`
     /// is its rounding, and `value` bounds the form in the exact direction.
     pub exact: Option<Vec<Exact>>,
+    /// Whether negative definiteness was asked, and the form is that of -M.
+    pub is_negated: bool,
 }
 
 impl fmt::Display for Direction {
+    /// The value is that of `v'Mv`, of the matrix as the condition has it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let entries: Vec<String> = self.v.iter().map(|x| significant(*x, 6)).collect();
-        write!(f, "v = ({}), where the form is at most {}", entries.join(", "), at_most(self.value, 6))
+        let bound = if self.is_negated {
+            format!("at least {}", at_least(-self.value, 6))
+        } else {
+            format!("at most {}", at_most(self.value, 6))
+        };
+        write!(f, "v = ({}), where the form is {bound}", entries.join(", "))
     }
 }
 
@@ -128,6 +136,15 @@ impl Sense {
 }
 
 pub(crate) fn decide<T: Entry>(m: &Matrix<T>, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
+    let mut verdict = decided(m, sense)?;
+    if let Verdict::Refuted { witness } = &mut verdict {
+        witness.is_negated = sense.is_negated();
+    }
+    Ok(verdict)
+}
+
+/// The same, with the form of -M not told from that of M.
+fn decided<T: Entry>(m: &Matrix<T>, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
     let n = m.rows();
     m.expect_shape("a matrix whose definiteness is asked", (n, n))?;
     if n == 0 {

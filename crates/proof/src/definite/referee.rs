@@ -273,9 +273,9 @@ pub(super) fn witness(m: &Matrix<Exact>, v: &[Exact], strict: bool) -> Option<Di
         && let Ok(form) = quadratic_form(m, &w)
         && refutes(&form)
     {
-        return Some(Direction { v: rounded, value: form.round_up(), exact: None });
+        return Some(Direction { v: rounded, value: form.round_up(), exact: None, is_negated: false });
     }
-    Some(Direction { v: rounded, value: form.round_up(), exact: Some(v) })
+    Some(Direction { v: rounded, value: form.round_up(), exact: Some(v), is_negated: false })
 }
 
 fn nearest(x: &Exact) -> f64 {

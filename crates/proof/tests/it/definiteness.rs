@@ -390,3 +390,19 @@ fn bad_input_is_an_error_that_names_the_entry() {
     let unbounded = Matrix::from_rows([[Interval::UNBOUNDED]]);
     assert!(matches!(positive_definite(&unbounded), Ok(Verdict::Undecided { why: UndecidedReason::Overflow, .. })));
 }
+
+/// A refutation says the value of the form as the condition has it: of `M < 0` that it is not negative.
+#[test]
+fn a_refutation_has_the_sign_of_its_condition() {
+    let (m, minus) = (Matrix::from_rows([[2.5, 0.0], [0.0, -1.0]]), Matrix::from_rows([[-2.5, 0.0], [0.0, 1.0]]));
+    let words = |verdict: Result<Verdict<Direction>, ProofError>| match verdict.unwrap() {
+        Verdict::Refuted { witness } => (witness.is_negated, witness.to_string()),
+        other => panic!("{other:?}"),
+    };
+    for verdict in [negative_definite(&m), negative_semidefinite(&m)] {
+        assert_eq!(words(verdict), (true, "v = (1, 0), where the form is at least 2.5".to_owned()));
+    }
+    for verdict in [positive_definite(&minus), positive_semidefinite(&minus)] {
+        assert_eq!(words(verdict), (false, "v = (1, 0), where the form is at most -2.5".to_owned()));
+    }
+}
