@@ -89,8 +89,15 @@ fn assert_true(m: &Matrix<f64>) {
         }
     }
     let negative = m.map(|x| -x);
-    assert_eq!(negative_definite(&negative).expect("symmetric"), pd(m));
-    assert_eq!(negative_semidefinite(&negative).expect("symmetric"), psd(m));
+    // The same but for the sign of the form.
+    let turned = |mut verdict: Verdict<Direction>| {
+        if let Verdict::Refuted { witness } = &mut verdict {
+            witness.is_negated = !witness.is_negated;
+        }
+        verdict
+    };
+    assert_eq!(turned(negative_definite(&negative).expect("symmetric")), pd(m));
+    assert_eq!(turned(negative_semidefinite(&negative).expect("symmetric")), psd(m));
 }
 
 fn pd<T: luenberger_proof::Entry>(m: &Matrix<T>) -> Verdict<Direction> {
@@ -400,9 +407,9 @@ fn a_refutation_has_the_sign_of_its_condition() {
         other => panic!("{other:?}"),
     };
     for verdict in [negative_definite(&m), negative_semidefinite(&m)] {
-        assert_eq!(words(verdict), (true, "v = (1, 0), where the form is at least 2.5".to_owned()));
+        assert_eq!(words(verdict), (true, "v = (1, 0), where the form is at least 2.49999".to_owned()));
     }
     for verdict in [positive_definite(&minus), positive_semidefinite(&minus)] {
-        assert_eq!(words(verdict), (false, "v = (1, 0), where the form is at most -2.5".to_owned()));
+        assert_eq!(words(verdict), (false, "v = (1, 0), where the form is at most -2.49999".to_owned()));
     }
 }
