@@ -304,6 +304,7 @@ fn the_rate_of_a_sweep_is_that_of_its_blocks() {
     let status = sweep_status(&folder.join("out"), false).unwrap();
     // 16 runs in 8 seconds; 76 of 100 runs are left.
     assert_eq!((status.done, status.rate, status.remaining), (3, Some(2.0), Some(38.0)));
+    assert_eq!((status.runs, status.done_runs), (100, 24));
 }
 
 #[test]

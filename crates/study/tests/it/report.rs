@@ -263,6 +263,29 @@ fn the_equations_of_a_linear_plant_have_its_matrices() {
     }
 }
 
+/// An equation of an output that has the name of the state that it measures has the name `y1`: `v = v` would say nothing.
+/// Text for a terminal is the same text with colours.
+#[test]
+fn equations_and_colours_of_the_text() {
+    let plant = |output: &str| {
+        format!(
+            "[plant]\nstates = [\"v\"]\noutputs = [\"{output}\"]\nf = [\"-v\"]\nh = [\"v\"]\n[[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 1\n"
+        )
+    };
+    for (output, equation) in [("v", "y1 = v"), ("speed", "speed = v")] {
+        let results = crate::studies::executed(&plant(output), luenberger_study::Step::Design);
+        assert_eq!(results.plant.equations[..2], ["v' = -v", equation]);
+        let coloured = results.coloured_text(true);
+        let mut plain = String::new();
+        let mut rest = coloured.as_str();
+        while let Some((before, after)) = rest.split_once('\u{1b}') {
+            plain += before;
+            rest = after.split_once('m').unwrap().1;
+        }
+        assert_eq!(plain + rest, results.text(true));
+    }
+}
+
 /// What the bands are is said of those that there are: of filters with a covariance, of stationary ones, of intervals.
 #[test]
 fn the_bands_of_a_figure_are_named() {

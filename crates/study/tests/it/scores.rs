@@ -59,6 +59,23 @@ fn the_scores_are_those_of_the_rows() {
     assert_eq!(simulation.scoring.period, Some(0.02));
     assert_eq!(simulation.scoring.words[0], "Scores at the samples, every 0.02 s.");
     assert_eq!(simulation.scoring.words[1], "Norm |e| in units of scale = [1 m, 1 m/s].");
+    // One number for more than six states is said once.
+    let scale = |scale: &[f64]| {
+        let n = scale.len();
+        let row =
+            |i: usize| format!("[{}]", (0..n).map(|j| if i == j { "-1" } else { "0" }).collect::<Vec<_>>().join(", "));
+        let a = (0..n).map(row).collect::<Vec<_>>().join(", ");
+        let (c, x0) = (vec!["1"; n].join(", "), vec!["1"; n].join(", "));
+        let text = format!(
+            "[plant]\na = [{a}]\nc = [[{c}]]\n[simulation]\nx0 = [{x0}]\nduration = 1\nscale = {scale:?}\n\
+             [[observer]]\nkind = \"luenberger\"\ngain = [{}]\n",
+            vec!["[0.1]"; n].join(", ")
+        );
+        crate::studies::executed(&text, Step::Simulate).simulation.unwrap().scoring.words[1].clone()
+    };
+    assert_eq!(scale(&[2.0; 7]), "Norm |e| in units of scale = [2, ..].");
+    assert_eq!(scale(&[2.0; 6]), "Norm |e| in units of scale = [2, 2, 2, 2, 2, 2].");
+    assert_eq!(scale(&[2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 3.0]), "Norm |e| in units of scale = [2, 2, 2, 2, 2, 2, 3].");
     for row in &simulation.rows {
         let names = ["t", "position", "velocity", "position_hat", "velocity_hat"];
         let mut table = columns(&folder.join(format!("trajectories/{}.csv", row.observer)), &names);

@@ -68,10 +68,10 @@ fn on_a_log_they_are_those_of_the_recursion() {
 #[test]
 fn an_input_in_the_output_leaves_the_innovations() {
     let data = "[input]\nexpressions = [\"sin(0.3*t)\"]\n[simulation]\nx0 = [1]\nduration = 100\n\
-                noise = { distribution = \"gaussian\", amplitude = [1.4], period = 1, seed = 5 }";
+                noise = { distribution = \"gaussian\", amplitude = [1.4], period = 0.5, seed = 5 }";
     for form in ["form = \"filter\"\n", ""] {
         let [without, with] = ["", "d = [[3]]\n"].map(|d| {
-            let text = walk(data, form).replace("dt = 1\n", &format!("{d}dt = 1\n"));
+            let text = walk(data, form).replace("dt = 1\n", &format!("{d}dt = 0.5\n"));
             let results = executed(&text, Step::Simulate);
             let filter = &results.filters[0];
             (filter.nis.as_ref().unwrap().mean, filter.nees.as_ref().unwrap().mean)

@@ -252,10 +252,11 @@ fn bounds_and_constant_bands_end_where_a_measurement_is_missing() {
     }
 }
 
-/// A clock that passes midnight, and a state that is saved before it.
+/// A clock that passes midnight, of times of day, of dates and of universal times in turn, and a state that is saved
+/// before it.
 #[test]
 fn a_saved_state_goes_on_with_the_same_bits() {
-    let clock = |text: String| {
+    let clock = |text: String, form: usize| {
         let mut lines = text.lines().map(str::to_owned).collect::<Vec<_>>();
         for line in &mut lines[1..] {
             let (t, rest) = line.split_once(',').unwrap();
@@ -263,16 +264,22 @@ fn a_saved_state_goes_on_with_the_same_bits() {
             let (days, t) = ((t / 86400.0).floor(), t % 86400.0);
             let (h, m, s) = ((t / 3600.0).floor(), (t / 60.0).floor() % 60.0, t % 60.0);
             assert!(days < 2.0);
-            *line = format!("{h:02}:{m:02}:{s:05.2},{rest}");
+            let (date, zone) = match form {
+                0 => (String::new(), ""),
+                1 => (format!("2024-05-0{} ", 1.0 + days), ""),
+                _ => (format!("2024-05-0{}T", 1.0 + days), "Z"),
+            };
+            *line = format!("{date}{h:02}:{m:02}:{s:05.2}{zone},{rest}");
         }
         lines.join("\n") + "\n"
     };
-    for (name, text) in others().into_iter().filter(|(name, _)| !name.contains("kkl") && !name.contains("states")) {
+    let all = others().into_iter().filter(|(name, _)| !name.contains("kkl") && !name.contains("states"));
+    for (number, (name, text)) in all.enumerate() {
         let study = read(&text).unwrap();
         let period = study.observers[0].kind.period().or(study.plant.dt).unwrap_or(0.5);
         let options = StreamOptions::default().period(period);
         let (text, _) = rows(&study, 40, period);
-        let text = if period >= 0.05 { clock(text) } else { text };
+        let text = if period >= 0.05 { clock(text, number % 3) } else { text };
         let all = answers(&mut opened(&study, &options), &text);
         assert!(all.iter().all(Result::is_ok), "{name}: {all:?}");
         let (names, rows) = text.split_once('\n').unwrap();
