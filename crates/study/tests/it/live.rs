@@ -445,17 +445,25 @@ fn an_interval_observer_beyond_its_bounds_is_not_certified() {
     for name in names {
         assert!(is_within(&wider, name, &loud(2.5)) && !is_within(&wider, name, &loud(2.55)));
     }
+    // One below the noise of the study as well.
+    let narrower = text.replace(bounds, "bounds = { noise = [0.004], disturbance = [0.01]");
+    let (narrower, _, _) = of_text("narrower", &narrower);
+    for name in names {
+        assert!(is_within(&narrower, name, &loud(0.75)) && !is_within(&narrower, name, &Sliders::NEUTRAL));
+    }
     // A sensor has noise as well.
     let mut with_sensor = wider.clone();
     let (period, offset, gaussian, seed) = (0.1, 0.0, false, 1);
     with_sensor.sensors.push(luenberger_live::Sensor { output: 0, period, offset, gaussian, amplitude: 0.01, seed });
     assert!(is_within(&with_sensor, names[0], &loud(1.25)) && !is_within(&with_sensor, names[0], &loud(1.3)));
-    // Gaussian noise has no bound.
+    // Gaussian noise has no bound, whatever the slider is.
     let mut gaussian = wider;
     gaussian.noise.as_mut().unwrap().gaussian = true;
-    assert!(is_within(&gaussian, names[0], &loud(1.0)) && is_within(&gaussian, names[0], &loud(0.5)));
-    let Some(GainVerdict::Open(why)) = verdict(&gaussian, names[0], &loud(1.05)) else { panic!() };
-    assert!(why.contains("Gaussian"), "{why}");
+    assert!(is_within(&gaussian, names[0], &loud(0.0)));
+    for factor in [0.5, 1.0, 1.05] {
+        let Some(GainVerdict::Open(why)) = verdict(&gaussian, names[0], &loud(factor)) else { panic!("{factor}") };
+        assert!(why.contains("Gaussian"), "{why}");
+    }
 }
 
 /// Theorems without a bound of noise and first errors are not left by these sliders.
