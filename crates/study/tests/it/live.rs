@@ -40,10 +40,15 @@ fn same_scores(name: &str, experiment: &Experiment, results: &Results) {
     assert_eq!(outcome.runs.len(), rows.len(), "{name}");
     for (run, row) in outcome.runs.iter().zip(rows) {
         assert_eq!(run.name, row.observer);
-        let scores = run.scores.unwrap_or_else(|| panic!("{name}: {:?}", run.failure));
-        if let Some(norm) = &row.merits.as_ref().unwrap().norm {
-            assert_eq!((scores.rms, scores.peak, scores.settled), (norm.rms, norm.peak, norm.settling_last), "{name}");
+        assert!(run.failure.is_none(), "{name}: {:?}", run.failure);
+        let merits = row.merits.as_ref().unwrap();
+        assert_eq!(run.states.len(), merits.states.len(), "{name}");
+        for (of, state) in run.states.iter().zip(&merits.states) {
+            assert_eq!((of.rms, of.peak, of.settled), (state.rmse, state.peak, state.settling_5), "{name}");
         }
+        let norm = merits.norm.as_ref().map(|norm| (norm.rms, norm.peak, norm.settling_last));
+        assert_eq!(run.scores.map(|of| (of.rms, of.peak, of.settled)), norm, "{name}");
+        assert_eq!(run.norm.is_empty(), norm.is_none(), "{name}");
     }
 }
 
@@ -382,6 +387,34 @@ fn a_law_with_the_true_state_gives_the_scores_of_the_study() {
     other.law.as_mut().unwrap().rows = vec!["-x1".to_owned()];
     let outcomes = [&experiment, &other].map(|of| luenberger_live::run(of, &Sliders::NEUTRAL));
     assert_ne!(outcomes[0], outcomes[1]);
+}
+
+/// Metres and pascals have no norm: without a scale neither the page nor its table adds them up. Two temperatures have
+/// one in their unit.
+#[test]
+fn states_of_several_units_have_no_norm_in_the_page() {
+    let study = |units: &str| {
+        format!(
+            "[plant]\na = [[-1, 0.5], [0, -2]]\nc = [[1, 0]]\nstates = [\"one\", \"two\"]\nunits = {units}\n[simulation]\nx0 = \
+             [1, 2]\nduration = 3\n[[observer]]\nname = \"linear\"\nkind = \"luenberger\"\npoles = [-3, -4]\n"
+        )
+    };
+    for (name, units, scale) in [
+        ("several", "{ one = \"m\", two = \"Pa\" }", None),
+        ("partly", "{ one = \"m\" }", None),
+        ("common", "{ one = \"degC\", two = \"degC\" }", Some(vec![1.0, 1.0])),
+    ] {
+        let (experiment, results, html) = of_text(&format!("units-{name}"), &study(units));
+        assert_eq!(experiment.scale, scale, "{name}");
+        same_scores(name, &experiment, &results);
+        assert_eq!(html.contains("The states have no norm in common"), scale.is_none(), "{name}");
+        let said = results.simulation.unwrap().scoring.words.join(" ");
+        assert_eq!(said.contains("scale = [1 degC, 1 degC], the unit of all states"), scale.is_some(), "{said}");
+        // The first screen has scores either way.
+        let summary = html.split_once(">Summary<").unwrap().1.split_once("</table>").unwrap().0;
+        assert_eq!(summary.contains("RMSE of two"), scale.is_none(), "{summary}");
+        assert_eq!(summary.contains("rms |e|"), scale.is_some(), "{summary}");
+    }
 }
 
 /// The verdict of the report is on the gains of the report.
