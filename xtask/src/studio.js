@@ -34,10 +34,12 @@ const equal = (what, found, expected) => {
   if (one !== other) wrong.push(`${what}: ${one} for ${other}`);
 };
 
-// The elements that are wider than the page, but for those within an element that scrolls.
+// That the page is higher than its window, and the elements that are wider than the page, but for those within an element that scrolls.
 function wide(page) {
-  const { clientWidth, scrollWidth } = page.documentElement;
+  const { clientWidth, scrollWidth, clientHeight, scrollHeight } = page.documentElement;
   const found = scrollWidth > clientWidth ? [`the page, ${scrollWidth} of ${clientWidth} px`] : [];
+  // Its parts scroll by themselves.
+  if (scrollHeight > clientHeight) found.push(`the page, ${scrollHeight} of ${clientHeight} px high`);
   const scrolls = (element) =>
     element &&
     element !== page.body &&
@@ -119,6 +121,8 @@ async function typing(found) {
   );
   await expect("a mark under the mistake", () => document.querySelector(".cm-lintRange-error")?.textContent === "pols");
   if (!studio.output("report.html")) wrong.push("a mistake took the report away");
+  equal("verdicts of before the mistake are dimmed", getComputedStyle(document.getElementById("chips")).opacity, "0.6");
+  if (/^Done/.test(document.getElementById("status").textContent)) wrong.push("a mistake is done");
   found.mistake = document.getElementById("mistakes").textContent;
   Editor.undo(studio.editor.view);
   await expect("results after the mistake", done);
@@ -156,8 +160,45 @@ async function form() {
   add.value = "kalman";
   add.dispatchEvent(new Event("change"));
   equal("one more observer", studio.editor.toml.value(["observer", 3, "kind"]), "kalman");
+  // A plant of nothing yet, and one that is added to an empty study.
+  studio.show("[plant]\n", "own.toml");
+  await expect("beginnings of a plant", () => document.getElementById("begin-equations"));
+  press("begin-equations");
+  equal("equations of a new plant", studio.editor.toml.value(["plant", "h"]), ["x1"]);
+  studio.show("", "own.toml");
+  await expect("an empty form", () => document.querySelectorAll("#panel-form .card").length === 1);
+  const table = document.getElementById("add-table");
+  table.value = "plant";
+  table.dispatchEvent(new Event("change"));
+  await expect("the grid of a new plant", () => document.getElementById("more-state"));
+  press("more-input");
+  equal("one more input", studio.editor.toml.value(["plant", "b"]), [[1, 0]]);
   press("tab-text");
   await study(text);
+}
+
+// What the page says of options of the command, and of a run that was stopped before there were results.
+async function words() {
+  equal(
+    "a hint",
+    inPage("hint: --period, or simulation.hold in the study"),
+    "hint: the field period, or simulation.hold in the study",
+  );
+  equal("another", inPage("--substeps to take fewer"), "--substeps of the command luenberger export to take fewer");
+  const { results } = studio;
+  for (const [of, said] of [
+    [null, "there are no results yet"],
+    [results, "the results are those of the run before"],
+  ]) {
+    studio.results = of;
+    press("cancel");
+    equal("the status after cancelling", document.getElementById("status").textContent, `The run was cancelled; ${said}.`);
+  }
+  location.hash = "study=";
+  await expect("the message of an empty link", () =>
+    banners().includes("The link cannot be read: it is empty. The study is as it was."),
+  );
+  if (banners().some((said) => said.includes(".."))) wrong.push(`two full stops: ${banners()}`);
 }
 
 async function logs() {
@@ -263,6 +304,7 @@ async function outlines() {
       await takeHome();
       await logs();
       await cancelling();
+      await words();
       await outlines();
       for (const [side, ids] of [
         ["study", ["text", "form"]],

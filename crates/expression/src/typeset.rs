@@ -301,7 +301,7 @@ fn choice(condition: &Formula, x: &Formula, y: &Formula) -> Formula {
     // Writing into a String cannot fail.
     let _ = write!(
         mathml,
-        "<mtr><mtd>{}</mtd><mtd><mtext>if </mtext>{}</mtd></mtr><mtr><mtd>{}</mtd><mtd><mtext>else</mtext></mtd></mtr></mtable></mrow>",
+        "<mtr><mtd>{}</mtd><mtd><mtext>if&#xA0;</mtext>{}</mtd></mtr><mtr><mtd>{}</mtd><mtd><mtext>else</mtext></mtd></mtr></mtable></mrow>",
         x.mathml, condition.mathml, y.mathml
     );
     let latex = format!(

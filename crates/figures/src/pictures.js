@@ -118,5 +118,18 @@ document.addEventListener("copy", (event) => {
   event.preventDefault();
 });
 
-// On paper nothing can be opened.
-addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((details) => { details.open = true; }));
+// On paper nothing can be opened, and a figure has the width of the paper: what it was drawn in becomes its view.
+addEventListener("beforeprint", () => {
+  for (const details of document.querySelectorAll("details")) details.open = true;
+  for (const svg of document.querySelectorAll(".main-svg")) {
+    const [width, height] = ["width", "height"].map((name) => svg.getAttribute(name));
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    svg.closest(".js-plotly-plot").style.aspectRatio = `${width} / ${height}`;
+  }
+});
+addEventListener("afterprint", () => {
+  for (const svg of document.querySelectorAll(".main-svg")) {
+    svg.removeAttribute("viewBox");
+    svg.closest(".js-plotly-plot").style.aspectRatio = "";
+  }
+});

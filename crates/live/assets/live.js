@@ -87,7 +87,7 @@ class Live {
   draw() {
     this.table();
     const ink = getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
-    const { states, units, time_unit } = this.experiment;
+    const { states, units, time_unit, scale } = this.experiment;
     const time = time_unit ? `time t (${time_unit})` : "time t";
     const colour = (k) => (this.colours[k % this.colours.length] === "#000000" ? ink : this.colours[k % this.colours.length]);
     const k = Number(this.state.value);
@@ -95,14 +95,16 @@ class Live {
     const neutral = this.text === this.first || !this.reference;
     this.first ??= this.text;
     const before = neutral ? [] : this.reference.runs.filter((run) => run.t.length);
+    // Metres and pascals have no norm in common: without a scale the error is that of the chosen state.
+    const error = (run) => (scale ? run.norm : run.x[k].map((x, at) => Math.abs(x - run.xhat[k][at])));
     const norm = [], state = [];
     for (const [i, run] of before.entries()) {
-      norm.push({ ...line(`${run.name}, report`, run.t, run.norm, colour(i), "dot", 1), showlegend: false, opacity: 0.55 });
+      norm.push({ ...line(`${run.name}, report`, run.t, error(run), colour(i), "dot", 1), showlegend: false, opacity: 0.55 });
     }
     this.outcome.runs.forEach((run, i) => {
       if (!run.t.length) return;
       if (!state.length) state.push(line(states[k], run.t, run.x[k], ink, "solid", 1.4));
-      norm.push(line(run.name, run.t, run.norm, colour(i), "solid"));
+      norm.push(line(run.name, run.t, error(run), colour(i), "solid"));
       state.push(line(run.name, run.t, run.xhat[k], colour(i), "solid"));
     });
     const values = norm.flatMap((trace) => trace.y).filter((y) => y > 0);
@@ -117,7 +119,7 @@ class Live {
     const config = { responsive: true, displayModeBar: false };
     const [left, right] = ["norm", "state"].map((name) => this.root.querySelector(`[data-live="${name}"]`));
     for (const plot of [left, right]) plot.style.height = "300px";
-    Plotly.react(left, norm, layout("|e|", "log"), config);
+    Plotly.react(left, norm, layout(scale ? "|e|" : `|error of ${states[k]}|${unit}`, "log"), config);
     Plotly.react(right, state, layout(states[k] + unit, "linear"), config);
   }
 
@@ -139,7 +141,7 @@ class Live {
       if (run.failure) {
         cell(run.failure, "why").colSpan = 4;
       } else {
-        const { rms, peak, settled, last } = run.scores;
+        const { rms, peak, settled, last } = (this.experiment.scale ? run.scores : run.states?.[Number(this.state.value)]) ?? {};
         [rms, peak].forEach((x) => cell(short(x, 4), "number"));
         cell(settled === null ? "no" : short(settled, 4), "number");
         cell(short(last, 4), "number");
@@ -172,7 +174,7 @@ class Live {
 }
 
 function short(x, digits) {
-  return x === null ? "\u2013" : String(Number(x.toPrecision(digits)));
+  return x === null || x === undefined ? "\u2013" : String(Number(x.toPrecision(digits)));
 }
 
 // A lower bound is rounded down.

@@ -3,8 +3,8 @@
 //! of the Lyapunov or Stein equation for these gains; what the file says of a rate is then not said.
 //!
 //! These theorems are about convergence without noise, for whatever first error. One that a page does not verify can
-//! suppose bounds of the noise and of the first error ([`Hypotheses`]): a slider above 1 that goes beyond them leaves
-//! the theorem.
+//! suppose bounds of the noise and of the first error ([`Hypotheses`]): a run beyond them leaves the theorem, with the
+//! sliders where they were as well.
 
 use luenberger_proof::Matrix;
 use luenberger_proof::Verdict;
@@ -149,22 +149,18 @@ fn another_p(f: &DMatrix<f64>, before: &DMatrix<f64>, is_discrete: bool) -> Opti
     p.iter().all(|entry| entry.is_finite()).then(|| Matrix::from_fn(n, n, |i, j| f64::midpoint(p[(i, j)], p[(j, i)])))
 }
 
-/// Which hypothesis does not hold with a slider above 1, if any. A smaller noise or first error than that of the report
-/// changes nothing of the report's verdict.
+/// Which hypothesis does not hold in the run of these sliders, if any.
 fn failed_hypothesis(
     of: &Hypotheses,
     experiment: &Experiment,
     observer: &StoredObserver,
     sliders: &Sliders,
 ) -> Option<String> {
-    if sliders.noise > 1.0
-        && let Some(why) =
-            of.noise.iter().enumerate().find_map(|(i, bound)| noise_excess(experiment, i, *bound, sliders.noise))
-    {
-        return Some(why);
-    }
-    let is_farther = sliders.error > 1.0 && is_beyond(of, experiment, &start(experiment, observer, sliders));
-    is_farther.then(|| "the first error is larger than those that the certificate is for".to_owned())
+    let noise = of.noise.iter().enumerate();
+    noise.into_iter().find_map(|(i, bound)| noise_excess(experiment, i, *bound, sliders.noise)).or_else(|| {
+        let is_farther = is_beyond(of, experiment, &start(experiment, observer, sliders));
+        is_farther.then(|| "the first error is larger than those that the certificate is for".to_owned())
+    })
 }
 
 /// Why the noise of an output, from 0, is not within a bound.

@@ -64,7 +64,8 @@ pub struct Experiment {
     pub noise: Option<StoredNoise>,
     /// Sensors with sampling periods of their own, which have the noise of their outputs.
     pub sensors: Vec<Sensor>,
-    /// The unit of each state in the norm of the error; none for the Euclidean norm.
+    /// The unit of each state in the norm of the error; none for states that have no norm in common, as metres and
+    /// pascals.
     pub scale: Option<Vec<f64>>,
     /// Settled is within this share of the error at the start.
     pub band: f64,
@@ -443,7 +444,7 @@ impl Sliders {
 }
 
 impl Experiment {
-    /// An experiment without input, noise and observers, with tolerances of 1e-9 and a band of 5 %.
+    /// An experiment without input, noise and observers, with tolerances of 1e-9, the Euclidean norm and a band of 5 %.
     pub fn new(plant: StoredPlant, x0: &[f64], duration: f64, samples: usize) -> Self {
         let states = match &plant {
             StoredPlant::Expressions { states, .. } => states.clone(),
@@ -470,7 +471,7 @@ impl Experiment {
             integrator: Method::Auto,
             noise: None,
             sensors: Vec::new(),
-            scale: None,
+            scale: Some(vec![1.0; x0.len()]),
             band: 0.05,
             score_period: None,
             hold_measurements: false,

@@ -57,6 +57,10 @@ fn gains(experiment: &Experiment) -> String {
     named.collect::<Vec<_>>().join(", ")
 }
 
+/// What stands in the place of a norm.
+const NO_NORM: &str = "The states have no norm in common: no simulation.scale and several units. The errors and scores are \
+     those of the chosen state, settled within 5 % of its error at the start.";
+
 /// The block of an experiment, as HTML; `id` is unique in the page, made of letters, digits and hyphens, and `colours`
 /// are those of the curves, in CSS.
 ///
@@ -74,6 +78,10 @@ pub fn html_block(id: &str, experiment: &Experiment, colours: &[String]) -> Resu
         )
     });
     let sliders: String = sliders.collect();
+    let (picture, about) = match &experiment.scale {
+        Some(_) => ("Norm of the errors", String::new()),
+        None => ("Errors of a state", format!("<p class=\"small\">{NO_NORM}</p>")),
+    };
     let data = serde_json::to_string(&serde_json::json!({ "experiment": experiment, "colours": colours }))?;
     // "</script" within a string would end the element that holds it.
     let data = data.replace("</", "<\\/");
@@ -81,8 +89,8 @@ pub fn html_block(id: &str, experiment: &Experiment, colours: &[String]) -> Resu
         "<div class=\"live\" id=\"{id}\"><div class=\"sliders\">{sliders}</div>\
          <p class=\"live-buttons\"><button type=\"button\" data-reset>As in the report</button>\
          <label>state <select data-state></select></label><span class=\"live-note small\" role=\"status\"></span></p>\
-         <div class=\"live-plots\"><div class=\"plot\" data-live=\"norm\" role=\"img\" \
-         aria-label=\"Norm of the errors\"></div><div class=\"plot\" data-live=\"state\" role=\"img\" \
+         {about}<div class=\"live-plots\"><div class=\"plot\" data-live=\"norm\" role=\"img\" \
+         aria-label=\"{picture}\"></div><div class=\"plot\" data-live=\"state\" role=\"img\" \
          aria-label=\"A state and its estimates\"></div></div>\
          <div class=\"wide\"><table class=\"rows\"><thead><tr><th>observer</th><th class=\"number\">rms</th>\
          <th class=\"number\">peak</th><th class=\"number\">settled</th><th class=\"number\">at the end</th>\

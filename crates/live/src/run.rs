@@ -29,20 +29,22 @@ pub struct Run {
     pub x: Rows,
     /// The estimates, one list for each.
     pub xhat: Rows,
-    /// The norm of the error.
+    /// The norm of the error; empty without a scale.
     pub norm: Vec<f64>,
-    /// The scores of the norm.
+    /// The scores of the norm; none without a scale.
     pub scores: Option<Scores>,
+    /// The scores of each state, in its unit.
+    pub states: Vec<Scores>,
 }
 
-/// Scores of the norm of the error.
+/// Scores of the norm of the error, or of the error of one state.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Scores {
     /// The root mean square.
     pub rms: f64,
     /// The largest value.
     pub peak: f64,
-    /// From when on it stays within the band; none if it does not.
+    /// From when on it stays within the band, of a state 5 % of its value at the start; none if it does not.
     pub settled: Option<f64>,
     /// The value at the end.
     pub last: f64,
@@ -174,21 +176,28 @@ fn finished(
         Estimates::Predicted => luenberger_sim::Estimates::Predicted,
     };
     let estimate = trajectory.observer(name).map_err(text)?.estimates(&times[..shown], estimates);
-    let norm = |k: usize| {
-        let unit = |i: usize| experiment.scale.as_ref().and_then(|scale| scale.get(i)).copied().unwrap_or(1.0);
-        let share = |i: usize| (trajectory.x[(k, i)] - estimate[(k, i)]) / unit(i);
-        (0..experiment.x0.len()).map(|i| share(i) * share(i)).sum::<f64>().sqrt()
+    let norm = |scale: &Vec<f64>, k: usize| {
+        let share = |(i, unit): (usize, &f64)| (trajectory.x[(k, i)] - estimate[(k, i)]) / unit;
+        scale.iter().enumerate().map(|entry| share(entry).powi(2)).sum::<f64>().sqrt()
     };
     let errors = Errors::of_estimates(&trajectory, name, grid(experiment, sliders)?, estimates).map_err(text)?;
-    let merits = errors.norm(experiment.scale.as_deref(), experiment.band).map_err(text)?;
-    let scores = Scores { rms: merits.rmse, peak: merits.peak, settled: merits.settling_last, last: merits.last };
+    let scores = match &experiment.scale {
+        Some(scale) => {
+            let of = errors.norm(Some(scale), experiment.band).map_err(text)?;
+            Some(Scores { rms: of.rmse, peak: of.peak, settled: of.settling_last, last: of.last })
+        }
+        None => None,
+    };
+    let states = errors.states().map_err(text)?.into_iter();
+    let states = states.map(|of| Scores { rms: of.rmse, peak: of.peak, settled: of.settling_5, last: of.last });
     Ok(Run {
         name: name.to_owned(),
         failure: None,
-        norm: (0..shown).map(norm).collect(),
+        norm: experiment.scale.iter().flat_map(|scale| (0..shown).map(|k| norm(scale, k))).collect(),
         x: columns(&trajectory.x),
         xhat: columns(&estimate),
-        scores: Some(scores),
+        scores,
+        states: states.collect(),
         t: times.into_iter().take(shown).collect(),
     })
 }

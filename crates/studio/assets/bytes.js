@@ -84,6 +84,7 @@ async function toLetters(text) {
 }
 
 async function fromLetters(letters, most) {
+  if (!letters) throw new Error("it is empty");
   if (!/^[A-Za-z0-9_-]+$/.test(letters)) throw new Error("it has letters that no link has");
   const bytes = Uint8Array.from(atob(letters.replace(/-/g, "+").replace(/_/g, "/")), (letter) => letter.charCodeAt(0));
   return new TextDecoder("utf-8", { fatal: true }).decode(

@@ -78,3 +78,6 @@ const panels = (list, then) =>
     }
     then?.(chosen.id);
   });
+
+// A text as a sentence, with one full stop.
+const sentence = (text) => `${text.replace(/[.\s]+$/, "")}.`;

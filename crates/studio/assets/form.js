@@ -2,6 +2,13 @@
 
 const same = (one, other) => one.length === other.length && one.every((step, k) => step === other[k]);
 
+// What a new plant has.
+const BEGINNINGS = {
+  matrices: "a = [[-1]]\nb = [[1]]\nc = [[1]]",
+  equations:
+    'states = ["x1"]\ninputs = ["u1"]\noutputs = ["y1"]\nf = ["-x1 + u1"]\nh = ["x1"]',
+};
+
 // The same document as fields: what is written here changes the text at the place of the value, and nothing else of it.
 class Form {
   constructor(root, editor, schema) {
@@ -487,7 +494,15 @@ class Form {
     const switching = linear
       ? button("as equations", () => this.toEquations(), { title: "Writes x' = A x + B u as expressions" })
       : null;
-    return this.card("Plant", ["plant"], () => true, node, { actions: [actions, switching] });
+    // A plant of nothing yet: matrices or equations, which grow by the buttons above.
+    const begun = ["a", "c", "f", "h"].some((key) => has(key));
+    const begin = (what, text) =>
+      button(what, () => this.editor.edit({ from: this.toml.lineEnd(node.header.to), insert: `\n${text}` }), {
+        id: `begin-${what}`,
+      });
+    const beginning =
+      begun || !node.header ? [] : [begin("matrices", BEGINNINGS.matrices), begin("equations", BEGINNINGS.equations)];
+    return this.card("Plant", ["plant"], () => true, node, { actions: [actions, switching, beginning] });
   }
 
   // One state, input or output more or less: in the matrices or equations, the names, x(0) and the expressions of
@@ -772,7 +787,7 @@ class Form {
       const needed = (schema.required ?? []).map(
         (key) => `${key} = ${this.fresh([chosen], { name: key, schema: schema.properties[key] })}\n`,
       );
-      this.append(`[${chosen}]\n${needed.join("")}`);
+      this.append(`[${chosen}]\n${chosen === "plant" ? `${BEGINNINGS.matrices}\n` : needed.join("")}`);
       after([chosen]);
     });
     return element("div", { class: "line adding" }, observer, tables.length ? table : null);

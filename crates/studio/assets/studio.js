@@ -7,6 +7,25 @@ const LONG = 20;
 // The chip that is about no observer: no name has a line break.
 const WARNINGS = "\n";
 const TONES = { proved: "good", refuted: "bad" };
+// A plant to begin with, in the list of templates.
+const OWN = {
+  name: "own-plant",
+  about: "your own plant: one state to begin with",
+  text: `[plant]\n${BEGINNINGS.matrices}\n`,
+};
+// What the command's options are called under Export.
+const FIELDS = [
+  [/--period\b/g, "the field period"],
+  [/--format f64\b/g, "numbers binary64"],
+  [/--format f32\b/g, "numbers binary32"],
+  [/--format\b/g, "numbers"],
+  [/--unproved\b/g, "the box “also without a certificate”"],
+  [/--feedback\b/g, "the box “with the feedback”"],
+  [/--to fmu\b/g, "an FMU"],
+  [/--to c\b/g, "C"],
+  [/--[a-z]+\b/g, "$& of the command luenberger export"],
+];
+const inPage = (text) => FIELDS.reduce((said, [option, field]) => said.replace(option, field), text);
 const LANGUAGES = { c: "C", rust: "Rust", fmu2: "FMU (FMI 2.0)", fmu3: "FMU (FMI 3.0)" };
 
 class Studio {
@@ -38,7 +57,7 @@ class Studio {
     this.faults = [];
     const told = (what) => {
       this.faults.push(what);
-      if (this.faults.length < 4) this.banner(`A mistake of this page: ${what}. The study is as it was.`, "bad");
+      if (this.faults.length < 4) this.banner(`A mistake of this page: ${sentence(what)} The study is as it was.`, "bad");
     };
     addEventListener("error", (event) => told(String(event.message)));
     addEventListener("unhandledrejection", (event) => told(String(event.reason?.message ?? event.reason)));
@@ -77,7 +96,7 @@ class Studio {
     try {
       compiled = await compiledModule(await through(unpack, new DecompressionStream("gzip"), 1e6), packed);
     } catch (error) {
-      throw new Error(`The program in this page does not load: ${error.message}.`);
+      throw new Error(`The program in this page does not load: ${sentence(error.message)}`);
     }
     [this.checker, this.runner] = [new Engine(compiled), new Engine(compiled)];
     this.runner.start();
@@ -86,7 +105,7 @@ class Studio {
     this.templateFiles = files;
     this.schema = new Schema(json.schema);
     at("version").textContent = json.version ?? "";
-    for (const { name, title, about } of json.templates) {
+    for (const { name, title, about } of [OWN, ...json.templates]) {
       at("template").append(element("option", { value: name, title: about ?? title }, name));
     }
     this.form.draw();
@@ -119,14 +138,20 @@ class Studio {
     on("link", () => this.copyLink());
     on("clear", () => this.clear());
     on("run", () => this.run({ asked: true }));
-    on("cancel", () => this.cancel("The run was cancelled; the results are those of the run before."));
+    on("cancel", () =>
+      this.cancel(
+        `The run was cancelled; ${this.results ? "the results are those of the run before" : "there are no results yet"}.`,
+      ),
+    );
     on("undo", () => Editor.undo(this.editor.view));
     on("redo", () => Editor.redo(this.editor.view));
     at("auto").addEventListener("change", () => {
       this.keep();
       if (at("auto").checked) this.check();
     });
-    picker(at("template"), (chosen) => this.template(this.about.templates.find(({ name }) => name === chosen)));
+    picker(at("template"), (chosen) =>
+      this.template([OWN, ...this.about.templates].find(({ name }) => name === chosen)),
+    );
     at("theme").addEventListener("change", () => {
       this.theme(at("theme").value);
       this.keep();
@@ -229,6 +254,7 @@ class Studio {
   // ---- Messages ----
 
   status(text, bad = false) {
+    this.saysDone = false;
     at("status").textContent = text;
     at("status").classList.toggle("bad", bad);
   }
@@ -675,9 +701,10 @@ class Studio {
     this.results = json;
     this.outputs = files;
     const time = seconds < 10 ? seconds.toPrecision(2) : Math.round(seconds);
-    this.status(`${json.stopped ? `Stopped: ${json.stopped}` : "Done"} in ${time} s.`);
     this.drawResults();
     this.stale();
+    this.status(`${json.stopped ? `Stopped: ${json.stopped}` : "Done"} in ${time} s.`);
+    this.saysDone = true;
   }
 
   failed({ error, rendered }) {
@@ -691,8 +718,11 @@ class Studio {
 
   stale() {
     const old = this.results !== null && this.ranVersion !== this.version;
-    this.frames?.classList.toggle("stale", old);
-    if (this.bar) this.bar.textContent = old ? "of an earlier version of the study" : "";
+    const of = old ? "of an earlier version of the study" : "";
+    at("results").classList.toggle("stale", old);
+    at("chips").title = of;
+    if (this.bar) this.bar.textContent = of;
+    if (old && this.saysDone) this.status("The results are of an earlier version of the study.");
   }
 
   drawResults() {
@@ -901,6 +931,19 @@ class Studio {
     const summary = this.results?.summary;
     const failures = this.results?.failures ?? [];
     at("panel-summary").replaceChildren(
+      element(
+        "div",
+        { class: "line" },
+        button(
+          "Advise: which observer?",
+          () => {
+            this.showTab(at("tab-log"), false);
+            this.other("advise");
+            at("advice").scrollIntoView({ block: "nearest" });
+          },
+          { id: "advise-summary", disabled: !this.runner },
+        ),
+      ),
       summary ? element("pre", {}, summary) : element("p", { class: "small" }, "The text of the run appears here."),
       ...(failures.length
         ? [
@@ -1191,7 +1234,9 @@ class Studio {
     const { json, files } = answer;
     if (json.error) {
       this.status("Not exported: the reason is under Export.");
-      at("exported").replaceChildren(element("pre", { class: "said" }, json.rendered || json.error.message));
+      at("exported").replaceChildren(
+        element("pre", { class: "said" }, inPage(json.rendered || json.error.message)),
+      );
       return;
     }
     this.status(`Exported in ${answer.seconds.toPrecision(2)} s.`);
@@ -1267,7 +1312,7 @@ class Studio {
           { named: this.files },
         );
         if (!exported) return null;
-        if (exported.json.error) left.set(observer, exported.json.error.message);
+        if (exported.json.error) left.set(observer, inPage(exported.json.error.message));
         const folder = `code/${observer.replace(/[^A-Za-z0-9_-]+/g, "-")}/${language}`;
         for (const { name, bytes } of exported.files) files.push({ name: `${folder}/${name}`, bytes });
       }
@@ -1538,7 +1583,7 @@ class Studio {
       this.banner("The study of the link is shown. Undo brings back the one before.");
     } catch (error) {
       this.banner(
-        `The link cannot be read: ${error.message || "it is cut or was changed"}. The study is as it was.`,
+        `The link cannot be read: ${sentence(error.message || "it is cut or was changed")} The study is as it was.`,
         "bad",
       );
     }

@@ -40,3 +40,12 @@ fn mathml_is_balanced() {
     }
     assert!(open.is_empty());
 }
+
+/// A browser drops a space at the end of a text within a formula: one that does not break stays.
+#[test]
+fn words_of_a_formula_stand_apart() {
+    let formula = Expression::parse("if(x1 < 3600, 1, 0)", &Scope::plant(2, 0)).unwrap().formula();
+    assert!(formula.mathml.contains("<mtext>if&#xA0;</mtext>"), "{}", formula.mathml);
+    let texts = formula.mathml.split("<mtext>").skip(1).filter_map(|text| text.split('<').next());
+    assert!(texts.into_iter().all(|text| text.trim() == text), "{}", formula.mathml);
+}

@@ -111,7 +111,7 @@ fn experiment_of(
         },
         noise,
         sensors: simulation.sensors.iter().map(sensor).collect(),
-        scale: scores::scale(study, simulation),
+        scale: scores::scale(study, simulation).map(|(scale, _)| scale),
         band: simulation.band,
         score_period,
         hold_measurements: simulation.hold_measurements,

@@ -462,7 +462,7 @@ fn norm(runs: &Runs<'_>) -> Named {
         return None;
     }
     // Without a scale there is no norm.
-    let scale = super::scores::scale(runs.study, runs.study.simulation.as_ref()?)?;
+    let (scale, _) = super::scores::scale(runs.study, runs.study.simulation.as_ref()?)?;
     let mut panel = Panel::new(runs.time(), "|e| in units of scale").log_y();
     for (number, member, run) in runs.shown() {
         let Some(estimate) = &run.estimate else { continue };

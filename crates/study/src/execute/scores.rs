@@ -11,9 +11,7 @@ use crate::trajectory::{self, Member, member};
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Scoring {
     grid: ScoreGrid,
-    scale: Option<Vec<f64>>,
-    /// Whether the scale is that of the simulation, and not the widths of a region.
-    given: bool,
+    scale: Option<(Vec<f64>, ScaleSource)>,
     band: f64,
     estimates: Estimates,
     /// Whether a filter is among the observers, which has two estimates at a sample.
@@ -39,7 +37,6 @@ impl Scoring {
         Ok(Self {
             grid,
             scale: scale(study, simulation),
-            given: simulation.scale.is_some(),
             band: simulation.band,
             estimates: simulation.estimates,
             filters: study.observers.iter().any(|observer| observer.kind.updates(study.plant.dt)),
@@ -53,7 +50,7 @@ impl Scoring {
 
     /// The scale of the states, if there is one.
     pub(super) fn scale(&self) -> Option<&[f64]> {
-        self.scale.as_deref()
+        self.scale.as_ref().map(|(scale, _)| scale.as_slice())
     }
 
     /// The scores of an observer in a run.
@@ -70,7 +67,7 @@ impl Scoring {
             .functions()
             .map(|(_, names)| names.into_iter().map(|name| format!("{name} of {}", observer.name)).collect::<Vec<_>>());
         // Functions of the state have no scale, and no norm that others could be compared with.
-        let norm = match self.scale.as_ref().filter(|_| functions.is_none()) {
+        let norm = match self.scale().filter(|_| functions.is_none()) {
             None => None,
             Some(scale) => {
                 let norm = errors.norm(Some(scale), self.band)?;
@@ -117,22 +114,21 @@ impl Scoring {
         }
         let percent = shortest(100.0 * self.band);
         match &self.scale {
-            Some(scale) => {
+            Some((scale, source)) => {
                 let plant = &study.plant;
                 let entry = |(name, x): (&String, &f64)| plant.measured(name, shortest(*x));
                 let entries: Vec<String> = plant.states.iter().zip(scale).map(entry).collect();
                 // One number is said once.
                 let alike = entries.iter().all(|entry| *entry == entries[0]) && entries.len() > 6;
                 let list = if alike { format!("[{}, ..]", entries[0]) } else { format!("[{}]", entries.join(", ")) };
-                let source = if self.given { "" } else { ", the widths of the design region" };
-                words.push(format!("Norm |e| in units of scale = {list}{source}."));
+                words.push(format!("Norm |e| in units of scale = {list}{}.", source.words()));
                 words.push(format!("Settling time: |e| stays within {percent} % of |e(0)|."));
             }
             None => words.push(NO_SCALE.to_owned()),
         }
         ScoringReport {
             period: self.grid.period(),
-            scale: self.scale.clone(),
+            scale: self.scale().map(<[f64]>::to_vec),
             band: self.band,
             estimates: key(self.estimates),
             words,
@@ -160,17 +156,43 @@ pub(super) fn of_filters(estimates: Estimates) -> &'static str {
 const NO_SCALE: &str =
     "No norm of the error: its states have no scale; set simulation.scale, one positive number per state.";
 
-/// The scale of the states: that of the simulation, or the widths of the region of the designs, if it is finite and the
-/// same for all observers that have one.
-pub(super) fn scale(study: &Study, simulation: &Simulation) -> Option<Vec<f64>> {
+/// Where a scale is from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ScaleSource {
+    /// The simulation.
+    Given,
+    /// The region of the designs.
+    Region,
+    /// All states have this unit.
+    CommonUnit,
+}
+
+impl ScaleSource {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Given => "",
+            Self::Region => ", the widths of the design region",
+            Self::CommonUnit => ", the unit of all states",
+        }
+    }
+}
+
+/// The scale of the states: that of the simulation; else the widths of the region of the designs, if it is finite and
+/// the same for all observers that have one; else 1 for states that have one unit in common.
+pub(super) fn scale(study: &Study, simulation: &Simulation) -> Option<(Vec<f64>, ScaleSource)> {
     if let Some(scale) = &simulation.scale {
-        return Some(scale.clone());
+        return Some((scale.clone(), ScaleSource::Given));
     }
     let mut regions = study.observers.iter().filter_map(|observer| observer.kind.region());
-    let first = regions.next()?;
-    if regions.any(|other| other.states() != first.states()) {
-        return None;
+    if let Some(first) = regions.next() {
+        let widths: Vec<f64> = first.states().iter().map(|(low, high)| high - low).collect();
+        let are_alike = regions.all(|other| other.states() == first.states());
+        if are_alike && widths.iter().all(|width| width.is_finite() && *width > 0.0) {
+            return Some((widths, ScaleSource::Region));
+        }
     }
-    let widths: Vec<f64> = first.states().iter().map(|(low, high)| high - low).collect();
-    widths.iter().all(|width| width.is_finite() && *width > 0.0).then_some(widths)
+    let plant = &study.plant;
+    let unit = plant.unit(plant.states.first()?)?;
+    let have_one = plant.states.iter().all(|state| plant.unit(state) == Some(unit));
+    have_one.then(|| (vec![1.0; plant.states.len()], ScaleSource::CommonUnit))
 }

@@ -35,6 +35,7 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
     warnings.extend(unrecovered(study));
     warnings.extend(study.simulation.iter().flat_map(|simulation| unused(study, simulation)));
     warnings.extend(study.simulation.iter().flat_map(|simulation| other_noise(study, simulation)));
+    warnings.extend(study.simulation.iter().flat_map(|simulation| beyond_bounds(study, simulation)));
     let driven = !matches!(study.input, Input::Zero);
     if let (Some(simulation), true) = (&study.simulation, driven) {
         for requested in &study.observers {
@@ -77,6 +78,43 @@ fn other_noise(study: &Study, simulation: &Simulation) -> Vec<String> {
                     requested.name,
                     significant(given, 3),
                     significant(expected, 3)
+                ));
+            }
+        }
+    }
+    warnings
+}
+
+/// Observers with `bounds` that the noise or the first error of the simulation does not keep: what is proved of their
+/// errors then says nothing of this simulation, even where every sample of it is within the bounds.
+fn beyond_bounds(study: &Study, simulation: &Simulation) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for requested in &study.observers {
+        let Some(bounds) = &requested.bounds else { continue };
+        for (output, (name, bound)) in study.plant.outputs.iter().zip(&bounds.noise).enumerate() {
+            let found = match simulation.noise_of(output) {
+                Some(noise) if noise.gaussian => "is Gaussian, which has no bound".to_owned(),
+                Some(noise) if noise.amplitude > *bound => format!("is up to {}", shortest(noise.amplitude)),
+                _ => continue,
+            };
+            warnings.push(format!(
+                "{}: its bounds are proved for noise of {name} of at most {}, and the noise of the simulation {found}: they \
+                 are not proved of this simulation",
+                requested.name,
+                shortest(*bound)
+            ));
+        }
+        let Some(first) = requested.kind.first_bounds() else { continue };
+        let errors = simulation.x0.iter().zip(&requested.initial).map(|(x, xhat)| (x - xhat).abs());
+        for ((name, error), bound) in study.plant.states.iter().zip(errors).zip(first) {
+            // By more than the rounding of the difference.
+            if error > *bound * (1.0 + 4.0 * f64::EPSILON) {
+                warnings.push(format!(
+                    "{}: its bounds are proved for a first error of {name} of at most {}, and that of the simulation is \
+                     {}: they are not proved of this simulation",
+                    requested.name,
+                    shortest(*bound),
+                    significant(error, 4)
                 ));
             }
         }

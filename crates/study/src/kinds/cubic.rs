@@ -22,7 +22,7 @@ use crate::synthesis::error_bound::{acting, bounded};
 use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::noise_gain::NoiseGain;
 use crate::synthesis::operating_point::{in_deviations, page_point};
-use crate::synthesis::{Designed, Plan, Sampling, certified, feedback, matrix, number, poles, proved_of};
+use crate::synthesis::{Designed, Plan, Sampling, certified, feedback, matrix, number, poles, proof_matrix, proved_of};
 use crate::tuning::{
     CUBIC_SHARE, Context, Keys, Value, continuous as in_continuous_time, listed, placed, short, unit_strength,
 };
@@ -168,9 +168,9 @@ pub(crate) fn report(
             matrix("L", design.l()),
             matrix("N", &design.observer.n),
             matrix("theta", &design.observer.theta),
-            matrix("P", &design.p),
-            matrix("Q", &design.q),
-            matrix("S", &design.s),
+            proof_matrix("P", &design.p),
+            proof_matrix("Q", &design.q),
+            proof_matrix("S", &design.s),
         ],
         poles: poles(&linear.poles),
         numbers,

@@ -26,7 +26,7 @@ use crate::synthesis::alternative::another_gain;
 use crate::synthesis::error_bound::{acting, bounded};
 use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::{
-    Designed, Plan, Sampling, asymptotic_rate, certified, discrete, matrix, number, poles, proved_of,
+    Designed, Plan, Sampling, asymptotic_rate, certified, discrete, matrix, number, poles, proof_matrix, proved_of,
 };
 
 /// An observer of the state and of a disturbance: an unknown one enters as `x' = A x + B u + E d`, in discrete time
@@ -222,9 +222,13 @@ impl Kind for DisturbanceSpec {
 
 /// The numbers of a linear and perhaps a cubic design.
 pub(super) fn matrices(linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Vec<crate::results::NamedMatrix> {
-    let mut found = vec![matrix("L", linear.l()), matrix("P", &linear.p), matrix("Q", &linear.q)];
+    let mut found = vec![matrix("L", linear.l()), proof_matrix("P", &linear.p), proof_matrix("Q", &linear.q)];
     if let Some(cubic) = cubic {
-        found.extend([matrix("N", &cubic.observer.n), matrix("theta", &cubic.observer.theta), matrix("S", &cubic.s)]);
+        found.extend([
+            matrix("N", &cubic.observer.n),
+            matrix("theta", &cubic.observer.theta),
+            proof_matrix("S", &cubic.s),
+        ]);
     }
     found
 }

@@ -26,7 +26,7 @@ use crate::results::{Advice, Cause, DesignReport, DesignVerdict, FactReport, NoO
 use crate::steps::recorded::recorded;
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
 use crate::synthesis::kkl_maps::{candidate, is_left_inverse, measured_left_inverse, other_maps};
-use crate::synthesis::{Designed, Plan, facts, matrix, number, other_kinds};
+use crate::synthesis::{Designed, Plan, facts, number, other_kinds, proof_matrix};
 use luenberger_design::enclosure::{EnclosureError, JacobianEnclosure, enclose, output_bounds};
 use luenberger_design::kkl::{Attractivity, KklReport, KklSettings, attractivity};
 use luenberger_design::{Certificate, IntervalDual, KklError, Names, Region};
@@ -199,7 +199,7 @@ fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed, NoObserver
     ];
     let report = DesignReport {
         statement,
-        matrices: found.p.iter().map(|p| matrix("P", p)).collect(),
+        matrices: found.p.iter().map(|p| proof_matrix("P", p)).collect(),
         poles: found.poles,
         numbers,
         facts: found.facts,

@@ -21,7 +21,7 @@ use crate::synthesis::kkl_maps::{
     all_facts, bound_numbers, is_exact, is_left_inverse, measured_left_inverse, numbers, other_maps,
     undecided_injectivity,
 };
-use crate::synthesis::{Designed, Plan, matrix, proved_of};
+use crate::synthesis::{Designed, Plan, proof_matrix, proved_of};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -88,7 +88,7 @@ fn kkl(study: &Study, spec: &KklMapsSpec) -> Result<Designed, NoObserver> {
         Ok(bound) => {
             numbers.extend(bound_numbers(&bound, reading.states));
             let order = bound.p.rows();
-            let p = matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]));
+            let p = proof_matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]));
             // Its decrease implies that Lambda is Hurwitz.
             let certificate = Certificate::of([bound]).map_err(DesignError::from)?;
             let statement = proved_of(&certificate, reading);
@@ -103,7 +103,7 @@ fn kkl(study: &Study, spec: &KklMapsSpec) -> Result<Designed, NoObserver> {
             if !report.injectivity.verdict.is_proved() {
                 evidence.push(undecided_injectivity(report));
             }
-            let p = stable.p.iter().map(|p| matrix("P", p)).collect();
+            let p = stable.p.iter().map(|p| proof_matrix("P", p)).collect();
             (statement, stable.certificate.clone(), p, DesignVerdict::MEASURED, Some(evidence.join("; ")))
         }
     };

@@ -14,7 +14,7 @@ use crate::reader::{Given, Reader, check};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::study::{ObserverKind, PlantClass, Specification, Study, Time};
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number};
+use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, proof_matrix};
 use crate::tuning::{nonlinear, over_region};
 
 /// The kind.
@@ -175,7 +175,7 @@ pub(super) fn by_sectors(
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: Statement::of_proved(sentence).remark(whose),
-        matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
+        matrices: vec![matrix("L", &design.l), proof_matrix("P", &design.p)],
         numbers,
         noise_deviation: noise.deviation,
         ..certified(&design.certificate, &[])

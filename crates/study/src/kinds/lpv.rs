@@ -17,7 +17,7 @@ use super::settings::one_of;
 use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf, rows};
 use crate::study::{ObserverKind, PlantClass, RateSpec, Specification, Study, Time};
-use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, upper_bound};
+use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, proof_matrix, upper_bound};
 use crate::tuning::{nonlinear, over_region};
 
 use crate::model::Model;
@@ -183,7 +183,7 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: Statement::of_proved(design.sentence()),
-        matrices: vec![matrix("L", l), matrix("P", &design.p)],
+        matrices: vec![matrix("L", l), proof_matrix("P", &design.p)],
         numbers,
         evidence,
         noise_deviation: noise.deviation,
@@ -214,7 +214,7 @@ fn discrete_lpv(
     let l = design.l();
     let report = DesignReport {
         statement: Statement::of_proved(design.sentence()),
-        matrices: vec![matrix("L", l), matrix("P", &design.p)],
+        matrices: vec![matrix("L", l), proof_matrix("P", &design.p)],
         numbers: vec![
             lower_bound(Quantity::Rate, design.rate),
             upper_bound("factor of a step", design.factor),

@@ -24,7 +24,9 @@ use crate::structure::Structure;
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
 use crate::synthesis::explain::measured_in_place_of;
 use crate::synthesis::noise_gain::NoiseGain;
-use crate::synthesis::{Designed, Plan, certified, lower_bound, matrix, number, other_kinds, uncertified, upper_bound};
+use crate::synthesis::{
+    Designed, Plan, certified, lower_bound, matrix, number, other_kinds, proof_matrix, uncertified, upper_bound,
+};
 use crate::tuning::over_region;
 
 /// The kind.
@@ -216,7 +218,7 @@ fn mean_value(
     let report = DesignReport {
         statement: Statement::of_proved(polytope.enclosure.sentence(&design.certificate, region, ("z", "t")))
             .remark("z is xhat + e, with the internal error e."),
-        matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
+        matrices: vec![matrix("L", &design.l), proof_matrix("P", &design.p)],
         numbers,
         noise_deviation: noise.deviation,
         ..certified(&design.certificate, &names)

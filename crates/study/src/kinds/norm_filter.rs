@@ -22,8 +22,8 @@ use crate::study::{ObserverKind, PlantClass, Specification, Study};
 use crate::synthesis::linear::measurement;
 use crate::synthesis::noise_gain::NoiseGain;
 use crate::synthesis::{
-    Designed, Plan, Sampling, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of,
-    upper_bound,
+    Designed, Plan, Sampling, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proof_matrix,
+    proved_of, upper_bound,
 };
 use crate::tuning::{Context, Keys, Value, linear as is_linear, noisy, process_noise, short};
 
@@ -211,7 +211,7 @@ fn designed(
     }
     let report = DesignReport {
         statement: proved_of(&design.certificate, &study.plant.reading()).remark(measurement(plant)).remark(decay),
-        matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
+        matrices: vec![matrix("L", &design.l), proof_matrix("P", &design.p)],
         poles: poles(&design.poles),
         numbers,
         noise_deviation: noise.deviation,

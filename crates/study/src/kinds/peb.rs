@@ -15,7 +15,7 @@ use crate::signal::Input;
 use crate::steps::recorded::recorded;
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study};
 use crate::synthesis::kkl_maps::{self, candidate, is_left_inverse, other_maps, undecided_injectivity};
-use crate::synthesis::{Designed, Plan, matrix, number, upper_bound};
+use crate::synthesis::{Designed, Plan, number, proof_matrix, upper_bound};
 use crate::trajectory::{self, Member};
 use luenberger_design::kkl::{KklSettings, Residual, ResidualWitness};
 use luenberger_design::kkl_peb::{Excitation, Excite, excitation};
@@ -162,7 +162,7 @@ fn designed(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Result<D
         observer.into(),
         DesignReport {
             statement: statement(spec),
-            matrices: report.stability.p.iter().map(|p| matrix("P", p)).collect(),
+            matrices: report.stability.p.iter().map(|p| proof_matrix("P", p)).collect(),
             poles: report.stability.eigenvalues.iter().map(|z| [z.re, z.im]).collect(),
             numbers,
             facts,

@@ -23,7 +23,8 @@ use crate::steps::recorded::{cast, recorded};
 use crate::study::{GainSpec, ObserverKind, PlantClass, Specification, Study, Time, faster_poles};
 use crate::synthesis::linear::measurement;
 use crate::synthesis::{
-    Designed, Plan, Sampling, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of,
+    Designed, Plan, Sampling, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proof_matrix,
+    proved_of,
 };
 use crate::tuning::{Context, Keys, linear as is_linear, listed, sampled as in_time};
 
@@ -185,7 +186,7 @@ fn in_filter_form(
             .remark(MEASURED)
             .remark(measurement(plant))
             .remark(asymptotic_factor(radius)),
-        matrices: vec![matrix("N (gain of the measurement update, L = A N)", &n), matrix("L", design.l()), matrix("P", &design.p)],
+        matrices: vec![matrix("N (gain of the measurement update, L = A N)", &n), matrix("L", design.l()), proof_matrix("P", &design.p)],
         poles: poles(&design.poles),
         numbers: vec![
             number(Quantity::Period, dt),

@@ -23,7 +23,7 @@ use crate::study::{LinearSpec, ObserverKind, PlantClass, SamplingSpec, Specifica
 use crate::synthesis::linear::{self, measurement};
 use crate::synthesis::operating_point::{in_deviations, page_point};
 use crate::synthesis::{
-    Designed, Plan, Sampling, certified, discrete, facts, matrix, number, poles, proved_of, upper_bound,
+    Designed, Plan, Sampling, certified, discrete, facts, matrix, number, poles, proof_matrix, proved_of, upper_bound,
 };
 use crate::tuning::{CUBIC_SHARE, Context, Keys, Value, listed, placed, short, unit_strength};
 
@@ -313,8 +313,8 @@ fn report(design: &SampledCubicDesign, (plant, reading): (&StateSpace, &Reading<
             matrix("L", design.observer.ld()),
             matrix("N", design.observer.n()),
             matrix("theta", design.observer.theta()),
-            matrix("P", &design.p),
-            matrix("S", &design.s),
+            proof_matrix("P", &design.p),
+            proof_matrix("S", &design.s),
         ],
         poles: poles(&design.poles),
         numbers: vec![number(Quantity::Period, period), number(Quantity::LargestPole, slowest)],

@@ -17,7 +17,7 @@ use super::keys::PERIOD;
 use super::{Kind, as_kind};
 use crate::designed::{NonlinearStep, Running, StepOf};
 use crate::study::{ObserverKind, ObserverSpec, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Designed, Plan, facts, matrix, number, other_kinds, proved_of, upper_bound};
+use crate::synthesis::{Designed, Plan, facts, matrix, number, other_kinds, proof_matrix, proved_of, upper_bound};
 use crate::tuning::{Context, INSTANTS, Keys, MANY, Value, continuous as in_continuous_time, short};
 
 use crate::model::Model;
@@ -223,7 +223,7 @@ fn designed(model: &Model, reading: &Reading<'_>, spec: &SlidingModeSpec) -> Res
                 "bound of the reaching time from an error of 1 in the last state",
                 design.reaching_time(0.0, 1.0),
             ));
-            matrices.push(matrix("P", &design.p));
+            matrices.push(proof_matrix("P", &design.p));
             (facts(&design.certificate, &[]), DesignVerdict::of(&design.certificate), None)
         }
         None => (Vec::new(), DesignVerdict::NONE, Some("no certificate: check these gains by simulation".to_owned())),

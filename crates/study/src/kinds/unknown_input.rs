@@ -29,7 +29,7 @@ use crate::synthesis::alternative::{self, another_gain};
 use crate::synthesis::discrete::gain_of;
 use crate::synthesis::linear::{linear_design, measurement};
 use crate::synthesis::{
-    Designed, Plan, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of,
+    Designed, Plan, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proof_matrix, proved_of,
 };
 use crate::tuning::{Context, Keys, Value, disturbance as of_study, linear as is_linear, rates};
 
@@ -237,7 +237,7 @@ fn in_discrete_time(
 ) -> Result<Designed, NoObserver> {
     let design = UnknownInputDesign::discrete(decoupled, linear)?;
     let (plant, radius) = (&decoupled.plant, linear.spectral_radius());
-    let mut all = vec![matrix("L", &design.gain), matrix("P", &linear.p)];
+    let mut all = vec![matrix("L", &design.gain), proof_matrix("P", &linear.p)];
     all.extend(of_the_observer(&design.observer, decoupled.f.amax() > 0.0));
     let report = DesignReport {
         statement: proved_of(&design.certificate, reading)

@@ -412,6 +412,10 @@ pub struct NamedMatrix {
     pub name: String,
     /// The rows.
     pub rows: Vec<Vec<f64>>,
+    /// Whether it is one of the proof, like P, and nothing that the observer runs with or that describes its error:
+    /// such matrices are folded in the report.
+    #[serde(skip)]
+    pub is_of_proof: bool,
 }
 
 /// A named number.

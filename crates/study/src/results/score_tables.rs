@@ -184,6 +184,24 @@ impl SimulationReport {
         Some(ScoreTable { head, rows, omitted: count.saturating_sub(most) })
     }
 
+    /// The root mean square of the error of the first `most` states, a row for each observer that finished; none if no
+    /// run finished.
+    pub fn rmse_table(&self, plant: &PlantSummary, most: usize) -> Option<ScoreTable> {
+        let names = plant.states.iter().take(most);
+        let columns = names.clone().map(|name| format!("RMSE of {}", plant.labelled(name)));
+        let head = std::iter::once("observer".to_owned()).chain(columns).collect();
+        let of = |states: &[StateReport], name: &String| {
+            let own = states.iter().find(|state| state.state == *name);
+            own.map_or_else(|| (ScoreCell::text("–"), None), |state| plain(state.rmse))
+        };
+        let row = |(row, merits): (&RunReport, &super::MeritsReport)| {
+            (vec![ScoreCell::name(&row.observer)], names.clone().map(|name| of(&merits.states, name)).collect())
+        };
+        let rows: Vec<_> = self.finished().map(row).collect();
+        let omitted = plant.states.len().saturating_sub(most);
+        (!rows.is_empty()).then(|| ScoreTable { head, rows: with_best(rows, self.same_start()), omitted })
+    }
+
     /// Observers whose run ended early, and why.
     pub fn ended(&self) -> Vec<String> {
         self.rows.iter().filter_map(|row| Some(format!("{}: {}", row.observer, row.failure.as_ref()?))).collect()

@@ -12,7 +12,7 @@ use super::error_bound::{acting, bounded};
 use super::explain;
 use super::linear::measurement;
 use super::noise_gain;
-use super::{Designed, asymptotic_factor, certified, deviations, matrix, number, poles, proved_of};
+use super::{Designed, asymptotic_factor, certified, deviations, matrix, number, poles, proof_matrix, proved_of};
 use crate::designed::{Origin, Runnable, SampledDesign};
 use crate::operation::half_ranges;
 use crate::results::{Advice, DesignReport, NoObserver, Quantity};
@@ -113,9 +113,9 @@ pub(crate) fn described(
     match design.covariance() {
         Some(covariance) => {
             matrices.push(matrix("P (stationary covariance of the prediction error)", covariance));
-            matrices.push(matrix("Lyapunov matrix", &design.p));
+            matrices.push(proof_matrix("Lyapunov matrix", &design.p));
         }
-        None => matrices.push(matrix("P", &design.p)),
+        None => matrices.push(proof_matrix("P", &design.p)),
     }
     if let (Some(filter), Some(covariance)) = (&filter, design.filter_covariance()) {
         matrices.insert(1, matrix(update_of(spec), filter.k()));

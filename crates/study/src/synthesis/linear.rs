@@ -7,7 +7,7 @@ use luenberger_proof::certificate::Reading;
 use super::Plan;
 use super::error_bound::{acting, bounded};
 use super::noise_gain::NoiseGain;
-use super::{Designed, asymptotic_rate, certified, deviations, matrix, number, poles, proved_of};
+use super::{Designed, asymptotic_rate, certified, deviations, matrix, number, poles, proof_matrix, proved_of};
 use crate::operation::half_ranges;
 use crate::results::{DesignReport, NoObserver, Quantity};
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
@@ -59,10 +59,10 @@ pub(crate) fn linear_report(
         Some(covariance) => vec![
             l,
             matrix("P (stationary error covariance)", covariance),
-            matrix("Lyapunov matrix", &design.p),
-            matrix("Lyapunov right-hand side", &design.q),
+            proof_matrix("Lyapunov matrix", &design.p),
+            proof_matrix("Lyapunov right-hand side", &design.q),
         ],
-        None => vec![l, matrix("P", &design.p), matrix("Q", &design.q)],
+        None => vec![l, proof_matrix("P", &design.p), proof_matrix("Q", &design.q)],
     };
     let report = DesignReport {
         statement: proved_of(&design.certificate, &study.plant.reading())

@@ -25,7 +25,12 @@ pub(crate) use crate::designed::Designed;
 use crate::results::{DesignReport, DesignVerdict, FactReport, Label, NamedMatrix, NamedNumber, Rounding, Statement};
 
 pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
-    NamedMatrix { name: name.to_owned(), rows: rows(m) }
+    NamedMatrix { name: name.to_owned(), rows: rows(m), is_of_proof: false }
+}
+
+/// A matrix of the proof.
+pub(crate) fn proof_matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
+    NamedMatrix { is_of_proof: true, ..matrix(name, m) }
 }
 
 /// A computed number.

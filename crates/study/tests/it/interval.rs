@@ -154,6 +154,33 @@ fn a_plant_in_discrete_time_has_the_sampled_observer() {
     assert_eq!(results.intervals[0].coverage_in_words(), "100 %");
 }
 
+/// What is proved supposes bounds: a simulation that does not keep them is warned of, in the report as well.
+#[test]
+fn a_simulation_beyond_the_bounds_is_warned_of() {
+    let said = |name: &str, text: &str, own: &str| {
+        let text = format!("{text}{}", observer(&format!("name = \"o\"\npoles = [-6, -9]\n{own}\n")));
+        let folder = crate::studies::scratch(&format!("interval-beyond-{name}"));
+        let results =
+            execute(&read(&text).unwrap(), Step::Run, &RunOptions::default().output(folder.clone().into())).unwrap();
+        let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+        let warnings = results.warnings.iter().filter(|text| text.contains("not proved of this simulation"));
+        let warnings: Vec<String> = warnings.cloned().collect();
+        assert!(warnings.iter().all(|warning| page.contains(warning.as_str())), "{name}: {warnings:?}");
+        warnings.join("; ")
+    };
+    let given = "bounds = { noise = [0.04], disturbance = [0.3], e = [[1], [0]] }";
+    let gaussian = MOTOR.replace("uniform", "gaussian");
+    assert_eq!(said("kept", MOTOR, BOUNDS), "");
+    assert_eq!(
+        said("gaussian", &gaussian, given),
+        "o: its bounds are proved for noise of tacho of at most 0.04, and the noise of the simulation is Gaussian, which \
+         has no bound: they are not proved of this simulation"
+    );
+    assert!(said("wide", MOTOR, given).contains("the noise of the simulation is up to 0.05"));
+    let far = said("far", &MOTOR.replace("x0 = [1, -0.5]", "x0 = [1, -2.5]"), BOUNDS);
+    assert!(far.contains("a first error of current of at most 2, and that of the simulation is 2.5"), "{far}");
+}
+
 #[test]
 fn mistakes_and_refusals_are_named() {
     let mistake = |rest: &str, expected: &str| {

@@ -40,10 +40,15 @@ fn same_scores(name: &str, experiment: &Experiment, results: &Results) {
     assert_eq!(outcome.runs.len(), rows.len(), "{name}");
     for (run, row) in outcome.runs.iter().zip(rows) {
         assert_eq!(run.name, row.observer);
-        let scores = run.scores.unwrap_or_else(|| panic!("{name}: {:?}", run.failure));
-        if let Some(norm) = &row.merits.as_ref().unwrap().norm {
-            assert_eq!((scores.rms, scores.peak, scores.settled), (norm.rms, norm.peak, norm.settling_last), "{name}");
+        assert!(run.failure.is_none(), "{name}: {:?}", run.failure);
+        let merits = row.merits.as_ref().unwrap();
+        assert_eq!(run.states.len(), merits.states.len(), "{name}");
+        for (of, state) in run.states.iter().zip(&merits.states) {
+            assert_eq!((of.rms, of.peak, of.settled), (state.rmse, state.peak, state.settling_5), "{name}");
         }
+        let norm = merits.norm.as_ref().map(|norm| (norm.rms, norm.peak, norm.settling_last));
+        assert_eq!(run.scores.map(|of| (of.rms, of.peak, of.settled)), norm, "{name}");
+        assert_eq!(run.norm.is_empty(), norm.is_none(), "{name}");
     }
 }
 
@@ -384,6 +389,34 @@ fn a_law_with_the_true_state_gives_the_scores_of_the_study() {
     assert_ne!(outcomes[0], outcomes[1]);
 }
 
+/// Metres and pascals have no norm: without a scale neither the page nor its table adds them up. Two temperatures have
+/// one in their unit.
+#[test]
+fn states_of_several_units_have_no_norm_in_the_page() {
+    let study = |units: &str| {
+        format!(
+            "[plant]\na = [[-1, 0.5], [0, -2]]\nc = [[1, 0]]\nstates = [\"one\", \"two\"]\nunits = {units}\n[simulation]\nx0 = \
+             [1, 2]\nduration = 3\n[[observer]]\nname = \"linear\"\nkind = \"luenberger\"\npoles = [-3, -4]\n"
+        )
+    };
+    for (name, units, scale) in [
+        ("several", "{ one = \"m\", two = \"Pa\" }", None),
+        ("partly", "{ one = \"m\" }", None),
+        ("common", "{ one = \"degC\", two = \"degC\" }", Some(vec![1.0, 1.0])),
+    ] {
+        let (experiment, results, html) = of_text(&format!("units-{name}"), &study(units));
+        assert_eq!(experiment.scale, scale, "{name}");
+        same_scores(name, &experiment, &results);
+        assert_eq!(html.contains("The states have no norm in common"), scale.is_none(), "{name}");
+        let said = results.simulation.unwrap().scoring.words.join(" ");
+        assert_eq!(said.contains("scale = [1 degC, 1 degC], the unit of all states"), scale.is_some(), "{said}");
+        // The first screen has scores either way.
+        let summary = html.split_once(">Summary<").unwrap().1.split_once("</table>").unwrap().0;
+        assert_eq!(summary.contains("RMSE of two"), scale.is_none(), "{summary}");
+        assert_eq!(summary.contains("rms |e|"), scale.is_some(), "{summary}");
+    }
+}
+
 /// The verdict of the report is on the gains of the report.
 #[test]
 fn a_verdict_that_the_page_does_not_verify_is_for_the_gains_of_the_report() {
@@ -445,17 +478,25 @@ fn an_interval_observer_beyond_its_bounds_is_not_certified() {
     for name in names {
         assert!(is_within(&wider, name, &loud(2.5)) && !is_within(&wider, name, &loud(2.55)));
     }
+    // One below the noise of the study as well.
+    let narrower = text.replace(bounds, "bounds = { noise = [0.004], disturbance = [0.01]");
+    let (narrower, _, _) = of_text("narrower", &narrower);
+    for name in names {
+        assert!(is_within(&narrower, name, &loud(0.75)) && !is_within(&narrower, name, &Sliders::NEUTRAL));
+    }
     // A sensor has noise as well.
     let mut with_sensor = wider.clone();
     let (period, offset, gaussian, seed) = (0.1, 0.0, false, 1);
     with_sensor.sensors.push(luenberger_live::Sensor { output: 0, period, offset, gaussian, amplitude: 0.01, seed });
     assert!(is_within(&with_sensor, names[0], &loud(1.25)) && !is_within(&with_sensor, names[0], &loud(1.3)));
-    // Gaussian noise has no bound.
+    // Gaussian noise has no bound, whatever the slider is.
     let mut gaussian = wider;
     gaussian.noise.as_mut().unwrap().gaussian = true;
-    assert!(is_within(&gaussian, names[0], &loud(1.0)) && is_within(&gaussian, names[0], &loud(0.5)));
-    let Some(GainVerdict::Open(why)) = verdict(&gaussian, names[0], &loud(1.05)) else { panic!() };
-    assert!(why.contains("Gaussian"), "{why}");
+    assert!(is_within(&gaussian, names[0], &loud(0.0)));
+    for factor in [0.5, 1.0, 1.05] {
+        let Some(GainVerdict::Open(why)) = verdict(&gaussian, names[0], &loud(factor)) else { panic!("{factor}") };
+        assert!(why.contains("Gaussian"), "{why}");
+    }
 }
 
 /// Theorems without a bound of noise and first errors are not left by these sliders.

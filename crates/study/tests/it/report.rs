@@ -286,6 +286,30 @@ fn equations_and_colours_of_the_text() {
     }
 }
 
+/// What a proof needs is folded, of every kind; what the observer runs with, and covariances, stand open: S of a filter
+/// is the covariance of two noises, and S of the cubic observer a matrix of its proof.
+#[test]
+fn matrices_of_proofs_are_folded() {
+    let plant = "[plant]\na = [[-1]]\nc = [[1]]\n";
+    let discrete = "[plant]\na = [[0.9]]\nc = [[1]]\ndt = 0.1\n";
+    let of = |kind: &str, keys: &str| format!("[[observer]]\nname = \"one\"\nkind = \"{kind}\"\n{keys}");
+    let noise = "w = [[1.0]]\nv = [[2.0]]\n";
+    for (name, plant, observer, open, folded) in [
+        ("kalman", plant, of("kalman", noise), "P (stationary", "<mi>Lyapunov"),
+        ("kalman-discrete", discrete, of("kalman", noise), "P (stationary", "<mi>Lyapunov matrix"),
+        ("luenberger", plant, of("luenberger", "poles = [-3]\n"), "<mi>L</mi>", "<mi>P</mi>"),
+        ("cubic", plant, of("cubic", "poles = [-3]\ntheta = [[1]]\n"), "<mi>L</mi>", "<mi>S</mi>"),
+        ("filter", discrete, of("extended-kalman", &format!("{noise}s = [[0.5]]\n")), "<mi>S</mi>", ""),
+    ] {
+        let page = crate::page::body(&report(&format!("folded-{name}"), &(plant.to_owned() + &observer)));
+        let section = page.split("<h3").find(|part| part.contains("one (")).unwrap();
+        let (before, inside) = section.split_once("The matrices of the certificate").unwrap_or((section, ""));
+        assert!(before.contains(open), "{name}: {open} in {before}");
+        assert!(folded.is_empty() || !before.contains(folded), "{name}: {folded} in {before}");
+        assert_eq!(inside.contains(folded), !inside.is_empty() && !folded.is_empty(), "{name}: {inside}");
+    }
+}
+
 /// What the bands are is said of those that there are: of filters with a covariance, of stationary ones, of intervals.
 #[test]
 fn the_bands_of_a_figure_are_named() {

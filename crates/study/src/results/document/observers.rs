@@ -67,11 +67,11 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
         facts.push(("poles".to_owned(), Cell::number(poles(&design.poles))));
     }
     facts.extend(solver.map(|solver| ("solver".to_owned(), Cell::from(solver))));
-    let of_certificate = |matrix: &&NamedMatrix| ["P", "Q", "S"].contains(&matrix.name.as_str());
+    let of_proof = |matrix: &&NamedMatrix| matrix.is_of_proof;
     section = if facts.is_empty() { section } else { section.facts(facts) };
-    section = matrices(section, design.matrices.iter().filter(|matrix| !of_certificate(matrix)));
-    if design.matrices.iter().any(|matrix| of_certificate(&matrix)) {
-        let inside = matrices(Section::new(""), design.matrices.iter().filter(of_certificate));
+    section = matrices(section, design.matrices.iter().filter(|matrix| !of_proof(matrix)));
+    if design.matrices.iter().any(|matrix| of_proof(&matrix)) {
+        let inside = matrices(Section::new(""), design.matrices.iter().filter(of_proof));
         section = section.folded("The matrices of the certificate", inside);
     }
     if design.facts.is_empty() {

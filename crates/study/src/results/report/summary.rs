@@ -11,18 +11,26 @@ use super::super::{DesignVerdict, ObserverReport, Results, ScoreTable, Simulatio
 pub(super) fn section(results: &Results, figure: Option<(String, Figure)>) -> Section {
     // What is proved is proved of the model: that another plant was simulated comes first.
     let truth = results.simulation.as_ref().and_then(|simulation| simulation.truth.clone());
-    let scores = results.simulation.as_ref().and_then(|simulation| simulation.norm_table(&results.plant));
-    let studied = [Some(plant(results)), observability(results)].into_iter().flatten().collect::<Vec<_>>().join(" ");
+    let (plant, simulation) = (&results.plant, results.simulation.as_ref());
+    let norm = simulation.and_then(|simulation| simulation.norm_table(plant));
+    let has_norm = norm.is_some();
+    let scores = norm.or_else(|| simulation?.rmse_table(plant, STATES));
+    let studied = [Some(sizes(results)), observability(results)].into_iter().flatten().collect::<Vec<_>>().join(" ");
     let sentences = [truth, Some(studied), certificates(&results.observers), warnings(results)];
     let section = Section::new("Summary").list(sentences.into_iter().flatten());
-    let section = if results.observers.is_empty() { section } else { section.grid(overview(results, scores.as_ref())) };
+    let section =
+        if results.observers.is_empty() { section } else { section.grid(overview(results, scores.as_ref(), has_norm)) };
     let section = figure.into_iter().fold(section, |section, (id, figure)| section.figure(id, figure));
     let proved = proved(&results.observers);
     if proved.is_empty() { section } else { section.heading("What is proved").list(proved) }
 }
 
-/// Each observer with its verdict and, of a simulation, the scores of the norm of the error.
-fn overview(results: &Results, scores: Option<&ScoreTable>) -> Grid {
+/// The most states of which the summary has scores.
+const STATES: usize = 6;
+
+/// Each observer with its verdict and, of a simulation, the scores of the norm of the error, or of each state where
+/// there is no norm.
+fn overview(results: &Results, scores: Option<&ScoreTable>, has_norm: bool) -> Grid {
     let of_scores: Vec<&str> = scores.iter().flat_map(|table| &table.head[1..]).map(String::as_str).collect();
     let head: Vec<&str> = ["observer", "certificate"].into_iter().chain(of_scores.iter().copied()).collect();
     let row = |grid: Grid, observer: &ObserverReport| {
@@ -33,13 +41,27 @@ fn overview(results: &Results, scores: Option<&ScoreTable>) -> Grid {
     };
     let grid = results.observers.iter().fold(Grid::new(&head), row);
     let same = results.simulation.as_ref().is_none_or(SimulationReport::same_start);
-    match scores.map_or(0, |table| table.rows.len()) {
-        0 => grid,
-        rows => grid.caption(norm_caption(rows, same)),
+    match scores {
+        None => grid,
+        Some(table) if has_norm => grid.caption(norm_caption(table.rows.len(), same)),
+        Some(table) => grid.caption(rmse_caption(table, same)),
     }
 }
 
-fn plant(results: &Results) -> String {
+fn rmse_caption(table: &ScoreTable, same_start: bool) -> String {
+    let states = match table.omitted {
+        0 => "each state".to_owned(),
+        omitted => format!("the first {STATES} states, those of the other {omitted} under Comparison"),
+    };
+    let best = match (table.rows.len(), same_start) {
+        (0 | 1, _) => "",
+        (_, true) => " The best values are marked.",
+        (_, false) => " The observers start from different estimates: none is marked as best.",
+    };
+    format!("Root mean square of the error of {states}; a norm needs simulation.scale.{best}")
+}
+
+fn sizes(results: &Results) -> String {
     let plant = &results.plant;
     let named = |count: usize, what: &str, names: &[String]| match count {
         0 => format!("no {what}"),
