@@ -31,6 +31,12 @@ where
         self.0.column(0).into_owned()
     }
 
+    /// The estimate and the columns of the covariance, one after the other.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [T] {
+        self.0.as_mut_slice()
+    }
+
     /// Number of states, n.
     pub(crate) fn order(&self) -> usize {
         self.0.nrows()
