@@ -11,6 +11,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 /// `terms[0] + terms[1] + ..`, from left to right; 0 without terms.
+#[inline(always)]
 pub(crate) fn sum<T: RealField + Copy>(count: usize, term: impl Fn(usize) -> T) -> T {
     (0..count).map(term).reduce(|sum, term| sum + term).unwrap_or_else(T::zero)
 }
@@ -71,6 +72,7 @@ where
 }
 
 /// `A B`.
+#[inline(always)]
 pub fn times<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
     a: &OMatrix<T, R, K>,
     b: &OMatrix<T, K, C>,
@@ -83,6 +85,7 @@ where
 }
 
 /// `A B'`.
+#[inline(always)]
 pub fn times_transpose<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
     a: &OMatrix<T, R, K>,
     b: &OMatrix<T, C, K>,
