@@ -136,19 +136,18 @@ where
         &self.0
     }
 
-    /// `G^-1 B`.
-    pub(crate) fn half_solve<C: Dim>(&self, b: &OMatrix<T, D, C>) -> OMatrix<T, D, C>
+    /// `G^-1 B` in the place of B.
+    pub(crate) fn half_solve<C: Dim>(&self, x: &mut OMatrix<T, D, C>)
     where
         DefaultAllocator: Allocator<D, C>,
     {
-        let (g, mut x) = (&self.0, b.clone());
+        let g = &self.0;
         for j in 0..x.ncols() {
             for i in 0..g.nrows() {
                 let entry = (0..i).fold(x[(i, j)], |entry, k| entry - g[(i, k)] * x[(k, j)]);
                 x[(i, j)] = entry / g[(i, i)];
             }
         }
-        x
     }
 
     /// `S^-1 B`.

@@ -28,6 +28,11 @@ pub(crate) fn same<A: 'static, B: 'static>(a: &A) -> Option<&B> {
     (a as &dyn Any).downcast_ref()
 }
 
+/// The same, to be changed.
+pub(crate) fn same_mut<A: 'static, B: 'static>(a: &mut A) -> Option<&mut B> {
+    (a as &mut dyn Any).downcast_mut()
+}
+
 /// Copies entries of the same type, and as many; whether they are.
 pub(crate) fn copied<A: Copy + 'static, B: Copy + 'static>(from: &[A], to: &mut [B]) -> bool {
     from.len() == to.len() && from.iter().zip(to).all(|(from, to)| same(from).map(|from| *to = *from).is_some())
@@ -239,10 +244,12 @@ pub(crate) fn on_numbers<T: RealField + Copy>(
     state: &mut [T],
     run: impl FnOnce(f64, &mut [f64], &[f64]) -> bool,
 ) -> bool {
-    match state.len() {
-        0..=STATES => on_column::<_, STATES>(sample, state, run),
-        0..=FEW => on_column::<_, FEW>(sample, state, run),
-        _ => on_column::<_, { STATES * (STATES + 1) }>(sample, state, run),
+    if state.len() <= STATES {
+        on_column::<_, STATES>(sample, state, run)
+    } else if state.len() <= FEW {
+        on_column::<_, FEW>(sample, state, run)
+    } else {
+        on_column::<_, { STATES * (STATES + 1) }>(sample, state, run)
     }
 }
 

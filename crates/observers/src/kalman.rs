@@ -54,7 +54,7 @@ use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{correct, covariance, moved, usable};
 #[cfg(feature = "alloc")]
-use crate::held::{AtInput, AtRunTime, Held, OnSlices, Part, on_numbers, same};
+use crate::held::{AtInput, AtRunTime, Held, OnSlices, Part, on_numbers, same, sized};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
 use crate::transition::{Motion, Prediction, Transition};
 use crate::unit_vectors::{self, UnitVectors};
@@ -732,6 +732,42 @@ impl ExtendedAtRunTime<'_> {
             unit_vectors,
             inputs: PhantomData,
         }
+    }
+
+    /// The way from x with the covariance p at time t over a duration, as of a prediction; none for other sizes, and
+    /// false where it has no result.
+    pub(crate) fn way(
+        &self,
+        during: (f64, f64),
+        from: (&DVector<f64>, &DMatrix<f64>),
+        way: &mut Transition<f64, Dyn>,
+    ) -> Option<bool> {
+        let mut is_way = None;
+        sized!(from.0.nrows(), [1 2 3 4] [5 6 7 8], n => {
+            is_way = Some(self.way_of_size(n, during, from, way).is_some());
+            true
+        });
+        is_way
+    }
+
+    fn way_of_size<N: Dim>(
+        &self,
+        n: N,
+        during: (f64, f64),
+        (x, p): (&DVector<f64>, &DMatrix<f64>),
+        way: &mut Transition<f64, Dyn>,
+    ) -> Option<()>
+    where
+        DefaultAllocator: Size<N, U0, U1>,
+    {
+        let square = |entries: &DMatrix<f64>| OMatrix::from_column_slice_generic(n, n, entries.as_slice());
+        let filter = self.of_size(square(self.noises.0), OMatrix::zeros_generic(U1, U1));
+        let x = OVector::from_column_slice_generic(n, U1, x.as_slice());
+        let found = filter.transition(during, &x, &square(p), &OVector::zeros_generic(U0, U1))?;
+        way.next.copy_from_slice(found.next.as_slice());
+        way.phi.copy_from_slice(found.phi.as_slice());
+        way.noise.copy_from_slice(found.noise.as_slice());
+        Some(())
     }
 
     /// The state after the prediction, by the body for any size.
