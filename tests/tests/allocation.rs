@@ -8,8 +8,9 @@ mod counting_allocator;
 use counting_allocator::allocations;
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::{
-    DiscreteLinearObserver, ExtendedKalmanFilter, NoiseModel, NonlinearLuenbergerObserver, SampledCubicGains,
-    SampledCubicObserver, SampledObserver, cubic,
+    DiscreteLinearObserver, ExtendedKalmanFilter, KalmanFilter, KalmanModel, NoiseModel, NonlinearLuenbergerObserver,
+    SampledCubicGains, SampledCubicObserver, SampledNonlinearObserver, SampledObserver, SigmaPoints,
+    UnscentedKalmanFilter, cubic,
 };
 use luenberger_plants::StateSpace;
 use luenberger_sim::{Integrator, Noise, Scenario, Settings, Signal, solve};
@@ -29,6 +30,32 @@ fn steps_of_sampled_observers_take_no_memory() {
     assert_eq!(allocations(|| (0..100).for_each(|_| cubic.step(0.0, &mut xhat, &u, &y))), 0);
     assert!(xhat.iter().all(|x| x.is_finite()));
     assert_eq!(allocations(|| DMatrix::<f64>::zeros(2, 2)), 1, "the allocator counts");
+}
+
+/// Filters and the copy of a plant in expressions, whose sizes are known at run time.
+#[test]
+fn steps_of_filters_take_no_memory() {
+    let plant = || ExpressionPlant::new(&["x2", "u1 - sin(x1) - 0.1*x2"], &["x1"], 1, &Parameters::new()).unwrap();
+    let noises = || NoiseModel { w: DMatrix::identity(2, 2) * 1e-3, v: dmatrix![1e-4], p0: DMatrix::identity(2, 2) };
+    let extended = || ExtendedKalmanFilter::new(plant(), noises(), 0.01, 2).unwrap();
+    no_memory(&extended());
+    no_memory(&extended().with_iterations(2).unwrap().with_gate(4.0).unwrap());
+    no_memory(&UnscentedKalmanFilter::new(plant(), noises(), SigmaPoints::default(), 0.01, 2).unwrap());
+    no_memory(&SampledNonlinearObserver::new(plant(), dmatrix![4.0; 6.0], 0.01, 2).unwrap());
+    let (ad, bd, c) = (dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0]);
+    let NoiseModel { w, v, p0 } = noises();
+    no_memory(&KalmanFilter::new(KalmanModel { ad, bd, c, w, v, p0, period: 0.1 }).unwrap());
+}
+
+fn no_memory(
+    observer: &impl SampledObserver<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,
+) {
+    let (u, y) = (DVector::from_element(1, 0.3), DVector::from_element(1, 1.0));
+    let mut state = observer.initial(0.0, &DVector::zeros(2), &u, &y);
+    // An expression is compiled when it is evaluated first.
+    observer.step(0.0, &mut state, &u, &y);
+    assert_eq!(allocations(|| (1..100).for_each(|k| observer.step(0.01 * f64::from(k), &mut state, &u, &y))), 0);
+    assert!(observer.estimate(&state).iter().all(|x| x.is_finite()));
 }
 
 /// What a solution keeps grows by doubling; everything else is allocated once.

@@ -11,7 +11,7 @@ use core::fmt;
 use std::sync::{Arc, OnceLock};
 
 use luenberger_plants::{Differentiable, Dimensions, Plant, PlantError, Shape, StateSpace};
-use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector};
+use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector, convert};
 
 use crate::function::is_number;
 use crate::graph::recording::{Recording, is_recorded, with_tables};
@@ -668,6 +668,20 @@ impl<T: RealField + Copy> Differentiable<T, Dyn, Dyn, Dyn> for ExpressionPlant {
         *self.0.linear_between_samples.get_or_init(|| self.0.f.iter().all(Expression::is_affine_in_states))
     }
 
+    fn motion(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> (DVector<T>, DMatrix<T>) {
+        let (n, nan) = (self.0.f.len(), convert(f64::NAN));
+        let (mut f, mut df) = (DVector::repeat(n, nan), DMatrix::repeat(n, n, nan));
+        self.motion_into(t, x.as_slice(), u.as_slice(), f.as_mut_slice(), df.as_mut_slice());
+        (f, df)
+    }
+
+    fn measurement(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> (DVector<T>, DMatrix<T>) {
+        let (n, p, nan) = (self.0.f.len(), self.0.h.len(), convert(f64::NAN));
+        let (mut h, mut dh) = (DVector::repeat(p, nan), DMatrix::repeat(p, n, nan));
+        self.measurement_into(t, x.as_slice(), u.as_slice(), h.as_mut_slice(), dh.as_mut_slice());
+        (h, dh)
+    }
+
     fn motion_into(&self, t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]) -> bool {
         self.joint(Row::Derivative(0), (t, x, u), (f, df))
     }
@@ -781,6 +795,20 @@ impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize>
         let dh = &self.0.jacobians().dh;
         dh.evaluate(t, x.as_slice(), u.as_slice(), |k, value| jacobian[(k / N, k % N)] = value);
         jacobian
+    }
+
+    fn motion(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> (SVector<T, N>, SMatrix<T, N, N>) {
+        let nan = convert(f64::NAN);
+        let (mut f, mut df) = (SVector::<T, N>::repeat(nan), SMatrix::<T, N, N>::repeat(nan));
+        self.motion_into(t, x.as_slice(), u.as_slice(), f.as_mut_slice(), df.as_mut_slice());
+        (f, df)
+    }
+
+    fn measurement(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> (SVector<T, P>, SMatrix<T, P, N>) {
+        let nan = convert(f64::NAN);
+        let (mut h, mut dh) = (SVector::<T, P>::repeat(nan), SMatrix::<T, P, N>::repeat(nan));
+        self.measurement_into(t, x.as_slice(), u.as_slice(), h.as_mut_slice(), dh.as_mut_slice());
+        (h, dh)
     }
 
     fn motion_into(&self, t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]) -> bool {

@@ -11,6 +11,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 /// `terms[0] + terms[1] + ..`, from left to right; 0 without terms.
+#[inline(always)]
 pub(crate) fn sum<T: RealField + Copy>(count: usize, term: impl Fn(usize) -> T) -> T {
     (0..count).map(term).reduce(|sum, term| sum + term).unwrap_or_else(T::zero)
 }
@@ -71,6 +72,7 @@ where
 }
 
 /// `A B`.
+#[inline(always)]
 pub fn times<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
     a: &OMatrix<T, R, K>,
     b: &OMatrix<T, K, C>,
@@ -83,6 +85,7 @@ where
 }
 
 /// `A B'`.
+#[inline(always)]
 pub fn times_transpose<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
     a: &OMatrix<T, R, K>,
     b: &OMatrix<T, C, K>,
@@ -133,19 +136,18 @@ where
         &self.0
     }
 
-    /// `G^-1 B`.
-    pub(crate) fn half_solve<C: Dim>(&self, b: &OMatrix<T, D, C>) -> OMatrix<T, D, C>
+    /// `G^-1 B` in the place of B.
+    pub(crate) fn half_solve<C: Dim>(&self, x: &mut OMatrix<T, D, C>)
     where
         DefaultAllocator: Allocator<D, C>,
     {
-        let (g, mut x) = (&self.0, b.clone());
+        let g = &self.0;
         for j in 0..x.ncols() {
             for i in 0..g.nrows() {
                 let entry = (0..i).fold(x[(i, j)], |entry, k| entry - g[(i, k)] * x[(k, j)]);
                 x[(i, j)] = entry / g[(i, i)];
             }
         }
-        x
     }
 
     /// `S^-1 B`.

@@ -22,15 +22,25 @@
 //! Joseph, Filtering for Stochastic Processes, 1968, for the form of the update.
 
 use luenberger_plants::{LinearPlant, Size};
+#[cfg(feature = "alloc")]
+use nalgebra::Dyn;
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
 use crate::covariance_filter::{CovarianceFilter, update_columns};
+#[cfg(feature = "alloc")]
+use crate::dense::{entry, with_column};
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::gaussian::{GaussianEstimate, Innovation, correct, covariance, moved, symmetrise, usable};
-use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
+#[cfg(feature = "alloc")]
+use crate::held::{AtRunTime, OnSlices, Part, copied, on_numbers, same};
+#[cfg(feature = "alloc")]
+use crate::kalman::ExtendedAtRunTime;
+use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
+#[cfg(feature = "alloc")]
+use crate::transition::Prediction;
 
 /// The data of a [`KalmanFilter`]: plant, noise, and covariance of the initial error.
 #[derive(Clone, Debug, PartialEq)]
@@ -318,6 +328,67 @@ where
         // The measurement is linear: once is exact.
         correct::<T, N, M, P>(estimate, first.clone(), v.clone(), |i| usable[i], (1, |_| first.clone()))
     }
+
+    /// A step at an input, or its update alone, of a filter whose sizes are known at run time: that of the extended
+    /// filter. False for other sizes and lengths, and with a feedthrough, whose sums have another order there.
+    #[cfg(feature = "alloc")]
+    fn at_run_time(&self, u: &[T], state: &mut [T], y: &[T], part: Part<'_>) -> bool {
+        let Some(model) = same::<_, KalmanModel<f64, Dyn, Dyn, Dyn>>(&self.model) else { return false };
+        if self.d.is_some() || u.len() != model.bd.ncols() {
+            return false;
+        }
+        with_column(Dyn(u.len()), |input| {
+            with_column(Dyn(model.ad.nrows()), |drive| {
+                if !copied(u, input) {
+                    return false;
+                }
+                (0..drive.len()).for_each(|i| drive[i] = entry(&model.bd, i, input));
+                let filter = ExtendedAtRunTime {
+                    plant: &AtDrive { model, drive },
+                    noises: (&model.w, &model.v),
+                    gate: None,
+                    iterations: 1,
+                    turns: None,
+                    unit_vectors: None,
+                    h: model.period,
+                    prediction: Prediction::Discrete,
+                };
+                on_numbers((T::zero(), y), state, |t, state, y| filter.run(t, state, y, part))
+            })
+        })
+    }
+}
+
+/// The plant of a filter at an input that is held: `x+ = Ad x + Bd u` with the column Bd u.
+#[cfg(feature = "alloc")]
+struct AtDrive<'f> {
+    model: &'f KalmanModel<f64, Dyn, Dyn, Dyn>,
+    drive: &'f [f64],
+}
+
+#[cfg(feature = "alloc")]
+impl OnSlices for AtDrive<'_> {
+    fn derivative(&self, _t: f64, x: &[f64], f: &mut [f64]) -> bool {
+        f.iter_mut().zip(self.drive).enumerate().for_each(|(i, (f, drive))| *f = entry(&self.model.ad, i, x) + drive);
+        true
+    }
+
+    fn output(&self, _t: f64, x: &[f64], h: &mut [f64]) -> bool {
+        h.iter_mut().enumerate().for_each(|(i, h)| *h = entry(&self.model.c, i, x));
+        true
+    }
+
+    fn motion(&self, t: f64, x: &[f64], f: &mut [f64], df: &mut [f64]) -> bool {
+        self.derivative(t, x, f) && put_slice(self.model.ad.as_slice(), df)
+    }
+
+    fn measurement(&self, t: f64, x: &[f64], h: &mut [f64], dh: &mut [f64]) -> bool {
+        self.output(t, x, h) && put_slice(self.model.c.as_slice(), dh)
+    }
+
+    fn is_linear_between_samples(&self) -> bool {
+        true
+    }
 }
 
 impl<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> SampledObserver<T> for KalmanFilter<T, N, M, P>
@@ -343,6 +414,10 @@ where
     /// [prediction](KalmanFilter::predict) without a result, as for an input that is NaN, makes the estimate NaN.
     /// Columns of other lengths change nothing.
     fn step(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time(u.as_slice(), state.as_mut_slice(), y.as_slice(), Part::Step(&[])) {
+            return;
+        }
         if self.is_measurement(y) {
             self.update(state, u, y);
             self.finish(state, u);
@@ -350,6 +425,12 @@ where
     }
 
     fn step_partial(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        #[cfg(feature = "alloc")]
+        if !measured.is_empty()
+            && self.at_run_time(u.as_slice(), state.as_mut_slice(), y.as_slice(), Part::Step(measured))
+        {
+            return;
+        }
         if self.is_measurement(y) {
             if measured.contains(&true) {
                 self.update_partial(state, u, y, |output| measured.get(output).copied().unwrap_or(true));
@@ -358,7 +439,19 @@ where
         }
     }
 
+    fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time(u, state, y, Part::Step(measured)) {
+            return true;
+        }
+        step_columns(self, t, state, (u, y), measured)
+    }
+
     fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time(u, state, y, Part::Update(measured)) {
+            return true;
+        }
         update_columns(self, t, state, (u, y), measured)
     }
 

@@ -1,6 +1,8 @@
 //! Estimates with a covariance: their noises, what moves the covariance, and the measurement update that the Kalman
 //! filters share.
 
+#![allow(clippy::inline_always, reason = "as in dense.rs")]
+
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Size};
 use nalgebra::allocator::Allocator;
@@ -29,6 +31,12 @@ where
     /// The estimate xhat.
     pub fn estimate(&self) -> OVector<T, N> {
         self.0.column(0).into_owned()
+    }
+
+    /// The estimate and the columns of the covariance, one after the other.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [T] {
+        self.0.as_mut_slice()
     }
 
     /// Number of states, n.
@@ -175,6 +183,7 @@ where
 }
 
 /// Stores what a prediction gives; false, and the estimate as it was, if that is not finite.
+#[inline(always)]
 pub(crate) fn moved<T: RealField + Copy, N: DimAdd<U1>>(
     estimate: &mut GaussianEstimate<T, N>,
     xhat: &OVector<T, N>,
@@ -205,6 +214,7 @@ where
     DefaultAllocator: Allocator<N, N> + Allocator<N, P> + Allocator<P, N> + Allocator<P, P>,
 {
     /// None unless S is positive definite in floating point.
+    #[inline(always)]
     fn new(h: &OMatrix<T, P, N>, p: &OMatrix<T, N, N>, v: &OMatrix<T, P, P>) -> Option<Self> {
         let hp = times(h, p);
         let s = times_transpose(&hp, h) + v;
@@ -276,6 +286,7 @@ where
 }
 
 /// Replaces a matrix by its symmetric part, exactly symmetric.
+#[inline(always)]
 pub(crate) fn symmetrise<T: RealField + Copy, N: Dim>(p: &mut OMatrix<T, N, N>)
 where
     DefaultAllocator: Allocator<N, N>,

@@ -40,15 +40,13 @@
 
 use core::marker::PhantomData;
 
-#[cfg(feature = "alloc")]
-use luenberger_plants::Column;
-use luenberger_plants::{Differentiable, Size};
 #[cfg(all(feature = "alloc", target_arch = "wasm32"))]
-use nalgebra::Dyn;
-#[cfg(feature = "alloc")]
-use nalgebra::U0;
+use luenberger_plants::Column as _;
+use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert, try_convert};
+#[cfg(feature = "alloc")]
+use nalgebra::{DMatrix, DVector, Dyn, U0};
 
 use crate::angles::{self, Turns};
 use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
@@ -56,7 +54,7 @@ use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{correct, covariance, moved, usable};
 #[cfg(feature = "alloc")]
-use crate::held::{Held, WithJacobian, sized};
+use crate::held::{AtInput, AtRunTime, Held, OnSlices, Part, on_numbers, same, sized};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
 use crate::transition::{Motion, Prediction, Transition};
 use crate::unit_vectors::{self, UnitVectors};
@@ -450,27 +448,29 @@ where
         has_rows::<P>(y.nrows(), || self.noises.v.nrows())
     }
 
-    /// What `run` does with the filter of small size at an input; false for an input of another length.
+    /// A step at an input, or its update or prediction alone, of a filter whose sizes are known at run time; false for
+    /// other sizes and lengths.
     #[cfg(feature = "alloc")]
-    fn at_run_time(&self, u: &[T], run: impl FnOnce(&AtRunTime<'_, T>) -> bool) -> bool {
-        let Self { plant, noises, h, prediction, gate, iterations, turns, unit_vectors, .. } = self;
-        let motion = |t: T, x: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
-        let measurement = |t: T, x: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
-        u.len() == plant.dimensions().inputs
-            && run(&AtRunTime {
-                motion: &motion,
-                measurement: &measurement,
-                is_linear: plant.is_linear_between_samples(),
-                size: (noises.w.nrows(), noises.v.nrows()),
-                w: noises.w.as_slice(),
-                v: noises.v.as_slice(),
-                gate: *gate,
-                iterations: *iterations,
-                turns: turns.as_ref().map(OVector::as_slice),
-                unit_vectors: unit_vectors.as_ref().map(OVector::as_slice),
-                h: *h,
-                prediction: *prediction,
-            })
+    fn at_run_time(&self, (t, u): (T, &[T]), state: &mut [T], y: &[T], part: Part<'_>) -> bool {
+        let noises = same::<_, NoiseModel<f64, Dyn, Dyn>>(&self.noises);
+        let turns = same::<_, Turns<f64, Dyn>>(&self.turns);
+        let unit_vectors = same::<_, UnitVectors<f64, Dyn>>(&self.unit_vectors);
+        let (Some(noises), Some(turns), Some(unit_vectors)) = (noises, turns, unit_vectors) else { return false };
+        let (Some(gate), Some(h)) = (same(&self.gate), same(&self.h)) else { return false };
+        if u.len() != self.plant.dimensions().inputs {
+            return false;
+        }
+        let filter = ExtendedAtRunTime {
+            plant: &AtInput::<_, _, (N, M, P)>::new(&self.plant, u),
+            noises: (&noises.w, &noises.v),
+            gate: *gate,
+            iterations: self.iterations,
+            turns: turns.as_ref(),
+            unit_vectors: unit_vectors.as_ref(),
+            h: *h,
+            prediction: self.prediction,
+        };
+        on_numbers((t, y), state, |t, state, y| filter.run(t, state, y, part))
     }
 
     /// From (xhat, P) at time t over a duration.
@@ -619,6 +619,10 @@ where
     /// [prediction](ExtendedKalmanFilter::predict) without a result, as for an input that is NaN, makes the estimate
     /// NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time((t, u.as_slice()), state.as_mut_slice(), y.as_slice(), Part::Step(&[])) {
+            return;
+        }
         if self.is_measurement(y) {
             self.update(t, state, u, y);
             self.finish(t, state, u);
@@ -626,6 +630,12 @@ where
     }
 
     fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        #[cfg(feature = "alloc")]
+        if !measured.is_empty()
+            && self.at_run_time((t, u.as_slice()), state.as_mut_slice(), y.as_slice(), Part::Step(measured))
+        {
+            return;
+        }
         if self.is_measurement(y) {
             if measured.contains(&true) {
                 self.update_partial(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
@@ -636,7 +646,7 @@ where
 
     fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
         #[cfg(feature = "alloc")]
-        if N::try_to_usize().is_none() && self.at_run_time(u, |filter| filter.update(state, (t, y, measured), true)) {
+        if self.at_run_time((t, u), state, y, Part::Step(measured)) {
             return true;
         }
         step_columns(self, t, state, (u, y), measured)
@@ -644,7 +654,7 @@ where
 
     fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
         #[cfg(feature = "alloc")]
-        if N::try_to_usize().is_none() && self.at_run_time(u, |filter| filter.update(state, (t, y, measured), false)) {
+        if self.at_run_time((t, u), state, y, Part::Update(measured)) {
             return true;
         }
         update_columns(self, t, state, (u, y), measured)
@@ -652,7 +662,7 @@ where
 
     fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool {
         #[cfg(feature = "alloc")]
-        if N::try_to_usize().is_none() && self.at_run_time(u, |filter| filter.predict(t, state)) {
+        if self.at_run_time((t, u), state, &[], Part::Prediction) {
             return true;
         }
         predict_columns(self, state, u, |state, u| self.finish(t, state, u))
@@ -679,47 +689,40 @@ fn within<T: RealField + Copy>(gate: T, innovation: T, variance: T) -> bool {
     innovation * innovation <= gate * gate * variance
 }
 
-/// The filter of a plant whose sizes are known at run time, at an input that is held: up to eight states and four
-/// outputs, in a module for web pages up to four states and two outputs, it runs with the sizes in its type, and takes
-/// no memory. Without the type of the plant: the sizes that it is compiled for are many already.
+/// The filter of a plant whose sizes are known at run time, at an input that is held.
 #[cfg(feature = "alloc")]
-struct AtRunTime<'f, T> {
-    motion: &'f WithJacobian<'f, T>,
-    measurement: &'f WithJacobian<'f, T>,
-    is_linear: bool,
-    /// States and outputs.
-    size: (usize, usize),
-    w: &'f [T],
-    v: &'f [T],
-    gate: Option<T>,
-    iterations: usize,
-    turns: Option<&'f [T]>,
-    unit_vectors: Option<&'f [T]>,
-    h: T,
-    prediction: Prediction,
+pub(crate) struct ExtendedAtRunTime<'f> {
+    pub(crate) plant: &'f dyn OnSlices,
+    /// W and V.
+    pub(crate) noises: (&'f DMatrix<f64>, &'f DMatrix<f64>),
+    pub(crate) gate: Option<f64>,
+    pub(crate) iterations: usize,
+    pub(crate) turns: Option<&'f DVector<f64>>,
+    pub(crate) unit_vectors: Option<&'f DVector<f64>>,
+    pub(crate) h: f64,
+    pub(crate) prediction: Prediction,
 }
 
 #[cfg(feature = "alloc")]
-impl<T: RealField + Copy> AtRunTime<'_, T> {
+impl ExtendedAtRunTime<'_> {
     /// The filter with its sizes in its type, and these noises.
     fn of_size<N: Dim, P: Dim>(
         &self,
-        w: OMatrix<T, N, N>,
-        v: OMatrix<T, P, P>,
-    ) -> ExtendedKalmanFilter<Held<'_, T, N, P>, T, N, U0, P>
+        w: OMatrix<f64, N, N>,
+        v: OMatrix<f64, P, P>,
+    ) -> ExtendedKalmanFilter<Held<'_, N, P>, f64, N, U0, P>
     where
         DefaultAllocator: Size<N, U0, P>,
     {
-        let Self { motion, measurement, is_linear, gate, iterations, turns, unit_vectors, h, prediction, .. } = *self;
+        let Self { plant, gate, iterations, turns, unit_vectors, h, prediction, .. } = *self;
         let (n, p) = (w.shape_generic().0, v.shape_generic().0);
-        let plant = Held { motion, measurement, is_linear, size: (n, p) };
         let noises = NoiseModel { w, v, p0: OMatrix::zeros_generic(n, n) };
         // A prediction has one output, and reads no turn.
-        let turn = |turns: &[T], i: usize| turns.get(i).copied().unwrap_or_else(T::zero);
+        let turn = |turns: &DVector<f64>, i: usize| turns.get(i).copied().unwrap_or(0.0);
         let turns = turns.map(|turns| OVector::from_fn_generic(p, U1, |i, _| turn(turns, i)));
-        let unit_vectors = unit_vectors.map(|vectors| OVector::from_column_slice_generic(n, U1, vectors));
+        let unit_vectors = unit_vectors.map(|vectors| OVector::from_column_slice_generic(n, U1, vectors.as_slice()));
         ExtendedKalmanFilter {
-            plant,
+            plant: Held { plant, size: (n, p) },
             noises,
             h,
             prediction,
@@ -731,52 +734,74 @@ impl<T: RealField + Copy> AtRunTime<'_, T> {
         }
     }
 
-    /// The update of a state, and the prediction if it is asked for; false for other sizes.
-    fn update(&self, state: &mut [T], sample: (T, &[T], &[bool]), predicts: bool) -> bool {
-        sized!(self.size.0, [1 2 3 4] [5 6 7 8], n => sized!(
-            self.size.1, [1 2] [3 4], p => self.update_of_size((n, p), state, sample, predicts)
-        ))
-    }
-
-    fn update_of_size<N: DimAdd<U1>, P: Dim>(
+    /// The way from x with the covariance p at time t over a duration, as of a prediction; none for other sizes, and
+    /// false where it has no result.
+    pub(crate) fn way(
         &self,
-        (n, p): (N, P),
-        state: &mut [T],
-        (t, y, measured): (T, &[T], &[bool]),
-        predicts: bool,
-    ) -> bool
-    where
-        DefaultAllocator: Size<N, U0, P> + Size<N, U0, U1> + Allocator<N, DimSum<N, U1>>,
-    {
-        let (next, y) = (GaussianEstimate::<T, N>::try_from_slice(state), OVector::<T, P>::try_from_slice(y));
-        let (Some(mut next), Some(y)) = (next, y) else { return false };
-        if measured.is_empty() || measured.contains(&true) {
-            // W is not read.
-            let filter = self.of_size(OMatrix::zeros_generic(n, n), OMatrix::from_column_slice_generic(p, p, self.v));
-            filter.measure(t, &mut next, &OVector::zeros_generic(U0, U1), &y, measured);
-        }
-        if predicts {
-            self.predict_of_size(n, t, &mut next);
-        }
-        put_slice(next.as_slice(), state)
+        during: (f64, f64),
+        from: (&DVector<f64>, &DMatrix<f64>),
+        way: &mut Transition<f64, Dyn>,
+    ) -> Option<bool> {
+        let mut is_way = None;
+        sized!(from.0.nrows(), [1 2 3 4] [5 6 7 8], n => {
+            is_way = Some(self.way_of_size(n, during, from, way).is_some());
+            true
+        });
+        is_way
     }
 
-    /// The prediction of a state; false for other sizes.
-    fn predict(&self, t: T, state: &mut [T]) -> bool {
-        // One output, which was not measured.
-        let sample = (t, &[T::zero()][..], &[false][..]);
-        sized!(self.size.0, [1 2 3 4] [5 6 7 8], n => self.update_of_size((n, U1), state, sample, true))
+    fn way_of_size<N: Dim>(
+        &self,
+        n: N,
+        during: (f64, f64),
+        (x, p): (&DVector<f64>, &DMatrix<f64>),
+        way: &mut Transition<f64, Dyn>,
+    ) -> Option<()>
+    where
+        DefaultAllocator: Size<N, U0, U1>,
+    {
+        let square = |entries: &DMatrix<f64>| OMatrix::from_column_slice_generic(n, n, entries.as_slice());
+        let filter = self.of_size(square(self.noises.0), OMatrix::zeros_generic(U1, U1));
+        let x = OVector::from_column_slice_generic(n, U1, x.as_slice());
+        let found = filter.transition(during, &x, &square(p), &OVector::zeros_generic(U0, U1))?;
+        way.next.copy_from_slice(found.next.as_slice());
+        way.phi.copy_from_slice(found.phi.as_slice());
+        way.noise.copy_from_slice(found.noise.as_slice());
+        Some(())
     }
 
     /// The state after the prediction, by the body for any size.
     #[cfg(target_arch = "wasm32")]
-    fn predicted(&self, t: T, state: &[T]) -> Option<GaussianEstimate<T, Dyn>> {
+    fn predicted(&self, t: f64, state: &[f64]) -> Option<GaussianEstimate<f64, Dyn>> {
         let mut next = GaussianEstimate::try_from_slice(state)?;
-        self.predict_of_size(Dyn(self.size.0), t, &mut next);
+        self.finish(Dyn(self.size().0), t, &mut next);
         Some(next)
     }
+}
 
-    fn predict_of_size<N: DimAdd<U1>>(&self, n: N, t: T, state: &mut GaussianEstimate<T, N>)
+#[cfg(feature = "alloc")]
+impl AtRunTime for ExtendedAtRunTime<'_> {
+    fn size(&self) -> (usize, usize) {
+        (self.noises.0.nrows(), self.noises.1.nrows())
+    }
+
+    fn measure<N: DimAdd<U1>, P: Dim>(
+        &self,
+        (n, p): (N, P),
+        t: f64,
+        state: &mut GaussianEstimate<f64, N>,
+        y: &OVector<f64, P>,
+        measured: &[bool],
+    ) where
+        DefaultAllocator: Size<N, U0, P> + Allocator<N, DimSum<N, U1>>,
+    {
+        // W is not read.
+        let v = OMatrix::from_column_slice_generic(p, p, self.noises.1.as_slice());
+        let filter = self.of_size(OMatrix::zeros_generic(n, n), v);
+        filter.measure(t, state, &OVector::zeros_generic(U0, U1), y, measured);
+    }
+
+    fn finish<N: DimAdd<U1>>(&self, n: N, t: f64, state: &mut GaussianEstimate<f64, N>)
     where
         DefaultAllocator: Size<N, U0, U1> + Allocator<N, DimSum<N, U1>>,
     {
@@ -784,11 +809,13 @@ impl<T: RealField + Copy> AtRunTime<'_, T> {
         #[cfg(target_arch = "wasm32")]
         if N::try_to_usize().is_some() {
             let next = self.predicted(t, state.as_slice());
-            *state = next.and_then(|next| Column::try_from_slice(next.as_slice())).unwrap_or_else(|| state.lost());
+            *state =
+                next.and_then(|next| GaussianEstimate::try_from_slice(next.as_slice())).unwrap_or_else(|| state.lost());
             return;
         }
         // V is not read.
-        let filter = self.of_size(OMatrix::from_column_slice_generic(n, n, self.w), OMatrix::zeros_generic(U1, U1));
+        let w = OMatrix::from_column_slice_generic(n, n, self.noises.0.as_slice());
+        let filter = self.of_size(w, OMatrix::zeros_generic(U1, U1));
         filter.finish(t, state, &OVector::zeros_generic(U0, U1));
     }
 }

@@ -369,7 +369,8 @@ impl<S: Differentiable<f64, Dyn, Dyn, Dyn>, R: ParticleNoise> CovarianceFilter<f
         let square = innovation.dot(&factor.solve(&innovation));
         let determinant = factor.log_determinant();
         for (weight, h) in cloud.weights.iter_mut().zip(&of.expected) {
-            let away = of.factor.half_solve(&(&y - h));
+            let mut away = &y - h;
+            of.factor.half_solve(&mut away);
             let exponent = 0.5 * away.norm_squared();
             *weight = if exponent.is_finite() { *weight - exponent } else { f64::NEG_INFINITY };
         }

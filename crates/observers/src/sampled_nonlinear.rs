@@ -21,14 +21,22 @@
 
 use core::marker::PhantomData;
 
+#[cfg(feature = "alloc")]
+use luenberger_plants::Column as _;
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
+#[cfg(feature = "alloc")]
+use nalgebra::{DMatrix, U0, U1};
 
 use crate::dense::times;
 use crate::error::ObserverError;
-use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
-use crate::partial::of_measured;
+#[cfg(feature = "alloc")]
+use crate::held::{AtInput, Held, OnSlices, on_numbers, same, sized};
+#[cfg(feature = "alloc")]
+use crate::observer::put_slice;
+use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate, step_columns};
+use crate::partial::{of_measured, only};
 use crate::runge_kutta;
 
 /// The sampled copy of a plant `S` with N states, M inputs and P outputs; see the [module](self).
@@ -123,6 +131,28 @@ where
         innovation.zip_apply(w, |innovation, w| *innovation = of_measured(w, *innovation));
         (f + times(&self.l, &innovation), rate)
     }
+
+    /// From one sample to the next.
+    fn advance(&self, t: T, xhat: &mut OVector<T, N>, u: &OVector<T, M>, mut w: OVector<T, P>) {
+        let tau = self.h / convert::<f64, T>(self.substeps as f64);
+        for k in 0..self.substeps {
+            let now = t + tau * convert::<f64, T>(k as f64);
+            runge_kutta::step(now, tau, (xhat, &mut w), |t, xhat, w| self.slope(t, xhat, w, u));
+        }
+    }
+
+    /// A step on slices, if the sizes are known at run time; false for other sizes and lengths.
+    #[cfg(feature = "alloc")]
+    fn at_run_time(&self, (t, u): (T, &[T]), xhat: &mut [T], y: &[T], measured: &[bool]) -> bool {
+        // A module for web pages, which has to be downloaded, has this observer for any size alone.
+        if cfg!(target_arch = "wasm32") || u.len() != self.plant.dimensions().inputs {
+            return false;
+        }
+        let (Some(l), Some(h)) = (same(&self.l), same(&self.h)) else { return false };
+        let plant = &AtInput::<_, _, (N, M, P)>::new(&self.plant, u);
+        let copy = CopyAtRunTime { plant, l, h: *h, substeps: self.substeps };
+        on_numbers((t, y), xhat, |t, xhat, y| copy.step(t, xhat, y, measured))
+    }
 }
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for SampledNonlinearObserver<S, T, N, M, P>
@@ -141,14 +171,65 @@ where
         self.h
     }
 
-    crate::partial::step_of_measured! {}
+    fn step_partial(&self, t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time((t, u.as_slice()), xhat.as_mut_slice(), y.as_slice(), measured) {
+            return;
+        }
+        self.advance(t, xhat, u, only(y, measured));
+    }
+
+    fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time((t, u), state, y, measured) {
+            return true;
+        }
+        step_columns(self, t, state, (u, y), measured)
+    }
 
     fn step(&self, t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        let tau = self.h / convert::<f64, T>(self.substeps as f64);
-        let mut w = y.clone();
-        for k in 0..self.substeps {
-            let now = t + tau * convert::<f64, T>(k as f64);
-            runge_kutta::step(now, tau, (xhat, &mut w), |t, xhat, w| self.slope(t, xhat, w, u));
-        }
+        self.step_partial(t, xhat, u, y, &[]);
+    }
+}
+
+/// The observer of a plant whose sizes are known at run time, at an input that is held.
+#[cfg(feature = "alloc")]
+struct CopyAtRunTime<'f> {
+    plant: &'f dyn OnSlices,
+    l: &'f DMatrix<f64>,
+    h: f64,
+    substeps: usize,
+}
+
+#[cfg(feature = "alloc")]
+impl CopyAtRunTime<'_> {
+    /// False for other sizes.
+    fn step(&self, t: f64, xhat: &mut [f64], y: &[f64], measured: &[bool]) -> bool {
+        sized!(self.l.nrows(), [1 2 3 4] [5 6 7 8], n => sized!(
+            self.l.ncols(), [1 2] [3 4], p => self.step_of_size((n, p), t, xhat, (y, measured))
+        ))
+    }
+
+    fn step_of_size<N: Dim, P: Dim>(
+        &self,
+        size: (N, P),
+        t: f64,
+        xhat: &mut [f64],
+        (y, measured): (&[f64], &[bool]),
+    ) -> bool
+    where
+        DefaultAllocator: Size<N, U0, P>,
+    {
+        let (next, y) = (OVector::<f64, N>::try_from_slice(xhat), OVector::<f64, P>::try_from_slice(y));
+        let (Some(mut next), Some(y)) = (next, y) else { return false };
+        let observer = SampledNonlinearObserver {
+            plant: Held { plant: self.plant, size },
+            l: OMatrix::from_column_slice_generic(size.0, size.1, self.l.as_slice()),
+            h: self.h,
+            substeps: self.substeps,
+            inputs: PhantomData,
+        };
+        observer.advance(t, &mut next, &OVector::zeros_generic(U0, U1), only(&y, measured));
+        put_slice(next.as_slice(), xhat)
     }
 }

@@ -162,7 +162,7 @@ where
     DefaultAllocator: Allocator<N> + Allocator<N, N>,
 {
     /// No way at all.
-    fn none(x: &OVector<T, N>) -> Self {
+    pub(crate) fn none(x: &OVector<T, N>) -> Self {
         let order = x.shape_generic().0;
         let phi = OMatrix::identity_generic(order, order);
         Self { next: x.clone(), phi, noise: OMatrix::zeros_generic(order, order) }

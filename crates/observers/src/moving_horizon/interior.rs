@@ -2,9 +2,9 @@
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
+use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
-use super::pass::Stage;
+use super::pass::{Stage, unused};
 use super::{MovingHorizonEstimator, Trajectory};
 use crate::dense::larger;
 
@@ -33,8 +33,8 @@ where
     /// above.
     pub(super) fn bounded(&self, barrier: &Barrier<T, N>, mu: T, at: &mut Stage<T, N>) -> Option<()> {
         let (lower, upper) = self.bounds.as_ref()?;
+        let mut row = OVector::<T, N>::zeros_generic(lower.shape_generic().0, U1);
         for j in 0..lower.nrows() {
-            let mut row = lower.map(|_| T::zero());
             row[j] = T::one();
             let sides = [
                 (lower[j], barrier.lower.0[j], barrier.lower.1[j], T::one()),
@@ -50,6 +50,7 @@ where
                     return None;
                 }
             }
+            row[j] = T::zero();
         }
         Some(())
     }
@@ -74,28 +75,30 @@ where
         let least = T::default_epsilon() * convert::<f64, T>(1e3);
         let p = &state[self.layout.covariance()];
         // Slacks of one standard deviation at least, and products of 1, the size of one normalised square.
-        let deviation = |j: usize| larger(p[j + j * n], least * least).sqrt();
-        let clamped = |x: &OVector<T, N>| {
-            let mut inside = x.clone();
-            for j in 0..n {
-                let above = larger(inside[j], lower[j]);
-                inside[j] = if above < upper[j] { above } else { upper[j] };
+        let deviation = lower.map_with_location(|j, _, _| larger(p[j + j * n], least * least).sqrt());
+        let clamp = |x: &mut [OVector<T, N>]| {
+            for stage in x.iter_mut().take(count) {
+                for j in 0..n {
+                    let above = larger(stage[j], lower[j]);
+                    stage[j] = if above < upper[j] { above } else { upper[j] };
+                }
             }
-            inside
         };
-        for stage in &mut x {
-            *stage = clamped(stage);
-        }
-        let slack = |gap: T, j: usize| if ComplexField::is_finite(&gap) { larger(gap, deviation(j)) } else { T::one() };
+        clamp(&mut x);
+        let slack = |gap: T, j: usize| if ComplexField::is_finite(&gap) { larger(gap, deviation[j]) } else { T::one() };
         let side = |gap: &dyn Fn(usize) -> T| {
             let mut s = lower.clone();
             (0..n).for_each(|j| s[j] = slack(gap(j), j));
             let z = s.map(|s| T::one() / s);
             (s, z)
         };
-        let mut barrier: [Barrier<T, N>; L] = core::array::from_fn(|i| Barrier {
-            lower: side(&|j| x[i][j] - lower[j]),
-            upper: side(&|j| upper[j] - x[i][j]),
+        let nothing = || OVector::zeros_generic(unused(), U1);
+        let mut barrier: [Barrier<T, N>; L] = core::array::from_fn(|i| {
+            if i < count {
+                Barrier { lower: side(&|j| x[i][j] - lower[j]), upper: side(&|j| upper[j] - x[i][j]) }
+            } else {
+                Barrier { lower: (nothing(), nothing()), upper: (nothing(), nothing()) }
+            }
         });
         let (mut mu, mut covariance) = (T::one(), None);
         for _ in 0..INTERIOR_POINT_STEPS {
@@ -149,7 +152,7 @@ where
             let reduced = if alpha > half { tenth * mean } else { half * mean };
             mu = larger(reduced, least);
         }
-        let inside: Trajectory<T, N, L> = core::array::from_fn(|i| clamped(&x[i]));
-        covariance.map(|p| (inside, p))
+        clamp(&mut x);
+        covariance.map(|p| (x, p))
     }
 }

@@ -35,6 +35,8 @@ mod window;
 use core::marker::PhantomData;
 
 use luenberger_plants::{Differentiable, Size};
+#[cfg(feature = "alloc")]
+use nalgebra::Dyn;
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
@@ -42,12 +44,16 @@ use crate::angles::{self, Turns};
 use crate::dense::{Factor, are_finite, times, times_transpose};
 use crate::error::{ObserverError, check_bounds};
 use crate::gaussian::{NoiseModel, covariance};
+#[cfg(feature = "alloc")]
+use crate::held::{AtInput, same, same_mut};
+#[cfg(feature = "alloc")]
+use crate::kalman::ExtendedAtRunTime;
 use crate::observer::has_rows;
 use crate::transition::{Motion, Prediction, Transition};
 
 use interior::Barrier;
 pub use interior::{FRACTION_TO_BOUNDARY, INTERIOR_POINT_STEPS};
-use pass::Stage;
+use pass::{Stage, unused};
 pub use window::state_length;
 use window::{Layout, Part};
 
@@ -93,7 +99,7 @@ pub type StaticMovingHorizonEstimator<
     const L: usize,
 > = MovingHorizonEstimator<S, T, Const<N>, Const<M>, Const<P>, Const<D>, L>;
 
-/// A trajectory over the window; the stages behind the last one in use repeat it.
+/// A trajectory over the window; what stands behind the last stage in use is not read.
 type Trajectory<T, N, const L: usize> = [OVector<T, N>; L];
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> MovingHorizonEstimator<S, T, N, M, P, D, L>
@@ -328,6 +334,10 @@ where
         p: &OMatrix<T, N, N>,
         u: &OVector<T, M>,
     ) -> Option<Transition<T, N>> {
+        #[cfg(feature = "alloc")]
+        if let Some(way) = self.linearised_at_run_time((t, duration), x, p, u) {
+            return way;
+        }
         let field = |t: T, x: &OVector<T, N>| self.plant.motion(t, x, u);
         let is_linear = self.plant.is_linear_between_samples();
         Motion { field, is_linear, w: &self.noises.w, with_covariance: true }.over(
@@ -336,6 +346,37 @@ where
             x,
             p,
         )
+    }
+
+    /// The same of a plant whose sizes are known at run time, by the extended filter with its sizes in its type; none
+    /// for other sizes.
+    #[cfg(feature = "alloc")]
+    #[allow(clippy::option_option, reason = "no such sizes, or no result")]
+    fn linearised_at_run_time(
+        &self,
+        (t, duration): (T, T),
+        x: &OVector<T, N>,
+        p: &OMatrix<T, N, N>,
+        u: &OVector<T, M>,
+    ) -> Option<Option<Transition<T, N>>> {
+        // A module for web pages, which has to be downloaded, has this estimator for any size alone.
+        if cfg!(target_arch = "wasm32") {
+            return None;
+        }
+        let noises = same::<_, NoiseModel<f64, Dyn, Dyn>>(&self.noises)?;
+        let filter = ExtendedAtRunTime {
+            plant: &AtInput::<_, _, (N, M, P)>::new(&self.plant, u.as_slice()),
+            noises: (&noises.w, &noises.v),
+            gate: None,
+            iterations: 1,
+            turns: None,
+            unit_vectors: None,
+            h: *same(&self.h)?,
+            prediction: self.prediction,
+        };
+        let mut way = Transition::none(x);
+        let is_way = filter.way((*same(&t)?, *same(&duration)?), (same(x)?, same(p)?), same_mut(&mut way)?)?;
+        Some(is_way.then_some(way))
     }
 
     /// The way from x at a stage of the window to the next one.
@@ -409,9 +450,8 @@ where
             return Some(());
         }
         let (t, u) = (self.number(state, stage, Part::Time), self.input(state, stage));
-        let (expected, mut c) = self.plant.measurement(t, x, &u);
+        let (mut residual, mut c) = self.plant.measurement(t, x, &u);
         let y = &state[self.layout.part(stage, Part::Output)];
-        let mut residual = expected.clone();
         let mut others = None;
         for i in 0..residual.nrows() {
             if flags[i] == T::zero() {
@@ -422,7 +462,7 @@ where
                 v.column_mut(i).fill(T::zero());
                 v[(i, i)] = T::one();
             } else {
-                residual[i] = angles::entry(&self.turns, i, y[i] - expected[i]);
+                residual[i] = angles::entry(&self.turns, i, y[i] - residual[i]);
             }
         }
         // With V = G G', the entries of G^-1 y are independent, with variance 1.
@@ -431,9 +471,13 @@ where
             None => None,
         };
         let factor = others.as_ref().unwrap_or(&self.root);
-        let (c, residual) = (factor.half_solve(&c), factor.half_solve(&residual));
+        factor.half_solve(&mut c);
+        factor.half_solve(&mut residual);
+        let mut row = OVector::<T, N>::zeros_generic(x.shape_generic().0, U1);
         for i in 0..residual.nrows() {
-            let row = c.row(i).transpose();
+            for k in 0..x.nrows() {
+                row[k] = c[(i, k)];
+            }
             let mut innovation = residual[i];
             for k in 0..x.nrows() {
                 innovation -= row[k] * angles::entry(&self.state_turns, k, at.mean[k] - x[k]);
@@ -462,7 +506,8 @@ where
             OVector::from_fn_generic(order, U1, |i, _| mean[i]),
             OMatrix::from_fn_generic(order, order, |i, j| prior[i + j * n]),
         );
-        let mut stages: [Stage<T, N>; L] = core::array::from_fn(|_| first.clone());
+        let mut stages: [Stage<T, N>; L] =
+            core::array::from_fn(|i| if i == 0 { first.clone() } else { Stage::unused() });
         for i in 0..count {
             self.measured(state, i, &x[i], &mut stages[i])?;
             if let Some((barrier, mu)) = barrier {
@@ -476,7 +521,7 @@ where
                 stages[i + 1] = Stage::new(mean, p);
             }
         }
-        let mut solution = x.clone();
+        let mut solution: Trajectory<T, N, L> = core::array::from_fn(|_| OVector::zeros_generic(unused(), U1));
         let mut lambda = OVector::<T, N>::zeros_generic(order, U1);
         for i in (0..count).rev() {
             if i + 1 < count {
@@ -494,8 +539,9 @@ where
     #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
     fn solve(&self, state: &[T]) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
         let (count, order) = (self.layout.count(state), self.noises.w.shape_generic().0);
-        let stored = |i: usize| self.column(order, state, i.min(count - 1), Part::State);
-        let guess: Trajectory<T, N, L> = core::array::from_fn(stored);
+        let stored = |i: usize| self.column(order, state, i, Part::State);
+        let nothing = || OVector::zeros_generic(unused(), U1);
+        let guess: Trajectory<T, N, L> = core::array::from_fn(|i| if i < count { stored(i) } else { nothing() });
         let mut solution = Some((guess.clone(), self.noises.w.clone()));
         for _ in 0..self.horizon.iterations {
             solution = solution.and_then(|(x, _)| self.pass(state, count, &x, None));

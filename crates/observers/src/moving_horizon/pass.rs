@@ -20,6 +20,11 @@ use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField,
 use crate::dense::{times, times_transpose};
 use crate::gaussian::symmetrise;
 
+/// The size of what is not read: 0, if it is known at run time.
+pub(super) fn unused<N: Dim>() -> N {
+    N::from_usize(N::try_to_usize().unwrap_or(0))
+}
+
 /// What the way back needs of a stage.
 #[derive(Clone, Debug)]
 pub(super) struct Stage<T: RealField + Copy, N: Dim>
@@ -49,6 +54,12 @@ where
             mean,
             covariance,
         }
+    }
+
+    /// What stands behind the last stage of a window, and is not read: nothing, if the size is known at run time.
+    pub(super) fn unused() -> Self {
+        let order = unused::<N>();
+        Self::new(OVector::zeros_generic(order, U1), OMatrix::zeros_generic(order, order))
     }
 
     /// The update by one measurement `c x = value + v`, of an innovation with the variance `s = c P c' + v`; false if

@@ -40,13 +40,17 @@ use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+#[cfg(feature = "alloc")]
+use nalgebra::{DVector, Dyn, U0};
 
 use crate::angles::{self, Turns};
 use crate::covariance_filter::{CovarianceFilter, predict_columns, update_columns};
 use crate::dense::{are_finite, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance, usable};
-use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
+#[cfg(feature = "alloc")]
+use crate::held::{AtInput, AtRunTime, Held, OnSlices, Part, on_numbers, same};
+use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
 use crate::transition::{Motion, Prediction};
 use crate::triangular::{Joint, add, semidefinite_factor, subtract};
 
@@ -340,6 +344,33 @@ where
         &self.factors
     }
 
+    /// A step at an input, or its update or prediction alone, of a filter whose sizes are known at run time; false for
+    /// other sizes and lengths.
+    #[cfg(feature = "alloc")]
+    fn at_run_time(&self, (t, u): (T, &[T]), state: &mut [T], y: &[T], part: Part<'_>) -> bool {
+        // A module for web pages, which has to be downloaded, has this filter for any size alone.
+        if cfg!(target_arch = "wasm32") || u.len() != self.plant.dimensions().inputs {
+            return false;
+        }
+        let (turns, state_turns) = (same(&self.turns), same(&self.state_turns));
+        let (Some(turns), Some(state_turns)) = (turns, state_turns) else { return false };
+        let (factors, weights) = (same(&self.factors), same(&self.weights));
+        let (Some(factors), Some(weights)) = (factors, weights) else { return false };
+        let (Some(gate), Some(h)) = (same(&self.gate), same(&self.h)) else { return false };
+        let filter = UnscentedAtRunTime {
+            plant: &AtInput::<_, _, (N, M, P)>::new(&self.plant, u),
+            factors,
+            sigma: self.sigma,
+            weights: *weights,
+            h: *h,
+            prediction: self.prediction,
+            gate: *gate,
+            turns,
+            state_turns,
+        };
+        on_numbers((t, y), state, |t, state, y| filter.run(t, state, y, part))
+    }
+
     /// The measurement that (xhat, S) predicts, and the factor of its joint covariance with the state.
     #[allow(clippy::type_complexity, reason = "expected measurement, factor")]
     fn joint(
@@ -490,7 +521,7 @@ where
         let Self { plant, prediction, h, .. } = self;
         let distance = self.weights.distance;
         let derivative = |t: T, x: &OVector<T, N>| plant.derivative(t, x, u);
-        let field = |t: T, x: &OVector<T, N>| (derivative(t, x), plant.state_jacobian(t, x, u));
+        let field = |t: T, x: &OVector<T, N>| plant.motion(t, x, u);
         // Where the next state alone is asked for, Df is not.
         let unknown = s * T::zero();
         let alone = |t: T, x: &OVector<T, N>| (derivative(t, x), unknown.clone());
@@ -660,6 +691,10 @@ where
     /// [prediction](UnscentedKalmanFilter::predict) without a result, as for an input that is NaN, makes the estimate
     /// NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time((t, u.as_slice()), state.0.as_mut_slice(), y.as_slice(), Part::Step(&[])) {
+            return;
+        }
         if self.is_measurement(y) {
             self.update(t, state, u, y);
             self.finish(t, state, u);
@@ -667,6 +702,12 @@ where
     }
 
     fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        #[cfg(feature = "alloc")]
+        if !measured.is_empty()
+            && self.at_run_time((t, u.as_slice()), state.0.as_mut_slice(), y.as_slice(), Part::Step(measured))
+        {
+            return;
+        }
         if self.is_measurement(y) {
             if measured.contains(&true) {
                 self.update_partial(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
@@ -675,11 +716,27 @@ where
         }
     }
 
+    fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time((t, u), state, y, Part::Step(measured)) {
+            return true;
+        }
+        step_columns(self, t, state, (u, y), measured)
+    }
+
     fn update_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time((t, u), state, y, Part::Update(measured)) {
+            return true;
+        }
         update_columns(self, t, state, (u, y), measured)
     }
 
     fn predict_into(&self, t: T, state: &mut [T], u: &[T]) -> bool {
+        #[cfg(feature = "alloc")]
+        if self.at_run_time((t, u), state, &[], Part::Prediction) {
+            return true;
+        }
         predict_columns(self, state, u, |state, u| self.finish(t, state, u))
     }
 
@@ -694,6 +751,90 @@ where
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
         SquareRootEstimate::new(estimate, &self.factors.p0)
+    }
+}
+
+/// The filter of a plant whose sizes are known at run time, at an input that is held.
+#[cfg(feature = "alloc")]
+struct UnscentedAtRunTime<'f> {
+    plant: &'f dyn OnSlices,
+    factors: &'f NoiseModel<f64, Dyn, Dyn>,
+    sigma: SigmaPoints,
+    weights: Weights<f64>,
+    h: f64,
+    prediction: Prediction,
+    gate: Option<f64>,
+    turns: &'f Turns<f64, Dyn>,
+    state_turns: &'f Turns<f64, Dyn>,
+}
+
+#[cfg(feature = "alloc")]
+impl UnscentedAtRunTime<'_> {
+    /// The filter with its sizes in its type, and these factors.
+    fn of_size<N: Dim, P: Dim>(
+        &self,
+        w: OMatrix<f64, N, N>,
+        v: OMatrix<f64, P, P>,
+    ) -> UnscentedKalmanFilter<Held<'_, N, P>, f64, N, U0, P>
+    where
+        DefaultAllocator: Size<N, U0, P>,
+    {
+        let Self { plant, sigma, weights, h, prediction, gate, turns, state_turns, .. } = *self;
+        let (n, p) = (w.shape_generic().0, v.shape_generic().0);
+        let factors = NoiseModel { w, v, p0: OMatrix::zeros_generic(n, n) };
+        // A prediction has one output, and reads no turn of it.
+        let turn = |turns: &DVector<f64>, i: usize| turns.get(i).copied().unwrap_or(0.0);
+        let turns = turns.as_ref().map(|turns| OVector::from_fn_generic(p, U1, |i, _| turn(turns, i)));
+        let state_turns = state_turns.as_ref().map(|turns| OVector::from_column_slice_generic(n, U1, turns.as_slice()));
+        UnscentedKalmanFilter {
+            plant: Held { plant, size: (n, p) },
+            factors,
+            sigma,
+            weights,
+            h,
+            prediction,
+            gate,
+            turns,
+            state_turns,
+            inputs: PhantomData,
+        }
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl AtRunTime for UnscentedAtRunTime<'_> {
+    fn size(&self) -> (usize, usize) {
+        (self.factors.w.nrows(), self.factors.v.nrows())
+    }
+
+    fn measure<N: DimAdd<U1>, P: Dim>(
+        &self,
+        (n, p): (N, P),
+        t: f64,
+        state: &mut GaussianEstimate<f64, N>,
+        y: &OVector<f64, P>,
+        measured: &[bool],
+    ) where
+        DefaultAllocator: Size<N, U0, P> + Allocator<N, DimSum<N, U1>>,
+    {
+        // The factor of W is not read.
+        let v = OMatrix::from_column_slice_generic(p, p, self.factors.v.as_slice());
+        let mut next = SquareRootEstimate(state.clone());
+        let filter = self.of_size(OMatrix::zeros_generic(n, n), v);
+        filter.measure(t, &mut next, &OVector::zeros_generic(U0, U1), y, measured);
+        *state = next.0;
+    }
+
+    fn finish<N: DimAdd<U1>>(&self, n: N, t: f64, state: &mut GaussianEstimate<f64, N>)
+    where
+        DefaultAllocator: Size<N, U0, U1> + Allocator<N, DimSum<N, U1>>,
+    {
+        // The factor of V is not read.
+        let w = OMatrix::from_column_slice_generic(n, n, self.factors.w.as_slice());
+        let mut next = SquareRootEstimate(state.clone());
+        let filter = self.of_size(w, OMatrix::zeros_generic(U1, U1));
+        filter.finish(t, &mut next, &OVector::zeros_generic(U0, U1));
+        *state = next.0;
     }
 }
 

@@ -7,6 +7,8 @@ mod adjugate;
 mod aliases;
 mod angles;
 #[cfg(feature = "alloc")]
+mod at_run_time;
+#[cfg(feature = "alloc")]
 mod bad_samples;
 mod by_hand;
 mod continuous;

@@ -197,19 +197,29 @@ fn pendulum() -> ExpressionPlant {
 }
 
 fn nonlinear(lines: &mut Vec<Line>) {
-    let start = [0.1, 0.0];
+    let (start, sigma) = ([0.1, 0.0], SigmaPoints::default());
+    let fixed = || pendulum().fixed::<2, 1, 1>().expect("its sizes");
+    let noises = || NoiseModel { w: DMatrix::identity(2, 2) * 0.01, v: dmatrix![0.1], p0: DMatrix::identity(2, 2) };
+    let of_fixed = || NoiseModel { w: Matrix2::identity() * 0.01, v: Matrix1::new(0.1), p0: Matrix2::identity() };
     let copy = SampledNonlinearObserver::new(pendulum(), dmatrix![4.0; 6.0], 0.01, 1).expect("shapes fit");
     let count = operations(ExportableObserver::SampledNonlinear(copy.clone()), 2);
-    lines.push(Line::of("copy of a pendulum, one Runge-Kutta step", "dynamic", count, copy, &start));
-    let (w, v, p0) = (DMatrix::identity(2, 2) * 0.01, dmatrix![0.1], DMatrix::identity(2, 2));
-    let filter = ExtendedKalmanFilter::new(pendulum(), NoiseModel { w, v, p0 }, 0.01, 1).expect("shapes fit");
+    let name = "copy of a pendulum, one Runge-Kutta step";
+    let of_fixed_size =
+        SampledNonlinearObserver::<_, f64, Const<2>, U1, U1>::new(fixed(), Vector2::new(4.0, 6.0), 0.01, 1);
+    lines.push(Line::of(name, "static", count, of_fixed_size.expect("shapes fit"), &start));
+    lines.push(Line::of(name, "dynamic", count, copy, &start));
+    let filter = ExtendedKalmanFilter::new(pendulum(), noises(), 0.01, 1).expect("shapes fit");
     let count = operations(ExportableObserver::Kalman(filter.clone()), 2);
-    lines.push(Line::of("extended Kalman filter of a pendulum", "dynamic", count, filter, &start));
-    let (w, v, p0) = (DMatrix::identity(2, 2) * 0.01, dmatrix![0.1], DMatrix::identity(2, 2));
-    let noises = NoiseModel { w, v, p0 };
-    let filter = UnscentedKalmanFilter::new(pendulum(), noises, SigmaPoints::default(), 0.01, 1).expect("shapes fit");
+    let name = "extended Kalman filter of a pendulum";
+    let of_fixed_size = ExtendedKalmanFilter::<_, f64, Const<2>, U1, U1>::new(fixed(), of_fixed(), 0.01, 1);
+    lines.push(Line::of(name, "static", count, of_fixed_size.expect("shapes fit"), &start));
+    lines.push(Line::of(name, "dynamic", count, filter, &start));
+    let filter = UnscentedKalmanFilter::new(pendulum(), noises(), sigma, 0.01, 1).expect("shapes fit");
     let count = operations(ExportableObserver::Unscented(filter.clone()), 2);
-    lines.push(Line::of("unscented Kalman filter of a pendulum", "dynamic", count, filter, &start));
+    let name = "unscented Kalman filter of a pendulum";
+    let of_fixed_size = UnscentedKalmanFilter::<_, f64, Const<2>, U1, U1>::new(fixed(), of_fixed(), sigma, 0.01, 1);
+    lines.push(Line::of(name, "static", count, of_fixed_size.expect("shapes fit"), &start));
+    lines.push(Line::of(name, "dynamic", count, filter, &start));
 }
 
 /// The moving-horizon estimator of a pendulum in expressions, and of a double integrator, with a bound of the first
