@@ -106,7 +106,7 @@ pub(crate) enum Command {
     /// SLURM. The results are the same bytes in all cases, on one kind of processor.
     #[command(after_help = examples::SWEEP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     Sweep(SweepInput),
-    /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
+    /// Write an observer for the target, as C99 or Rust source or as an FMU, bit for bit what was designed
     ///
     /// All kinds, functional for plants in discrete time; what has no export is refused with the reason and a hint. A
     /// linear observer in continuous time is designed for the plant sampled at --period. The folder contains the
@@ -544,7 +544,7 @@ pub(crate) struct ExportInput {
     #[arg(long, value_name = "NAME")]
     pub(crate) observer: Option<String>,
     /// What is written
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, value_name = "c|rust|fmu")]
     pub(crate) to: Language,
     /// Version of the standard, with --to fmu [default: 2]
     #[arg(long, value_enum, value_name = "VERSION")]
