@@ -120,8 +120,8 @@ pub(crate) enum Command {
     /// The rows are CSV with a line that names the columns, or JSON objects, one a line; the answers have the same
     /// form. The columns are those of [log] in the study, or the names of the plant's inputs and outputs and the time
     /// t. Each row is one sample of the step that `luenberger export` writes. A row that cannot be used is reported
-    /// with its line and passed over; --strict ends at it. Ends with the input, with exit code 0. With --json an error
-    /// is an object on standard output as well.
+    /// with its line and passed over; --strict ends at it. Ends with the input, with exit code 0, or 2 if no row of it
+    /// could be used. With --json an error is an object on standard output as well.
     #[command(after_help = examples::STREAM)]
     Stream(StreamInput),
     /// Lyapunov equation A X + X A' + Q = 0
