@@ -106,7 +106,7 @@ pub(crate) enum Command {
     /// SLURM. The results are the same bytes in all cases, on one kind of processor.
     #[command(after_help = examples::SWEEP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     Sweep(SweepInput),
-    /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
+    /// Write an observer for the target, as C99 or Rust source or as an FMU, bit for bit what was designed
     ///
     /// All kinds, functional for plants in discrete time; what has no export is refused with the reason and a hint. A
     /// linear observer in continuous time is designed for the plant sampled at --period. The folder contains the
@@ -120,8 +120,8 @@ pub(crate) enum Command {
     /// The rows are CSV with a line that names the columns, or JSON objects, one a line; the answers have the same
     /// form. The columns are those of [log] in the study, or the names of the plant's inputs and outputs and the time
     /// t. Each row is one sample of the step that `luenberger export` writes. A row that cannot be used is reported
-    /// with its line and passed over; --strict ends at it. Ends with the input, with exit code 0. With --json an error
-    /// is an object on standard output as well.
+    /// with its line and passed over; --strict ends at it. Ends with the input, with exit code 0, or 2 if no row of it
+    /// could be used. With --json an error is an object on standard output as well.
     #[command(after_help = examples::STREAM)]
     Stream(StreamInput),
     /// Lyapunov equation A X + X A' + Q = 0
@@ -544,7 +544,7 @@ pub(crate) struct ExportInput {
     #[arg(long, value_name = "NAME")]
     pub(crate) observer: Option<String>,
     /// What is written
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, value_name = "c|rust|fmu")]
     pub(crate) to: Language,
     /// Version of the standard, with --to fmu [default: 2]
     #[arg(long, value_enum, value_name = "VERSION")]

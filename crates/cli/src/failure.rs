@@ -73,6 +73,9 @@ pub(crate) enum Failure {
     /// A line that is too long for a row.
     #[error("line {line} is longer than {limit} bytes")]
     Line { line: u64, limit: usize },
+    /// Rows of which none could be used.
+    #[error("no row could be used: {} passed over", counted(*.refused as usize, "line"))]
+    NoRow { refused: u64 },
     /// A state from which a stream does not go on.
     #[error("{path}: {error}. The file is as it was; without it the stream begins anew")]
     State { path: String, error: ResumeError },
@@ -142,7 +145,7 @@ impl Failure {
                 ExportRefusal::Numbers { .. } => "data",
                 _ => "usage",
             },
-            Self::Row(_) | Self::Line { .. } | Self::State { .. } => "data",
+            Self::Row(_) | Self::Line { .. } | Self::NoRow { .. } | Self::State { .. } => "data",
             Self::Usage(_) | Self::Given(_) => "usage",
             Self::Unwritable(_) => "output",
         }

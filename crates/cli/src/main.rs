@@ -26,12 +26,14 @@ use answer::Answer;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::Failure;
+use input::given;
 use luenberger_study::Step;
 use output::Volume;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let words = std::env::args_os().map(given::bracketed);
+    let arguments = match Arguments::try_parse_from(words) {
         Ok(arguments) => arguments,
         Err(error) => return arguments::refused(&error),
     };

@@ -59,11 +59,16 @@ pub(crate) fn say(line: &str) {
     }
 }
 
-/// Writes a new file; overwrites an existing one only with `force`.
+/// Writes a new file; replaces an existing one only with `force`. Whatever fails, no file is incomplete.
 pub(crate) fn file(path: &Path, text: &str, force: bool) -> io::Result<()> {
-    let mut file = if force { File::create(path) } else { File::create_new(path) }?;
+    if force {
+        // Links and devices are written through.
+        let is_other = std::fs::symlink_metadata(path).is_ok_and(|found| !found.is_file());
+        return if is_other { File::create(path)?.write_all(text.as_bytes()) } else { replace(path, text) };
+    }
+    let mut file = File::create_new(path)?;
     let written = file.write_all(text.as_bytes());
-    if written.is_err() && !force {
+    if written.is_err() {
         // No incomplete file is left.
         _ = std::fs::remove_file(path);
     }

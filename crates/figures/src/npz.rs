@@ -2,7 +2,7 @@
 //!
 //! The archive has no time stamps: the same arrays give the same bytes.
 
-use std::io::{Seek, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
@@ -27,7 +27,7 @@ pub fn write<'a>(
     let stored = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .last_modified_time(DateTime::DEFAULT);
-    let mut archive = ZipWriter::new(to);
+    let mut archive = ZipWriter::new(UpToError { to, position: 0, end: 0, error: None });
     for (name, text) in texts {
         archive.start_file(*name, stored)?;
         archive.write_all(text.as_bytes())?;
@@ -38,8 +38,52 @@ pub fn write<'a>(
         let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         archive.write_all(&bytes)?;
     }
-    archive.finish()?;
-    Ok(())
+    match archive.finish()?.error {
+        Some(error) => Err(error.into()),
+        None => Ok(()),
+    }
+}
+
+/// A writer that keeps its first error and takes what follows without writing it: a zip writer that has seen an error
+/// finishes its archive once more when it is dropped, and prints the error of that.
+struct UpToError<W> {
+    to: W,
+    position: u64,
+    end: u64,
+    error: Option<io::Error>,
+}
+
+impl<W: Write> Write for UpToError<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.error.is_none() {
+            self.error = self.to.write_all(bytes).err();
+        }
+        self.position += bytes.len() as u64;
+        self.end = self.end.max(self.position);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.error.is_none() {
+            self.error = self.to.flush().err();
+        }
+        Ok(())
+    }
+}
+
+impl<W: Write + Seek> Seek for UpToError<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let position = match to {
+            SeekFrom::Start(position) => Some(position),
+            SeekFrom::Current(offset) => self.position.checked_add_signed(offset),
+            SeekFrom::End(offset) => self.end.checked_add_signed(offset),
+        };
+        self.position = position.ok_or(io::ErrorKind::InvalidInput)?;
+        if self.error.is_none() {
+            self.error = self.to.seek(SeekFrom::Start(self.position)).err();
+        }
+        Ok(self.position)
+    }
 }
 
 /// The numbers of an `.npy` file that [`write()`] has written; none for any other.

@@ -106,12 +106,20 @@ pub struct Diagnostic {
     pub expected: String,
     /// A hint, if any.
     pub help: Option<String>,
+    /// Whether it is that a required key is missing.
+    pub is_absence: bool,
 }
 
 impl Diagnostic {
     /// A mistake at `span`, with the expectation.
     pub fn new(span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self { message: message.into(), span, expected: expected.into(), help: None }
+        Self { message: message.into(), span, expected: expected.into(), help: None, is_absence: false }
+    }
+
+    /// That a required key is missing.
+    #[must_use]
+    pub fn absence(self) -> Self {
+        Self { is_absence: true, ..self }
     }
 
     /// The same with a hint.

@@ -65,11 +65,16 @@ impl PlantModel {
         turns.iter().any(|turn| *turn > 0.0).then_some(turns)
     }
 
+    /// A time with its unit.
+    pub(crate) fn time_in_words(&self, time: f64) -> String {
+        let unit = self.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+        format!("{time}{unit}")
+    }
+
     /// The outputs that are measured late, with their delays, in words; empty if there are none.
     pub(crate) fn late_outputs(&self) -> String {
         let late = self.outputs.iter().zip(&self.delays).filter(|(_, delay)| **delay > 0.0);
-        let unit = self.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
-        late.map(|(name, delay)| format!("{name} by {delay}{unit}")).collect::<Vec<_>>().join(", ")
+        late.map(|(name, delay)| format!("{name} by {}", self.time_in_words(*delay))).collect::<Vec<_>>().join(", ")
     }
 
     /// The error `x - xhat` of state i, of an angle within half a turn.

@@ -317,6 +317,7 @@ pub const STATEMENTS: &[Form] = &[
     form("xi' = drift + shape (alpha_i / r^i) (y - head) with the head of each chain, r = {#}.", Claim::Nothing),
     form("The poles are those of the observer at the first estimate.", Claim::Nothing),
     form("One measurement every {#}; {}.", Claim::Nothing),
+    form("One measurement every {#} {}; {}.", Claim::Nothing),
     form("The norm of {} is 1 after each update and prediction, and P has no part along it.", Claim::Nothing),
     form("Innovations beyond {#} standard deviations are rejected.", Claim::Nothing),
     form("The estimates at the samples stay within the bounds of the states.", Claim::Nothing),
@@ -396,6 +397,7 @@ pub const STATEMENTS: &[Form] = &[
 
 /// The forms of what is said of evidence that is no proof.
 pub const EVIDENCE: &[Form] = &[
+    form("no certificate: the plant is not detectable, no observer exists", Claim::NotDetectable),
     form("no certificate: {}", Claim::Nothing),
     form("rate {#} is not certified: {}", Claim::Nothing),
     form("errors measured at {#} points that were not used in the fit{}", Claim::Nothing),
@@ -412,8 +414,11 @@ pub const EVIDENCE: &[Form] = &[
 
 /// The forms of the reasons for which there is no design.
 pub const REASONS: &[Form] = &[
-    form("the plant is not observable, and to working precision its unobservable modes are {}", Claim::NotObservable),
-    form("the plant is not observable: unobservable modes {}", Claim::NotObservable),
+    form(
+        "the plant is not observable, and to working precision its unobservable modes are at {}",
+        Claim::NotObservable,
+    ),
+    form("the plant is not observable: unobservable modes at {}", Claim::NotObservable),
     form("the pair (A, C) is not observable: unobservable eigenvalue {}, PBH margin {#}", Claim::NotObservable),
     form("the pair (A, C) is not detectable: unobservable eigenvalue {}, PBH margin {#}", Claim::NotDetectable),
     form(
@@ -431,7 +436,7 @@ pub const REASONS: &[Form] = &[
     form("whether {} is {} is undecided: its {} is {}, up to rounding", Claim::Nothing),
     form("the pair (A, C) is not observable to working precision: {}", Claim::Nothing),
     form("the pair (A, C) is not detectable to working precision: {}", Claim::Nothing),
-    form("the plant is not observable to working precision: unobservable modes {}", Claim::Nothing),
+    form("the plant is not observable to working precision: unobservable modes at {}", Claim::Nothing),
     form(
         "the pair (A, C) is not detectable: unobservable eigenvalue {}, PBH margin {}, decided exactly for the numbers as stored",
         Claim::NotDetectable,
@@ -561,6 +566,10 @@ pub const REASONS: &[Form] = &[
 pub const ALTERNATIVES: &[Form] = &[
     form(
         "the plant is not detectable, no observer exists: add an output that depends on this direction",
+        Claim::NotDetectable,
+    ),
+    form(
+        "the plant is not detectable, no observer exists: add an output that depends on its unobservable modes, {}",
         Claim::NotDetectable,
     ),
     form("an observer exists, since the plant as stored is observable, and its gain is large: {}", Claim::Observable),

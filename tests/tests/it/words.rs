@@ -111,7 +111,7 @@ fn an_impossibility_that_is_none_is_found() {
     let luenberger = "kind = \"luenberger\"\npoles = [-2, -3]";
     contradicted(
         luenberger,
-        &reason("the plant is not observable: unobservable modes -1 along x1 (margin 0)"),
+        &reason("the plant is not observable: unobservable modes at -1 along x1 (margin 0)"),
         Claim::NotObservable,
     );
     let lie = |_: &ObserverSpec, said: &mut Said| {

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use serde_json::{Map, Value, json};
+use std::ffi::OsString;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -139,7 +140,7 @@ impl<P: Problem> FromArgMatches for Data<P> {
                     Some(Given::Here(object))
                 }
                 Ok(None) if object.is_empty() => Some(Given::In(source.clone())),
-                Ok(None) => return conflict("FILE and matrices on the command line exclude each other"),
+                Ok(None) => return conflict(&beside_matrices(source)),
                 Err(what) => return conflict(&what),
             },
             None => (!object.is_empty()).then_some(Given::Here(object)),
@@ -153,13 +154,42 @@ impl<P: Problem> FromArgMatches for Data<P> {
     }
 }
 
-/// The matrix that stands where a file could: no file has this name, and it consists of numbers.
-fn in_place(source: &Source) -> Option<Result<Value, String>> {
+/// The text of what stands where a file could, if no file has this name.
+fn no_file(source: &Source) -> Option<&str> {
     let Source::File(path) = source else { return None };
-    let text = path.to_str().filter(|_| !path.exists())?;
-    let is_matrix = text.contains(|c: char| c.is_ascii_digit())
-        && text.chars().all(|c| c.is_ascii_digit() || " \t\n+-.,;eE[]".contains(c));
-    is_matrix.then(|| rows(text).map_err(|what| format!("the matrix {text:?}: {what}")))
+    path.to_str().filter(|_| !path.exists())
+}
+
+/// The matrix that stands where a file could: no file has this name, and it consists of numbers, finite or not.
+fn in_place(source: &Source) -> Option<Result<Value, String>> {
+    let text = no_file(source)?;
+    let has_digits = text.contains(|c: char| c.is_ascii_digit());
+    let is_matrix = is_of_digits(text)
+        || text.split(';').flat_map(|row| words(without_brackets(row))).all(|word| word.parse::<f64>().is_ok());
+    (has_digits && is_matrix).then(|| rows(text).map_err(|what| format!("the matrix {text:?}: {what}")))
+}
+
+/// Whether a text has only what numbers and matrices of them are written with.
+fn is_of_digits(text: &str) -> bool {
+    text.chars().all(|c| c.is_ascii_digit() || " \t\n+-.,;eE[]".contains(c))
+}
+
+/// Why what is no matrix does not stand beside matrices on the command line.
+fn beside_matrices(source: &Source) -> String {
+    match no_file(source).map(|text| (text, rows(text))) {
+        Some((text, Err(what))) => format!("there is no file {text:?}, and it is no matrix: {what}"),
+        _ => "FILE and matrices on the command line exclude each other".to_owned(),
+    }
+}
+
+/// A matrix of several entries that begins with a minus sign, in the brackets that matrices may have: without them it
+/// would be an option. Every other word is as it was.
+pub(crate) fn bracketed(word: OsString) -> OsString {
+    let is_matrix = |text: &&str| {
+        let rest = text.strip_prefix('-').unwrap_or_default();
+        rest.starts_with(|c: char| c.is_ascii_digit() || c == '.') && rest.contains([' ', ';']) && is_of_digits(rest)
+    };
+    word.to_str().filter(is_matrix).map(|text| format!("[{text}]").into()).unwrap_or(word)
 }
 
 /// A finite number.

@@ -40,20 +40,23 @@ pub(crate) fn new(input: &NewInput) -> Result<Answer, Failure> {
     if input.list {
         return list();
     }
-    let Template { text, files, .. } = template(&input.plant)?;
+    let template = template(&input.plant)?;
+    let Template { text, files, .. } = template;
     if input.output.as_os_str() == "-" {
         return Ok(Answer::new((*text).to_owned(), &Written { study: (*text).to_owned(), files: vec![] })?);
     }
     let write = |path: &Path, text: &str, force: bool| {
         output::file(path, text, force).map_err(|error| Failure::written(path, error))
     };
-    write(&input.output, text, input.force)?;
+    let name = input.output.file_name().unwrap_or_default().to_string_lossy();
+    write(&input.output, &template.text_of(&name), input.force)?;
     let folder = input.output.parent().unwrap_or(Path::new(""));
     let mut written = Vec::new();
-    // Editors complete keys by the schema that the study names. An existing schema file is kept.
+    // Editors complete keys by the schema that the study names, which is that of this version.
     let file = folder.join("study.schema.json");
-    if input.force || !file.exists() {
-        write(&file, &schema::schema(), true)?;
+    let schema = schema::schema();
+    if std::fs::read(&file).ok().as_deref() != Some(schema.as_bytes()) {
+        write(&file, &schema, true)?;
         written.push(file.display().to_string());
     }
     for (name, text) in *files {

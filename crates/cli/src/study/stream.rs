@@ -67,6 +67,8 @@ fn rows(stream: &mut Stream, input: &StreamInput) -> Result<Answer, Failure> {
     let interrupted = interrupt::flag();
     let lines = lines();
     let (mut line, mut answers, mut refused) = (0, 0, 0);
+    // The names of the columns are an answer of no row.
+    let mut is_used = false;
     loop {
         if interrupted.load(Ordering::Relaxed) {
             return Err(StudyError::Interrupted.into());
@@ -77,6 +79,7 @@ fn rows(stream: &mut Stream, input: &StreamInput) -> Result<Answer, Failure> {
             Err(RecvTimeoutError::Disconnected) => break,
         };
         line += 1;
+        let before = stream.samples();
         let answered = match bytes {
             Some(bytes) => stream.line(line, &bytes).map_err(Failure::from),
             None => Err(Failure::Line { line, limit: LONGEST }),
@@ -89,6 +92,7 @@ fn rows(stream: &mut Stream, input: &StreamInput) -> Result<Answer, Failure> {
                 }
                 stream.deliver();
                 answers += 1;
+                is_used |= stream.samples() > before;
                 if let Some(path) = input.state.as_deref().filter(|_| answers % SAVED == 0) {
                     save(stream, path)?;
                 }
@@ -104,6 +108,9 @@ fn rows(stream: &mut Stream, input: &StreamInput) -> Result<Answer, Failure> {
                 }
             }
         }
+    }
+    if refused > 0 && !is_used {
+        return Err(Failure::NoRow { refused });
     }
     if refused > 0 {
         output::say(&format!("note: {} of {} passed over", refused, counted(line as usize, "line")));

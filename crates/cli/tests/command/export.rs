@@ -154,6 +154,15 @@ v = [0.01, 0.1]
 
 /// The archive, and what the command says with and without a C compiler. The wrapper itself is tested in `export`.
 #[test]
+fn the_targets_are_named_where_none_is_chosen() {
+    let overview = luenberger(&["--help"], "").stdout;
+    let line = overview.lines().find(|line| line.trim_start().starts_with("export ")).unwrap();
+    assert!(line.contains("C99 or Rust source or as an FMU"), "{line}");
+    let ran = luenberger(&["export", "study.toml"], "");
+    assert!(ran.code == Some(2) && ran.stderr.contains("--to <c|rust|fmu>"), "{}", ran.stderr);
+}
+
+#[test]
 fn an_observer_becomes_an_fmu_of_either_version() {
     let (folder, file) = study("export-fmu", None);
     for (options, version) in [(&[][..], "2.0"), (&["--fmi", "3"], "3.0")] {

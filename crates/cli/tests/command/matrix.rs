@@ -46,6 +46,28 @@ fn on_the_command_line(key: &str, value: &Value) -> String {
     items.join(if key == "poles" { "," } else { "; " })
 }
 
+/// A matrix that begins with a minus sign, an entry that is not finite, and what is neither file nor matrix.
+#[test]
+fn the_first_matrix_stands_where_the_file_does() {
+    let place = |a: &str| luenberger(&["place", a, "--c", "1 0", "--poles", "-2,-5"], "");
+    let negative = place("-1 2; 0 -3");
+    let named = luenberger(&["place", "--a", "-1 2; 0 -3", "--c", "1 0", "--poles", "-2,-5"], "");
+    assert_eq!((negative.code, &negative.stdout), (Some(0), &named.stdout), "{negative:?}");
+    assert!(place("-.5 1;0 1").code == Some(0) && place("-1, 2; 0, -3").code == Some(0));
+    let refused = |a: &str, what: &str| {
+        let ran = place(a);
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(2), format!("error: {what}\n").as_str()));
+    };
+    refused("0 1; 0 nan", "the matrix \"0 1; 0 nan\": \"nan\" is not a finite number");
+    refused("0 1; 0 -inf", "the matrix \"0 1; 0 -inf\": \"-inf\" is not a finite number");
+    refused("0 1; 0 x", "there is no file \"0 1; 0 x\", and it is no matrix: \"x\" is not a finite number");
+    let alone = luenberger(&["eig", "0 1; 0 nan"], "");
+    assert!(alone.code == Some(2) && alone.stderr.contains("\"nan\" is not a finite number"), "{alone:?}");
+    // Options that are misspelt are found as such.
+    let ran = luenberger(&["place", "-1 2; 0 -3", "--c", "1 0", "--pols", "-2,-5"], "");
+    assert!(ran.stderr.contains("unexpected argument '--pols'"), "{}", ran.stderr);
+}
+
 #[test]
 fn answers_are_those_of_python_control() {
     let mut count = 0;

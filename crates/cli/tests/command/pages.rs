@@ -353,6 +353,68 @@ fn every_block_of_the_pages_is_tested() {
     }
 }
 
+/// What the guide says of the outputs that it shows: each number of its sentences with a decimal point, or with three
+/// digits or more, stands in one of its blocks.
+#[test]
+fn the_numbers_of_the_guide_are_printed_ones() {
+    let page = &pages()["guide.md"];
+    let is_number = |word: &&str| {
+        let (digits, others): (String, String) = word.chars().partition(char::is_ascii_digit);
+        matches!((others.as_str(), digits.trim_matches('0').len()), (".", 1..) | ("", 3..))
+    };
+    fn words(line: &str) -> impl Iterator<Item = &str> {
+        let parts = line.split(|c: char| c.is_whitespace() || "()[]{},;=".contains(c));
+        parts.map(|word| word.trim_end_matches(['.', ':', '*']))
+    }
+    let printed: Vec<String> = blocks(page).into_iter().flat_map(|block| block.lines).collect();
+    let printed: BTreeSet<&str> = printed.iter().flat_map(|line| words(line)).collect();
+    let mut is_inside = false;
+    let mut found = Vec::new();
+    for line in page.lines() {
+        if line.trim_start().starts_with("```") {
+            is_inside = !is_inside;
+        } else if !is_inside {
+            // Code and the targets of links are no sentences.
+            let sentences: String = line.split('`').step_by(2).collect();
+            found.extend(words(&sentences).filter(is_number).map(str::to_owned));
+        }
+    }
+    assert!(found.len() > 5, "{found:?}");
+    let other: Vec<_> = found.iter().filter(|number| !printed.contains(number.as_str())).collect();
+    assert!(other.is_empty(), "numbers that no output of the guide has: {other:?}");
+}
+
+/// Each crate says how it becomes a dependency, and of which other crates its example is made.
+#[test]
+fn the_readmes_of_the_crates_say_how_to_add_them() {
+    let crates = docs().join("../crates");
+    let mut count = 0;
+    for entry in std::fs::read_dir(&crates).unwrap() {
+        let folder = entry.unwrap().file_name().into_string().unwrap();
+        let Ok(readme) = std::fs::read_to_string(crates.join(&folder).join("README.md")) else { continue };
+        // The package of Python, and the command.
+        let ways = match folder.as_str() {
+            "python" => "pip install ./crates/python".to_owned(),
+            "cli" => "cargo install --locked --path crates/cli".to_owned(),
+            "luenberger" => "cargo add luenberger --path ../luenberger/crates/luenberger".to_owned(),
+            _ => format!("cargo add luenberger-{folder} --path ../luenberger/crates/{folder}"),
+        };
+        assert!(readme.contains(&format!("`{ways}`")), "crates/{folder}/README.md lacks `{ways}`");
+        let own = format!("luenberger_{folder}");
+        for block in blocks(&readme).iter().filter(|block| block.info == "rust") {
+            let code = block.lines.join("\n");
+            assert!(!code.contains("use nalgebra::"), "crates/{folder}/README.md: nalgebra of an own version");
+            let names = code.split(|c: char| !c.is_alphanumeric() && c != '_');
+            for name in names.filter(|name| name.starts_with("luenberger_") && *name != own) {
+                let package = name.replace('_', "-");
+                assert!(readme.contains(&format!("`{package}`")), "crates/{folder}/README.md does not name {package}");
+            }
+        }
+        count += 1;
+    }
+    assert!(count > 15, "{count}");
+}
+
 /// The commands that `luenberger --help` lists.
 fn commands() -> Vec<String> {
     let help = luenberger(&["--help"], "").stdout;

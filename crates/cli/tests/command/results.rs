@@ -117,8 +117,33 @@ fn a_disk_that_becomes_full_leaves_the_earlier_results() {
     assert_eq!((ran.code, ran.stdout.as_str()), (Some(1), ""), "{ran:?}");
     let stated = format!("error: {}", out.display());
     assert!(ran.stderr.contains(&stated) && ran.stderr.contains("File too large"), "{}", ran.stderr);
+    assert_eq!(ran.stderr_without_estimate().lines().count(), 1, "{}", ran.stderr);
     assert!(!out.join(".luenberger.partial").exists());
     assert_eq!(std::fs::read(out.join("manifest.json")).unwrap(), before);
+}
+
+/// A schema of another version, or a part of one, is replaced by that of this version, complete or not at all.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_schema_is_whole_and_that_of_this_version() {
+    let (folder, _) = written("schema", STUDY);
+    let (schema, new) = (folder.join("study.schema.json"), |name: &str| folder.join(name).display().to_string());
+    assert_eq!(luenberger(&["new", "-o", &new("a.toml")], "").code, Some(0));
+    let whole = std::fs::read(&schema).unwrap();
+    let ran = luenberger(&["new", "-o", &new("b.toml")], "");
+    assert!(ran.code == Some(0) && !ran.stdout.contains("with it"), "{ran:?}");
+    let half = &whole[..whole.len() / 2];
+    std::fs::write(&schema, half).unwrap();
+    let shell = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
+    let mut command = Command::new("sh");
+    command.args(["-c", shell, "sh", env!("CARGO_BIN_EXE_luenberger"), "new", "-o", &new("c.toml")]);
+    let ran = run(&mut command, b"");
+    assert!(ran.code == Some(1) && ran.stderr.contains("study.schema.json cannot be written"), "{ran:?}");
+    assert_eq!(std::fs::read(&schema).unwrap(), half);
+    assert!(!folder.join(".study.schema.json.partial").exists());
+    let ran = luenberger(&["new", "-o", &new("d.toml")], "");
+    assert!(ran.code == Some(0) && ran.stdout.contains("with it"), "{ran:?}");
+    assert_eq!(std::fs::read(&schema).unwrap(), whole);
 }
 
 /// While one run is at work, a second one into the same folder is refused. After the first is killed, the next one uses

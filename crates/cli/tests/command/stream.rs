@@ -179,6 +179,13 @@ fn rows_that_cannot_be_used_are_said() {
     let header = luenberger(&["stream", &study], "t,pump,gage\n0,0,0\n");
     assert_eq!((header.code, header.stdout.as_str()), (Some(2), ""));
     assert_eq!(header.stderr, "error: there is no column `gauge`; did you mean `gage`?\n");
+    let other = luenberger(&["stream", &study, "--format", "json"], "t,pump,gauge\n0,0.25,0.25\n");
+    assert_eq!((other.code, other.stdout.as_str()), (Some(2), ""));
+    let lines: Vec<&str> = other.stderr.lines().collect();
+    let first = "passed over: line 1: expected a JSON object such as {\"t\": 0.1, \"y\": 2}: it begins with `t,pump,gauge`; the form of rows of CSV is csv";
+    assert_eq!((lines[0], lines[2]), (first, "error: no row could be used: 2 lines passed over"), "{lines:?}");
+    let none = luenberger(&["stream", &study], "t,pump,gauge\nx,0.25,0.25\n");
+    assert_eq!((none.code, none.stdout.as_str()), (Some(2), "t,level_hat\n"));
     let empty = luenberger(&["stream", &study], "");
     assert_eq!((empty.code, empty.stdout.as_str(), empty.stderr.as_str()), (Some(0), "", ""));
     let standard = luenberger(&["stream", "-"], STUDY);

@@ -57,7 +57,11 @@ fn every_plant_is_written_and_read_again() {
         let kinds = described.iter().map(|variant| &variant["properties"]["kind"]["const"]);
         assert!(kinds.eq(observers.iter().map(|observer| &observer["kind"])), "{name}");
         let printed = luenberger(&["new", "--plant", name, "-o", "-"], "").stdout;
-        assert_eq!(std::fs::read_to_string(&file).unwrap(), printed);
+        // Its comment names the file that it is in.
+        let own = Path::new(&file).file_name().unwrap().to_str().unwrap();
+        let [of_plant, of_file] = [&format!("{name}.toml"), own].map(|file| format!("#   luenberger run {file}\n"));
+        assert!(printed.contains(&of_plant), "{printed}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), printed.replace(&of_plant, &of_file));
     }
 }
 

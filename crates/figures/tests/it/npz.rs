@@ -1,6 +1,6 @@
 //! Archives of numbers.
 
-use std::io::{Cursor, Read};
+use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
 
 use luenberger_figures::npz;
 
@@ -25,6 +25,46 @@ fn what_is_read_is_what_was_written() {
     for (npy, column) in files(columns).iter().zip(columns) {
         let numbers = npz::numbers(npy).unwrap();
         assert!(numbers.iter().map(|x| x.to_bits()).eq(column.iter().map(|x| x.to_bits())), "{numbers:?}");
+    }
+}
+
+/// A file on a disk with so many bytes left.
+struct Full(Cursor<Vec<u8>>, u64);
+
+impl Write for Full {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let left = self.1.saturating_sub(self.0.position()) as usize;
+        if left == 0 && !bytes.is_empty() {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        self.0.write(&bytes[..left.min(bytes.len())])
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Full {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
+    }
+}
+
+/// Wherever the disk becomes full, that is the error.
+#[test]
+fn a_full_disk_is_an_error_of_storage() {
+    let write = |size: u64| {
+        let mut file = Full(Cursor::new(Vec::new()), size);
+        let written = npz::write(&mut file, [("a", &[1.0, 2.0][..]), ("b", &[3.0])], &[("about.txt", "two columns")]);
+        written.map(|()| file.0.into_inner())
+    };
+    let whole = write(u64::MAX).unwrap();
+    assert_eq!(write(whole.len() as u64).unwrap(), whole);
+    for size in 0..whole.len() as u64 {
+        let error = write(size).unwrap_err();
+        let zip::result::ZipError::Io(error) = error else { panic!("{size}: {error}") };
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull, "{size}");
     }
 }
 

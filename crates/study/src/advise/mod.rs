@@ -339,7 +339,7 @@ fn hidden(study: &Study, information: &Information) -> Result<Option<String>, St
 
 fn modes(study: &Study, a: &nalgebra::DMatrix<f64>, c: &nalgebra::DMatrix<f64>) -> Result<String, StudyError> {
     let found = observability(a, c)?;
-    let mut text = format!("rank {} of {}, unobservable", found.rank, a.nrows());
+    let mut text = format!("rank {} of {}, unobservable modes at", found.rank, a.nrows());
     for (k, mode) in found.unobservable.iter().enumerate() {
         let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
         let comma = if k > 0 { "," } else { "" };
@@ -423,7 +423,13 @@ fn designs(
     })?;
     let mut candidates = Vec::new();
     for (number, outcome) in outcomes {
-        let name = tasks[number].name().to_owned();
+        let name = match &tasks[number] {
+            // Beside the rule of this name.
+            Task::Own(spec) if rules().iter().any(|(_, rule)| rule.name == spec.name) => {
+                format!("{} of the study", spec.name)
+            }
+            task => task.name().to_owned(),
+        };
         match outcome {
             Outcome::Designed(candidate) => candidates.push(*candidate),
             Outcome::Unfit(hypothesis) => advice.not_applicable.push(NotApplicable { name, hypothesis }),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use luenberger_proof::wording::significant;
+use luenberger_proof::wording::{counted, significant};
 
 /// Error of fitting a filter to a log.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +15,23 @@ pub enum TuneError {
         observer: String,
         /// Why.
         why: String,
+    },
+    /// The gate leaves too few measurements.
+    #[error(
+        "with the values of the study the gate of {observer} rejects {} of {} on the rows that are {part}, and at least {least} have to be left: tune without `gate` first, or with larger `w` or `v`",
+        counted(*rejected, "measurement"), measurements + rejected
+    )]
+    Gate {
+        /// The observer.
+        observer: String,
+        /// What is done with these rows: `fitted` or `held out`.
+        part: &'static str,
+        /// Measurements that are rejected.
+        rejected: usize,
+        /// Those that are left.
+        measurements: usize,
+        /// How many are needed.
+        least: usize,
     },
     /// The likelihood does not depend on a parameter.
     #[error(

@@ -131,8 +131,11 @@ fn nonlinear(
             if rank < least {
                 let _ = write!(
                     report.words,
-                    "\n  The Lie derivatives have rank {least}: every direction is observable in principle. Along this run, in the units of the initial state, {} of them leave less in the output than the Gramian's rank tolerance: expect slow or noisy estimates there, or excite the plant more.",
-                    order - rank
+                    "\n  The Lie derivatives have rank {least}: every direction is observable in principle. Along this run, in the units of the initial state, {} less in the output than the Gramian's rank tolerance: expect slow or noisy estimates there, or excite the plant more.",
+                    match order - rank {
+                        1 => "1 of them leaves".to_owned(),
+                        several => format!("{several} of them leave"),
+                    }
                 );
             }
             report.gramian = gramian.eigenvalues;

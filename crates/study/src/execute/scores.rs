@@ -1,11 +1,14 @@
 //! Scores of runs: where errors are scored, and in which units their norm is.
 
-use luenberger_proof::wording::shortest;
+use luenberger_proof::wording::{shortest, significant};
 use luenberger_sim::{Errors, Estimates, ScoreGrid, SimError, Trajectory};
 
 use crate::results::{MeritsReport, NormReport, ScoringReport, StateReport};
 use crate::study::{ObserverSpec, Simulation, Study};
 use crate::trajectory::{self, Member, member};
+
+/// A scale is written to so many digits: all but the rounding error of a difference of bounds.
+const DIGITS: usize = 15;
 
 /// How all observers of a comparison are scored.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,7 +119,7 @@ impl Scoring {
         match &self.scale {
             Some((scale, source)) => {
                 let plant = &study.plant;
-                let entry = |(name, x): (&String, &f64)| plant.measured(name, shortest(*x));
+                let entry = |(name, x): (&String, &f64)| plant.measured(name, significant(*x, DIGITS));
                 let entries: Vec<String> = plant.states.iter().zip(scale).map(entry).collect();
                 // One number is said once.
                 let alike = entries.iter().all(|entry| *entry == entries[0]) && entries.len() > 6;

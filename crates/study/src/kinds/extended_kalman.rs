@@ -26,7 +26,7 @@ use crate::model::{Model, PlantModel};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Designed, Plan, number, uncertified};
+use crate::synthesis::{Designed, Plan, number, without_certificate};
 use crate::tuning;
 
 /// The kind.
@@ -185,13 +185,14 @@ impl ExtendedKalman {
         numbers.extend(iterations.map(|iterations| number("iterations", iterations as f64)));
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the gain is computed from the covariance along the estimate{linearised}.{of_unit_norm}{gated}{}{correlation}{bounded}{late}{}",
+                "One measurement every {}; the gain is computed from the covariance along the estimate{linearised}.{of_unit_norm}{gated}{}{correlation}{bounded}{late}{}",
+                plant.time_in_words(*period),
                 along.words(),
                 wrapped(plant)
             )),
             matrices: matrices(&self.filter, s.as_ref()),
             numbers,
-            ..uncertified("local convergence only")
+            ..without_certificate(plant, "local convergence only")
         };
         let (model, bounds) = (plant.model.clone(), state_bounds.as_deref());
         let runnable = match s {

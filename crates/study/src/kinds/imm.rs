@@ -20,7 +20,7 @@ use crate::reader::tree::Node;
 use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::study::{OtherPlant, PlantClass, Specification, Time};
-use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, without_certificate};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -262,13 +262,14 @@ impl InteractingModels {
         let names: Vec<&str> = models.iter().map(|one| one.name.as_str()).collect();
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the filters of {} ({}), mixed by the probabilities of the models.",
+                "One measurement every {}; the filters of {} ({}), mixed by the probabilities of the models.",
+                plant.time_in_words(*period),
                 counted(models.len(), "model"),
                 names.join(", ")
             )),
             matrices,
             numbers: vec![number(Quantity::Period, *period), number("models", models.len() as f64)],
-            ..uncertified("no theorem of stability")
+            ..without_certificate(plant, "no theorem of stability")
         };
         Ok(Designed::new(filter.into(), report, None))
     }

@@ -15,7 +15,7 @@ use crate::designed::{IntervalDeployment, Origin, Running, SampledDesign, rows};
 use crate::keys::{Key, Type, optional};
 use crate::operation;
 use crate::reader::tree::Node;
-use crate::reader::{Given, Reader, check, gain};
+use crate::reader::{Given, Reader, gain};
 use crate::results::{Advice, Cause, DesignReport, NamedNumber, NoObserver, Proposal};
 use crate::steps::{self, SampledPlant, WITH_FEEDTHROUGH, bounds, sampled_design};
 use crate::study::{ActingBounds, LinearSpec, ObserverKind, PlantClass, Specification, Study, Time};
@@ -37,7 +37,7 @@ pub(super) static DECLARATION: Declaration = Declaration {
     plant: PlantClass::Linear(Time::ANY),
     keys: &[IntervalSpec::KEYS],
     kind: as_kind::<IntervalSpec>,
-    read: |given, reader| Some(IntervalSpec::read(given, reader)?.bounded(given.node, reader)?.into()),
+    read: |given, reader| Some(IntervalSpec::read(given, reader)?.into()),
     takes_long: false,
     tuning: Tuning::Rules(&[Rule {
         name: "interval",
@@ -61,9 +61,15 @@ crate::keys! {
         /// Coordinates in which the error is bounded (default modal; with least_width plant).
         coordinates: ErrorCoordinates as Choice =
             if matches!(gain, Some(None)) { ErrorCoordinates::Plant } else { ErrorCoordinates::Modal },
-        ..[&[ERROR_BOUNDS]]
+        ..[&[BOUNDS]]
     }
 }
+
+const BOUNDS: Key = Key {
+    required: true,
+    about: "Bounds of noise and disturbances, which are all that is known of them: bounds = { noise = [0.1] }, with one number per output, and with `disturbance` and `e` where disturbances act.",
+    ..ERROR_BOUNDS
+};
 
 crate::words! { ErrorCoordinates {
     /// Those of the eigenvectors of A - L C; the poles have to be distinct.
@@ -94,18 +100,6 @@ fn gain_or_least_width(given: &Given<'_>, reader: &mut Reader) -> Option<Option<
         return reader.refuse(entry.span.clone(), message, expected);
     }
     Some(None)
-}
-
-impl IntervalSpec {
-    /// With bounds of noise and disturbances, which all observers may have.
-    fn bounded(self, node: &Node, reader: &mut Reader) -> Option<Self> {
-        if node.get(ERROR_BOUNDS.name).is_none() {
-            let message = "the kind interval without `bounds`: nothing is known of noise and disturbances";
-            reader.absent(check::head(node), message, "expected `bounds`");
-            return None;
-        }
-        Some(self)
-    }
 }
 
 impl Specification for IntervalSpec {

@@ -17,7 +17,7 @@ use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::{Designed, Plan, number, uncertified};
+use crate::synthesis::{Designed, Plan, number, without_certificate};
 use crate::tuning::{self, Context, Keys, Value};
 
 /// The kind.
@@ -156,7 +156,8 @@ impl MovingHorizonSpec {
         }
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the states of the last {} by least squares, {} at each.{bounded}{}",
+                "One measurement every {}; the states of the last {} by least squares, {} at each.{bounded}{}",
+                plant.time_in_words(*period),
                 counted(horizon.window, "sample"),
                 counted(horizon.iterations, "Gauss-Newton step"),
                 wrapped(plant)
@@ -167,7 +168,7 @@ impl MovingHorizonSpec {
                 number("window", horizon.window as f64),
                 number("iterations", horizon.iterations as f64),
             ],
-            ..uncertified("no theorem of stability")
+            ..without_certificate(plant, "no theorem of stability")
         };
         Ok(Designed::new(estimator.into(), report, None))
     }

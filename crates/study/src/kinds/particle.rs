@@ -15,7 +15,7 @@ use crate::designed::{self, Running, StepOf};
 use crate::model::{Model, PlantModel};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::study::{Estimated, NUMBER, ObserverKind, PlantClass, Specification, Study, Time};
-use crate::synthesis::{Designed, Plan, matrix, number, uncertified};
+use crate::synthesis::{Designed, Plan, matrix, number, without_certificate};
 
 /// The kind.
 pub(super) static DECLARATION: Declaration = Declaration {
@@ -111,7 +111,8 @@ impl ParticleSpec {
         let filter = ParticleFilter::new(plant.model.clone(), noises, (*period, prediction), *particles, random)?;
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; the distribution of the state by {} with weights, resampled where fewer than half of them count.",
+                "One measurement every {}; the distribution of the state by {} with weights, resampled where fewer than half of them count.",
+                plant.time_in_words(*period),
                 counted(*particles, "particle")
             )),
             matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
@@ -120,7 +121,7 @@ impl ParticleSpec {
                 number("particles", *particles as f64),
                 number("seed", *seed as f64),
             ],
-            ..uncertified("no theorem of stability")
+            ..without_certificate(plant, "no theorem of stability")
         };
         Ok(Designed::new(filter.into(), report, None))
     }

@@ -27,7 +27,7 @@ use crate::reader::{Given, Reader};
 use crate::results::{DesignReport, NoObserver, Quantity, Statement};
 use crate::steps::filter_step;
 use crate::study::{Estimated, ObserverKind, PlantClass, Specification, Time};
-use crate::synthesis::{Designed, Plan, number, uncertified};
+use crate::synthesis::{Designed, Plan, number, without_certificate};
 use crate::tuning;
 
 /// The kind.
@@ -187,7 +187,8 @@ impl UnscentedSpec {
         let points = 2 * w.nrows() + 1;
         let report = DesignReport {
             statement: Statement::of(format!(
-                "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}{correlation}{bounded}{late}{}",
+                "One measurement every {}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}{}{correlation}{bounded}{late}{}",
+                plant.time_in_words(*period),
                 along.words(),
                 wrapped(plant)
             )),
@@ -198,7 +199,7 @@ impl UnscentedSpec {
                 number("beta", sigma.beta),
                 number("kappa", sigma.kappa),
             ],
-            ..uncertified("no theorem of stability")
+            ..without_certificate(plant, "no theorem of stability")
         };
         let (model, bounds) = (plant.model.clone(), state_bounds.as_deref());
         let runnable = match s {

@@ -120,10 +120,10 @@ pub(crate) fn study(name: &str, text: &str, format: Format, data: &DataFiles) ->
         check::table(&root, &STUDY, &mut mistakes);
         let mut reader = Reader::new(data);
         let study = assemble(&root, &source, &mut reader);
-        // A key that is missing where another is unknown is most likely misspelt.
+        // What is missing where another key is unknown is most likely misspelt.
         let starts = starts(&root);
         let table = |mistake: &Diagnostic| starts.partition_point(|start| *start <= mistake.span.start);
-        let spoilt: Vec<usize> = mistakes.iter().map(table).collect();
+        let spoilt: Vec<usize> = mistakes.iter().filter(|mistake| !mistake.is_absence).map(table).collect();
         // An invalid value of a key has been reported already.
         let said: Vec<Range<usize>> = mistakes.iter().map(|mistake| mistake.span.clone()).collect();
         let new = |mistake: &Diagnostic| {

@@ -59,7 +59,7 @@ pub(crate) fn table(node: &Node, table: &Table, mistakes: &mut Vec<Diagnostic>) 
     for key in keys.iter().filter(|key| key.required && node.get(key.name).is_none()) {
         let message = format!("{of} has no `{}`", key.name);
         let expected = format!("expected `{}`: {}", key.name, key.value.words());
-        mistakes.push(Diagnostic::new(head(node), message, expected).help(key.about));
+        mistakes.push(Diagnostic::new(head(node), message, expected).help(key.about).absence());
     }
 }
 

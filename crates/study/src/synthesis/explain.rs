@@ -3,12 +3,12 @@
 
 use luenberger_design::{DesignError, LpvError, Pair, UnseenModes};
 use luenberger_expression::Row;
-use luenberger_linalg::{LinalgError, observability};
+use luenberger_linalg::{LinalgError, Mode, Observability, observability};
 use luenberger_proof::wording::{shortest, significant};
 
 use super::Plan;
 use super::alternative::{another_gain, other_kinds, slower};
-use crate::model::Model;
+use crate::model::{Model, PlantModel};
 use crate::results::eigenvalue;
 use crate::results::{Advice, Cause, NoObserver, Proposal};
 use crate::structure::Structure;
@@ -72,7 +72,13 @@ fn advice(study: &Study, requested: &ObserverSpec, cause: &Cause) -> Advice {
         Cause::Design(
             DesignError::NotHurwitz { .. } | DesignError::NotSchur { .. } | DesignError::StabilityUndecided { .. },
         )
-        | Cause::Lpv(LpvError::UnstableVertex { .. }) => another_gain(requested),
+        | Cause::Lpv(LpvError::UnstableVertex { .. }) => match undetectable(&study.plant) {
+            Some(modes) => Advice::hint(format!(
+                "the plant is not detectable, no observer exists: add an output that depends on its unobservable modes, {}",
+                modes.join(", ")
+            )),
+            None => another_gain(requested),
+        },
         Cause::Design(DesignError::NothingReachesTheError) => {
             Advice::of([Proposal::keys([], &["bounds"], "nothing acts that would have to be bounded")])
         }
@@ -112,22 +118,13 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError, own: Opt
         return (error.to_string(), advice);
     };
     let unseen = UnseenModes::of(&plant.a, &plant.c, study.plant.time());
-    let modes = seen.unobservable.iter().map(|mode| {
-        let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
-        format!(
-            "{} along {} (margin {})",
-            eigenvalue([mode.eigenvalue.re, mode.eigenvalue.im]),
-            study.plant.direction_in_words(&direction),
-            significant(mode.margin, 2)
-        )
-    });
-    let modes: Vec<String> = modes.collect();
+    let modes = modes(&study.plant, &seen);
     // Beside the modes that no output sees there may be others that floating point cannot tell from them.
     let are_all = UnseenModes::count(&plant.a, &plant.c) == Some(modes.len());
     let how = match unseen {
-        UnseenModes::Decay | UnseenModes::Remain if are_all => ": unobservable modes",
-        UnseenModes::Decay | UnseenModes::Remain => ", and to working precision its unobservable modes are",
-        UnseenModes::None | UnseenModes::Undecided => " to working precision: unobservable modes",
+        UnseenModes::Decay | UnseenModes::Remain if are_all => ": unobservable modes at",
+        UnseenModes::Decay | UnseenModes::Remain => ", and to working precision its unobservable modes are at",
+        UnseenModes::None | UnseenModes::Undecided => " to working precision: unobservable modes at",
     };
     let others = || another_gain(requested).and(other_kinds(study, requested));
     let advice = match unseen {
@@ -147,6 +144,28 @@ fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError, own: Opt
     };
     let hypothesis = format!("the plant is not observable{how} {}", modes.join(", "));
     (hypothesis, advice)
+}
+
+/// The unobservable modes with their directions.
+fn modes(plant: &PlantModel, seen: &Observability) -> Vec<String> {
+    let mode = |mode: &Mode| {
+        let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
+        format!(
+            "{} along {} (margin {})",
+            eigenvalue([mode.eigenvalue.re, mode.eigenvalue.im]),
+            plant.direction_in_words(&direction),
+            significant(mode.margin, 2)
+        )
+    };
+    seen.unobservable.iter().map(mode).collect()
+}
+
+/// The unobservable modes of a linear plant for which no observer exists, decided exactly; none for any other.
+pub(crate) fn undetectable(plant: &PlantModel) -> Option<Vec<String>> {
+    let linear = plant.model.linear()?;
+    let seen = observability(&linear.a, &linear.c).ok().filter(|seen| !seen.unobservable.is_empty())?;
+    let unseen = UnseenModes::of(&linear.a, &linear.c, plant.time());
+    (unseen == UnseenModes::Remain).then(|| modes(plant, &seen))
 }
 
 /// What to do about a hidden mode of a pair that is not hidden in the plant.

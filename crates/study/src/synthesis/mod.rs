@@ -22,6 +22,7 @@ use luenberger_proof::wording::{at_least, significant};
 use nalgebra::{Complex, DMatrix};
 
 pub(crate) use crate::designed::Designed;
+use crate::model::PlantModel;
 use crate::results::{DesignReport, DesignVerdict, FactReport, Label, NamedMatrix, NamedNumber, Rounding, Statement};
 
 pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
@@ -130,6 +131,12 @@ pub(crate) fn certified(certificate: &Certificate, vertices: &[String]) -> Desig
         verdict: DesignVerdict::of(certificate),
         ..DesignReport::default()
     }
+}
+
+/// That of a filter of which nothing is proved: `why`, unless the plant is one for which no observer exists.
+pub(crate) fn without_certificate(plant: &PlantModel, why: &str) -> DesignReport {
+    let is_hidden = explain::undetectable(plant).is_some();
+    uncertified(if is_hidden { "the plant is not detectable, no observer exists" } else { why })
 }
 
 /// That of a design without a certificate, for this reason.

@@ -145,8 +145,19 @@ impl LogRows {
 
     /// Reads an object.
     fn object(&mut self, line: u64, text: &str) -> Result<(), TableError> {
-        let mut object: Map<String, Value> =
-            serde_json::from_str(text).map_err(|error| TableError::Json { line, why: error.to_string() })?;
+        let mut object: Map<String, Value> = serde_json::from_str(text).map_err(|error| {
+            let why = if text.trim_start().starts_with('{') {
+                // The position without the line, which is that of the text and not that of the stream.
+                let said = error.to_string();
+                let what = said.rsplit_once(" at line ").map_or(said.as_str(), |(what, _)| what);
+                format!("{what} at column {}", error.column())
+            } else {
+                // Enough of it to be recognised.
+                let begin: String = text.trim().chars().take(20).collect();
+                format!("it begins with `{begin}`; the form of rows of CSV is csv")
+            };
+            TableError::Json { line, why }
+        })?;
         // A key that cannot name a column is not used.
         let names = |key: &&String| !key.is_empty() && key.parse::<f64>().is_err();
         let known = self.table.as_ref().map_or(&[][..], Table::names);

@@ -17,6 +17,21 @@ pub struct Template {
     pub files: &'static [(&'static str, &'static str)],
 }
 
+impl Template {
+    /// The study for a file of this name, which its first comment tells to run.
+    ///
+    /// ```
+    /// let template = luenberger_study::template::template("two-tanks")?;
+    /// assert!(template.text_of("a.toml").contains("luenberger run a.toml"));
+    /// # Ok::<(), luenberger_study::StudyError>(())
+    /// ```
+    pub fn text_of(&self, file: &str) -> String {
+        // A line break would end the comment.
+        let file = file.replace(|c: char| c.is_control(), " ");
+        self.text.replacen(&format!("luenberger run {}.toml", self.name), &format!("luenberger run {file}"), 1)
+    }
+}
+
 /// All of them.
 pub const TEMPLATES: &[Template] = &[
     Template {

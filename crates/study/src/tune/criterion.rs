@@ -138,6 +138,13 @@ impl<'a> Data<'a> {
         rows.map(|k| self.y.row(k).iter().flatten().count()).sum()
     }
 
+    /// The reading of an output at the row of this time; none if no row has it.
+    pub(super) fn reading(&self, t: f64, j: usize) -> Option<f64> {
+        let same = SAME * self.log.recording.median_period();
+        let k = self.t.partition_point(|row| *row < t - same);
+        (*self.t.get(k)? <= t + same).then(|| self.y[(k, j)])?
+    }
+
     /// The true values of a state that rows have.
     fn truth(&self, i: usize, rows: std::ops::Range<usize>) -> impl Iterator<Item = f64> {
         let truth = self.log.truth.as_ref();
@@ -198,8 +205,9 @@ pub(super) struct Criterion<'a> {
     pub(super) data: Vec<Data<'a>>,
     /// As of any replay of the study.
     settings: Settings,
-    /// Measurements that the gate of the filter rejects with the values of the study.
-    pub(super) rejected: usize,
+    /// Measurements that the gate of the filter rejects with the values of the study: of the rows that are fitted, and
+    /// of those that are held out.
+    pub(super) rejected: [usize; 2],
     /// How many errors there are with the values of the study.
     count: Option<usize>,
     pub(super) cancel: &'a AtomicBool,
@@ -224,7 +232,7 @@ impl<'a> Criterion<'a> {
             editable,
             data,
             settings: replay_settings(study, None),
-            rejected: 0,
+            rejected: [0; 2],
             count: None,
             cancel,
         })
@@ -243,7 +251,7 @@ impl<'a> Criterion<'a> {
                 for (k, j) in replayed.consistency.iter().flat_map(|consistency| &consistency.rejected) {
                     if let Some(row) = replayed.row[*k] {
                         data.y[(row, *j)] = None;
-                        self.rejected += 1;
+                        self.rejected[usize::from(row >= data.fitted)] += 1;
                     }
                 }
             }

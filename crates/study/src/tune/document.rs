@@ -169,7 +169,10 @@ impl TuneReport {
             };
             section = section.grid(both.iter().fold(Grid::new(&head), errors));
         }
-        section
+        if self.warnings.is_empty() {
+            return section;
+        }
+        section.list(self.warnings.iter().map(|warning| format!("warning: {warning}")))
     }
 }
 

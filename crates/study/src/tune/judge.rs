@@ -23,6 +23,44 @@ pub(super) fn judged(criterion: &Criterion<'_>, values: &[f64]) -> Judged {
     }
 }
 
+/// The measurements of a time whose innovation is the largest by its covariance.
+pub(super) struct Largest {
+    pub(super) file: String,
+    pub(super) t: f64,
+    /// The output of which the innovation is the largest, relative to the others of that output.
+    pub(super) output: String,
+    /// Its reading; none of an output that is late.
+    pub(super) reading: Option<f64>,
+    /// The root of `nu' S^-1 nu`.
+    pub(super) deviations: f64,
+}
+
+/// That of all rows with these values, fitted or held out.
+pub(super) fn largest(criterion: &Criterion<'_>, values: &[f64]) -> Option<Largest> {
+    let on_time = criterion.replayed(values, true).ok()?;
+    let of_log = |(log, OnTime { replayed, .. }): (usize, &OnTime)| {
+        let squares = replayed.consistency.iter().flat_map(|consistency| consistency.nis.iter().enumerate());
+        squares.filter_map(|(k, nis)| nis.map(|nis| (log, k, nis.square))).collect::<Vec<_>>()
+    };
+    let all = on_time.iter().enumerate().flat_map(of_log);
+    let (log, k, square) = all.max_by(|one, other| one.2.total_cmp(&other.2))?;
+    let (data, replayed) = (&criterion.data[log], &on_time[log].replayed);
+    let innovation = replayed.innovation.as_ref()?;
+    let relative = |j: usize| {
+        let nu = innovation[(k, j)]?;
+        let all: Vec<f64> = innovation.column(j).iter().copied().flatten().collect();
+        Some((j, nu.abs() / InnovationStatistics::of(&all).rms))
+    };
+    let (j, _) = (0..innovation.ncols()).filter_map(relative).max_by(|one, other| one.1.total_cmp(&other.1))?;
+    Some(Largest {
+        file: data.name.clone(),
+        t: replayed.t[k],
+        output: criterion.study.plant.outputs[j].clone(),
+        reading: if criterion.has_delays() { None } else { data.reading(replayed.t[k], j) },
+        deviations: square.sqrt(),
+    })
+}
+
 fn of_filter(criterion: &Criterion<'_>, values: &[f64]) -> Option<Judged> {
     let on_time = criterion.replayed(values, true).ok()?;
     let held: Vec<Vec<usize>> = on_time.iter().map(OnTime::held_out).collect();

@@ -272,6 +272,10 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
         TuneCriterion::Likelihood => None,
         _ => Some([relative(&start).map_err(no_start)?, relative(&tuned).map_err(no_start)?]),
     };
+    let held_out = (spec.held_out > 0.0)
+        .then(|| HeldOut { before: judge::judged(&criterion, &start), after: judge::judged(&criterion, &tuned) });
+    let warn = |held_out: &HeldOut| words::warnings(&criterion, held_out, &tuned, &file);
+    let warnings = held_out.as_ref().map_or_else(Vec::new, warn);
     let mut report = TuneReport {
         title: study.title.clone(),
         plant: execute::summary(study),
@@ -280,7 +284,7 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
         criterion: spec.criterion.name(),
         reference: criterion.reference(),
         logs: criterion.data.iter().map(log).collect(),
-        rejected: criterion.rejected,
+        rejected: criterion.rejected.iter().sum(),
         log_likelihood_before: before,
         log_likelihood: criterion.log_likelihood(&tuned).map_err(no_start)?,
         relative,
@@ -290,8 +294,8 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
         parameters,
         autocovariances,
         remarks,
-        held_out: (spec.held_out > 0.0)
-            .then(|| HeldOut { before: judge::judged(&criterion, &start), after: judge::judged(&criterion, &tuned) }),
+        held_out,
+        warnings,
         profiles,
         file,
         study: String::new(),
@@ -304,23 +308,32 @@ fn fitted(study: &Study, spec: &TuneSpec, file: String, run: &RunOptions<'_>) ->
 }
 
 /// Enough measurements in both parts.
-fn is_long_enough(criterion: &Criterion<'_>) -> Result<(), LogError> {
+fn is_long_enough(criterion: &Criterion<'_>) -> Result<(), StudyError> {
     let count = |part: &dyn Fn(&criterion::Data<'_>) -> std::ops::Range<usize>| {
         let ranges = || criterion.data.iter().map(|data| (data, part(data)));
         let rows: usize = ranges().map(|(_, range)| range.len()).sum();
         (rows, ranges().map(|(data, range)| criterion.count_of(data, range)).sum::<usize>())
     };
+    // What the gate leaves out would be enough.
+    let gated = |part: &'static str, rejected: usize, measurements: usize, least: usize| {
+        let (observer, is_likely) = (&criterion.spec.observer, criterion.spec.criterion != TuneCriterion::Errors);
+        let error = || TuneError::Gate { observer: observer.clone(), part, rejected, measurements, least };
+        (is_likely && measurements < least && measurements + rejected >= least).then(error).map_or(Ok(()), Err)
+    };
+    let [fitted, held_out] = criterion.rejected;
     let of = if criterion.spec.criterion == TuneCriterion::Errors { "true state" } else { "measurement" };
     let least = LEAST_FITTED * criterion.spec.parameters.len();
     let (rows, measurements) = count(&|data| 0..data.fitted);
+    gated("fitted", fitted, measurements, least)?;
     if measurements < least {
         let (what, advice) = ("the part that is fitted has", "fit fewer parameters, or more of the log");
-        return Err(LogError::TooShort { what, rows, measurements, of, least, advice });
+        return Err(LogError::TooShort { what, rows, measurements, of, least, advice }.into());
     }
     let (rows, measurements) = count(&|data| data.fitted..data.t.len());
     if criterion.spec.held_out > 0.0 && measurements < LEAST_HELD_OUT {
+        gated("held out", held_out, measurements, LEAST_HELD_OUT)?;
         let (what, advice) = ("the part that is held out has", "increase `held_out`, or set it to 0 to fit all rows");
-        return Err(LogError::TooShort { what, rows, measurements, of, least: LEAST_HELD_OUT, advice });
+        return Err(LogError::TooShort { what, rows, measurements, of, least: LEAST_HELD_OUT, advice }.into());
     }
     Ok(())
 }

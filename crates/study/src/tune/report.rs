@@ -53,6 +53,9 @@ pub struct TuneReport {
     /// The part of the logs that was not fitted; none if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
+    /// Where the filter with the fitted values is inconsistent on that part, and what can be done.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// The profile likelihoods; empty if none were asked for.
     pub profiles: Vec<Profile>,
     /// The name of the file of the tuned study.

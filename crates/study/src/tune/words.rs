@@ -1,11 +1,15 @@
 //! The fit in words.
 
 use luenberger_proof::wording::{counted, significant};
+use luenberger_wording::rounded;
 
 use super::coordinate::Coordinate;
 use super::criterion::Criterion;
 use super::information::Information;
-use super::report::TunedParameter;
+use super::judge;
+use super::report::{HeldOut, TunedParameter};
+use crate::kinds;
+use crate::kinds::keys::GATE;
 use crate::study::{Study, Tunable, TuneCriterion};
 
 /// The unit of a parameter of the plant, of a bias or of what a coloured noise has, if the study gives it.
@@ -95,14 +99,55 @@ pub(super) fn remarks(
             sought.others
         ));
     }
-    if criterion.rejected > 0 {
+    let rejected: usize = criterion.rejected.iter().sum();
+    if rejected > 0 {
         words.push(format!(
             "The gate of {} rejects {} with the values of the study; they are left out for all values.",
             criterion.spec.observer,
-            counted(criterion.rejected, "measurement")
+            counted(rejected, "measurement")
         ));
     }
     words
+}
+
+/// A gate that an outlier does not pass, and hardly any other measurement fails.
+const USUAL_GATE: f64 = 5.0;
+
+/// Where the filter with the fitted values is inconsistent on what was held out: the test, the measurement that fits it
+/// least, and what can be done if that is an outlier.
+pub(super) fn warnings(criterion: &Criterion<'_>, held_out: &HeldOut, values: &[f64], file: &str) -> Vec<String> {
+    let Some(nis) = held_out.after.nis.as_ref().filter(|nis| !nis.accepted) else { return Vec::new() };
+    let observer = &criterion.spec.observer;
+    let mut text = format!(
+        "With the fitted values the NIS of {observer} on the rows that were held out is {}, the region of 95 %: these rows have another covariance than the filter computes.",
+        nis.in_words()
+    );
+    if let Some(largest) = judge::largest(criterion, values) {
+        let plant = &criterion.study.plant;
+        let reading = largest.reading.map_or_else(
+            || largest.output.clone(),
+            |y| format!("{} = {}", largest.output, plant.measured(&largest.output, significant(y, 6))),
+        );
+        let t = rounded(largest.t, 9);
+        text += &format!(
+            " The largest normalised innovation, of {} standard deviations, is that of {reading} at t = {} in {}",
+            significant(largest.deviations, 3),
+            plant.time_in_words(t),
+            largest.file
+        );
+        let kind = kinds::named(criterion.requested.kind.name());
+        let has_gate = kind.is_some_and(|kind| kind.keys.iter().copied().flatten().any(|key| key.name == GATE.name));
+        let is_gated = criterion.rejected.iter().any(|count| *count > 0);
+        text += &if largest.deviations > USUAL_GATE && has_gate && !is_gated {
+            format!(
+                ": if it is an outlier, add `{} = {USUAL_GATE}` to {observer} in {file}, which leaves such measurements out, and tune that study.",
+                GATE.name
+            )
+        } else {
+            ".".to_owned()
+        };
+    }
+    vec![text]
 }
 
 /// An entry of a direction that is named.

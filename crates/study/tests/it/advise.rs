@@ -377,6 +377,15 @@ fn kinds_without_a_rule_are_ranked_if_the_study_has_one() {
     assert!(names(&with).contains(&"own"), "{:?}", names(&with));
 }
 
+/// An observer of the study that has the name of a rule is not confused with it.
+#[test]
+fn a_rule_and_an_observer_of_one_name_are_told_apart() {
+    let own = "[[observer]]\nname = \"luenberger\"\nkind = \"luenberger\"\ngain = [[-100]]\n";
+    let advice = advice(&(SCALAR.to_owned() + own), &by("error"));
+    let unfit: Vec<&str> = advice.not_applicable.iter().map(|kind| kind.name.as_str()).collect();
+    assert!(unfit.contains(&"luenberger of the study") && !unfit.contains(&"luenberger"), "{unfit:?}");
+}
+
 /// Gains that differ by less than a thousandth, entry by entry, are one observer; the later names the first.
 #[test]
 fn gains_of_three_equal_digits_are_one_observer() {
@@ -654,15 +663,20 @@ fn no_observer_of_an_undetectable_plant_is_tried() {
     let advice = advice(&INTEGRATOR.replace("c = [[1, 0]]", "c = [[0, 1]]"), &by("error"));
     assert!(advice.ranking.is_empty());
     let why = advice.observability.unwrap();
-    assert!(why.starts_with("rank 1 of 2, unobservable 0 along x1:") && why.contains("not detectable"), "{why}");
+    assert!(
+        why.starts_with("rank 1 of 2, unobservable modes at 0 along x1:") && why.contains("not detectable"),
+        "{why}"
+    );
     // Each mode with its direction.
     let two = "[plant]\na = [[1, 0, 0], [0, 2, 0], [0, 0, 3]]\nc = [[0, 0, 1]]\n";
     let (_, rest) = INTEGRATOR.split_once("[simulation]\nx0 = [1, -1]").unwrap();
     let text = format!("{two}[simulation]\nx0 = [1, -1, 0]{}", rest.replace("w = [0, 0.01]", "w = [0, 0, 0.01]"));
     let why = self::advice(&text, &by("error")).observability.unwrap();
     let [one, other] = ["1 along x1", "2 along x2"];
-    let (a, b) =
-        (format!("rank 1 of 3, unobservable {one}, {other}:"), format!("rank 1 of 3, unobservable {other}, {one}:"));
+    let (a, b) = (
+        format!("rank 1 of 3, unobservable modes at {one}, {other}:"),
+        format!("rank 1 of 3, unobservable modes at {other}, {one}:"),
+    );
     assert!(why.starts_with(&a) || why.starts_with(&b), "{why}");
 }
 

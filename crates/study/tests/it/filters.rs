@@ -404,3 +404,22 @@ fn every_kalman_filter_has_a_band_that_holds_its_errors() {
     let html = std::fs::read_to_string(folder.join("report.html")).unwrap();
     assert!(html.contains("within ± 2 sigma") && html.contains("of a stationary Kalman filter to either side"));
 }
+
+/// A filter of a plant for which no observer exists does not claim to converge, and its period has the unit of time.
+#[test]
+fn filters_of_an_undetectable_plant_say_so() {
+    let folder = scratch("filters-undetectable");
+    let evidence = |rate: &str| {
+        let plant = format!("[plant]\na = [[-1, 0], [0, {rate}]]\nc = [[1, 0]]\ntime_unit = \"s\"\n");
+        let of = |kind: &str| {
+            let text = format!("{plant}[[observer]]\nkind = \"{kind}\"\nw = 1\nv = 1\nperiod = 0.05\n");
+            let results = execute(&study_in(&folder, &text), Step::Design, &RunOptions::default()).unwrap();
+            let design = results.observers[0].design.clone().unwrap();
+            assert!(design.statement.to_string().starts_with("One measurement every 0.05 s; "), "{design:?}");
+            design.evidence.unwrap()
+        };
+        ["extended-kalman", "ukf"].map(of)
+    };
+    assert_eq!(evidence("2"), ["no certificate: the plant is not detectable, no observer exists"; 2]);
+    assert_eq!(evidence("-2"), ["no certificate: local convergence only", "no certificate: no theorem of stability"]);
+}

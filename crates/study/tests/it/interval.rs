@@ -187,7 +187,14 @@ fn mistakes_and_refusals_are_named() {
         let found = read(&format!("{MOTOR}{}", observer(rest))).unwrap_err().to_string();
         assert!(found.contains(expected), "{found}");
     };
-    mistake("poles = [-6, -9]", "the kind interval without `bounds`");
+    mistake("poles = [-6, -9]", "an observer of the kind interval has no `bounds`");
+    mistake("poles = [-6, -9]", "bounds = { noise = [0.1] }");
+    // What is missing is said at once.
+    let nothing = format!("{MOTOR}[[observer]]\nkind = \"interval\"\n");
+    let found = read(&nothing).unwrap_err().to_string();
+    for what in ["has no `initial_bounds`", "has no `bounds`", "no gain specification"] {
+        assert!(found.contains(what), "{what}: {found}");
+    }
     mistake(&format!("poles = [-6, -9]\nleast_width = true\n{BOUNDS}"), "`poles` conflicts with `least_width`");
     mistake(&format!("least_width = true\ncoordinates = \"modal\"\n{BOUNDS}"), "the coordinates of the plant");
     mistake(&format!("poles = [-6, -9]\ncoordinates = \"polar\"\n{BOUNDS}"), "polar");

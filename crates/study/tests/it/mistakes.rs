@@ -641,12 +641,18 @@ pub(crate) fn an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what
                 "a = [[-1, 0], [0, 0]]\nc = [[1, 0]]\nstates = [\"seen\", \"bias\"]",
                 "kind = \"luenberger\"\npoles = [-1, -2]",
             ),
-            "unobservable modes 0 along bias",
+            "unobservable modes at 0 along bias",
             "no observer exists",
+        ),
+        // A gain of one's own for such a plant.
+        (
+            linear("a = [[-1, 0], [0, 2]]\nc = [[1, 0]]", "kind = \"luenberger\"\ngain = [[3], [0]]"),
+            "is not Hurwitz",
+            "no observer exists: add an output that depends on its unobservable modes, 2 along x2 (margin 0)",
         ),
         (
             linear("a = [[-1, 0], [0, -3]]\nc = [[1, 0]]", "kind = \"luenberger\"\npoles = [-1, -2]"),
-            "unobservable modes -3 along x2",
+            "unobservable modes at -3 along x2",
             "the plant is detectable",
         ),
         (

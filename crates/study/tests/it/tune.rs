@@ -402,6 +402,47 @@ fn logs_that_say_nothing_are_refused() {
     assert!(matches!(&error, TuneError::NoStart { .. }), "{error}");
 }
 
+/// One wrong reading makes V large: the rows that are held out say so, and the reading is named. With a gate in the
+/// tuned study, which lets the others pass, the variances are found. With one in the first study, whose V is far too
+/// small, hardly any measurement is left.
+#[test]
+fn an_outlier_is_named_and_a_gate_that_rejects_the_log_too() {
+    let folder = scratch("tune-outlier");
+    let log = scalar(600, (0.7, 1.3, 0.5, 1.0), 5, square_wave);
+    let text = SCALAR.replace("\"a\", \"b\", \"w\", \"v\"", "\"w\", \"v\"").replace("held_out = 0", "held_out = 0.3");
+    std::fs::write(folder.join("log.csv"), &log).unwrap();
+    let clean = tuned(&study_in(&folder, &text));
+    assert_eq!(clean.warnings, [""; 0]);
+    let mut rows: Vec<&str> = log.lines().collect();
+    // The line of t = 200.
+    let wrong = format!("{},99.9", rows[201].rsplit_once(',').unwrap().0);
+    rows[201] = &wrong;
+    std::fs::write(folder.join("log.csv"), rows.join("\n")).unwrap();
+    let report = tuned(&study_in(&folder, &text));
+    let [warning] = &report.warnings[..] else { panic!("{:?}", report.warnings) };
+    let held_out = report.held_out.as_ref().unwrap().after.nis.as_ref().unwrap();
+    assert!(held_out.mean < held_out.region[0], "{held_out:?}");
+    assert!(warning.contains(&format!(" is {}, the region of 95 %", held_out.in_words())), "{warning}");
+    assert!(warning.contains(" is that of y = 99.9 at t = 200 in log.csv: if it is an outlier"), "{warning}");
+    assert!(warning.contains("add `gate = 5` to filter in tuned.toml"), "{warning}");
+    assert!(report.text().contains(&format!("warning: {}", &warning[..20])), "{}", report.text());
+    let gated = tuned(&study_in(&folder, &report.study.replace("period = 1", "period = 1\ngate = 5")));
+    assert_eq!((gated.rejected, &gated.warnings[..]), (1, &[][..]));
+    let of = |report: &TuneReport| parameter(report, "v[y]").after;
+    assert!(
+        (of(&gated) - of(&clean)).abs() < 0.1 && of(&report) > 3.0,
+        "{} {} {}",
+        of(&clean),
+        of(&report),
+        of(&gated)
+    );
+    let narrow = text.replace("w = [0.3]\nv = [0.5]", "w = [1e-6]\nv = [1e-6]\ngate = 3");
+    let error = refused(&study_in(&folder, &narrow));
+    let TuneError::Gate { part, rejected, measurements, least, .. } = &error else { panic!("{error}") };
+    assert!(measurements < least && rejected > least && ["fitted", "held out"].contains(part), "{error}");
+    assert!(error.to_string().contains("tune without `gate` first"), "{error}");
+}
+
 /// A heading that turns several times, measured and logged within half a turn, while the estimates go on: the errors on
 /// the part that is held out are those of angles, and V is that of the compass, 0.1 rad.
 #[test]

@@ -115,6 +115,8 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
     let mut ended = Vec::new();
     for row in &log.rows {
         for output in &row.outputs {
+            // No measurement, no mean.
+            let size = |x: f64| if output.samples == 0 { Cell::number("-") } else { size(x) };
             grid = grid.row([
                 Cell::from(row.observer.as_str()),
                 Cell::from(plant.labelled(&output.output).as_str()),

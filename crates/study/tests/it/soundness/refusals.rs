@@ -483,7 +483,7 @@ fn a_width_that_no_gain_changes_ends_the_search() {
 fn an_unseen_mode_that_ends_in_one_step_leaves_an_observer() {
     let (why, instead) =
         refused("[plant]\na = [[0]]\nc = [[0], [0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\npoles = [0]\n");
-    assert!(why.starts_with("the plant is not observable: unobservable modes 0"), "{why}");
+    assert!(why.starts_with("the plant is not observable: unobservable modes at 0"), "{why}");
     assert!(instead.contains("the plant is detectable") && !instead.contains("no observer"), "{instead}");
     // In continuous time it does not decay.
     let (_, instead) =
@@ -637,13 +637,13 @@ fn modes_that_floating_point_hides_are_not_counted_as_hidden() {
     let both = "[plant]\na = [[-1, 0, 0], [0, 2, 0], [0, 0, 2.0000000000000004]]\nc = [[0, 1, 1]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2, -3]\n";
     let (why, instead) = refused(both);
     assert!(
-        why.starts_with("the plant is not observable, and to working precision its unobservable modes are "),
+        why.starts_with("the plant is not observable, and to working precision its unobservable modes are at "),
         "{why}"
     );
     assert!(why.contains("-1 along x1") && why.contains("2 along x2"), "{why}");
     assert!(instead.contains("hint: an observer exists, since the plant as stored is detectable"), "{instead}");
     let (why, instead) = refused(&both.replace("2.0000000000000004", "3"));
-    assert!(why.starts_with("the plant is not observable: unobservable modes -1 along x1"), "{why}");
+    assert!(why.starts_with("the plant is not observable: unobservable modes at -1 along x1"), "{why}");
     assert!(instead.contains("hint: the unobservable modes are stable"), "{instead}");
 }
 
