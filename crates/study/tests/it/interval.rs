@@ -187,7 +187,7 @@ fn mistakes_and_refusals_are_named() {
         let found = read(&format!("{MOTOR}{}", observer(rest))).unwrap_err().to_string();
         assert!(found.contains(expected), "{found}");
     };
-    mistake("poles = [-6, -9]", "an observer of the kind interval has no `bounds`");
+    mistake("poles = [-6, -9]", "[[observer]] of the kind interval has no `bounds`");
     mistake("poles = [-6, -9]", "bounds = { noise = [0.1] }");
     // What is missing is said at once.
     let nothing = format!("{MOTOR}[[observer]]\nkind = \"interval\"\n");

@@ -373,7 +373,7 @@ fn a_gate_that_locks_a_filter_out_is_named() {
     let warned = |p0: f64| {
         let results = run(&folder, &filter(p0));
         let row = results.log.as_ref().unwrap().rows[0].clone();
-        let text = results.text();
+        let text = results.text(false);
         let line = text.lines().find(|line| line.contains(" rejected)")).unwrap_or_else(|| panic!("{text}"));
         // What has no samples has no mean.
         let numbers = line.split_once(" rejected)").map(|(_, rest)| rest.split_whitespace().collect::<Vec<_>>());
