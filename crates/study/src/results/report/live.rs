@@ -26,8 +26,8 @@ pub(super) fn section(
     );
     let section = if experiment.observers.iter().any(|observer| observer.hypotheses.is_some()) {
         section.prose(
-            "The certificate of an interval observer is for bounded noise and first errors. Where the noise, which may \
-             not be Gaussian, or a slider goes beyond them it is not certified.",
+            "The certificate of an interval observer is for bounded noise and first errors. Where a slider goes beyond \
+             them, or the noise is Gaussian, it is not certified.",
         )
     } else {
         section
