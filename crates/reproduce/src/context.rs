@@ -8,11 +8,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Any error of a check. It marks the claim as failed and the run as unsuccessful.
 pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
 
+/// A shared result, once it is computed.
+type Shared = Option<Arc<dyn Any + Send + Sync>>;
+
 /// Handed to every check and figure.
 #[derive(Debug)]
 pub struct Context {
     out: PathBuf,
-    shared: Mutex<HashMap<&'static str, Arc<dyn Any + Send + Sync>>>,
+    shared: Mutex<HashMap<&'static str, Arc<Mutex<Shared>>>>,
 }
 
 impl Context {
@@ -43,15 +46,13 @@ impl Context {
         key: &'static str,
         compute: impl FnOnce() -> Result<T, CheckError>,
     ) -> Result<Arc<T>, CheckError> {
-        // The lock is not held while computing, so that a computation may ask for another shared result. A panic cannot
-        // leave the map half-changed, so poison is of no consequence.
-        let known = self.shared.lock().unwrap_or_else(PoisonError::into_inner).get(key).cloned();
-        let result = if let Some(result) = known {
-            result
-        } else {
-            let result: Arc<dyn Any + Send + Sync> = Arc::new(compute()?);
-            self.shared.lock().unwrap_or_else(PoisonError::into_inner).insert(key, Arc::clone(&result));
-            result
+        // The lock of the map is not held while computing, so that a computation may ask for another shared result: that
+        // of the key is, and the others wait for it. A panic leaves the place empty, so poison is of no consequence.
+        let place = Arc::clone(self.shared.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_default());
+        let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
+        let result = match &*place {
+            Some(known) => Arc::clone(known),
+            None => Arc::clone(place.insert(Arc::new(compute()?))),
         };
         result.downcast::<T>().map_err(|_| TypeOfKey { key, wanted: std::any::type_name::<T>() }.into())
     }

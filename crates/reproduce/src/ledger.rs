@@ -1,14 +1,15 @@
 //! Runs the claims and figures of the papers and writes the results.
 
-use crate::claim::{CheckError, Class, KernelTheorems, Record};
+use crate::claim::{CheckError, Claim, Class, KernelTheorems, Record};
 use crate::context::Context;
 use crate::evidence::Verdict;
 use crate::figure::{Figure, static_figure};
-use crate::paper::{Dataset, Drawing, Finding, KernelRefutation, Kind, Paper, Plate};
+use crate::paper::{Dataset, Drawing, Finding, KernelRefutation, Kind, LiveExample, Paper, Plate};
 use crate::progress::Progress;
 use crate::report;
 use crate::summary::{Drawn, Live};
 use crate::table::Table;
+use crate::threads;
 use luenberger_figures::colours;
 use luenberger_live::page;
 use std::collections::HashSet;
@@ -44,7 +45,7 @@ pub enum ReproduceError {
     },
 }
 
-/// [`crate::run`] for the given papers: every claim in order, every figure and dataset, then the report.
+/// [`crate::run`] for the given papers: every claim, figure and dataset on all cores, then the report.
 /// # Errors
 /// As [`crate::run`]; and an id that occurs twice.
 pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceError> {
@@ -58,47 +59,40 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
         fs::create_dir_all(&path).map_err(|source| ReproduceError::Write { path, source })?;
     }
     let context = Context::new(out);
-    let mut progress = Progress::new(papers.iter().map(|p| p.claims.len() + p.figures.len() + p.datasets.len()).sum());
+    let steps: Vec<Step<'_>> = papers.iter().flat_map(Step::of).collect();
+    let progress = Progress::new(steps.len());
+    let mut done = threads::map(steps.len(), |number| {
+        let (step, began) = (&steps[number], Instant::now());
+        progress.begin(step.id());
+        let done = step.take(&context);
+        progress.end(number, step.id(), done.word(), began.elapsed());
+        done
+    })
+    .into_iter();
+    progress.finish();
     let mut summary =
         Summary { records: Vec::new(), failures: Vec::new(), out: out.to_path_buf(), elapsed: Duration::ZERO };
     let (mut drawn, mut live) = (Vec::new(), Vec::new());
     for paper in papers {
-        for claim in &paper.claims {
-            progress.begin(claim.id);
-            let record = claim.examine(paper.key, &context);
-            if let Some(error) = record.error.clone().or_else(|| record.owes().map(str::to_owned)) {
-                summary.failures.push(Failure { id: record.id.clone(), error });
-            }
-            progress.end(claim.id, record.word());
-            summary.records.push(record);
-        }
-        for drawing in &paper.figures {
-            progress.begin(drawing.id);
-            match draw(drawing, &context) {
-                Ok(figure) => {
-                    progress.end(drawing.id, "drawn");
-                    drawn.push(Drawn { id: drawing.id, paper: paper.key, figure });
+        for (step, done) in Step::of(paper).zip(&mut done) {
+            let error = match done {
+                Done::Examined(record) => {
+                    let error = record.error.clone().or_else(|| record.owes().map(str::to_owned));
+                    summary.records.push(*record);
+                    error
                 }
-                Err(error) => {
-                    progress.end(drawing.id, "failed");
-                    summary.failures.push(Failure { id: drawing.id.to_owned(), error: error.to_string() });
+                Done::Drawn(figure) => {
+                    drawn.push(Drawn { id: step.id(), paper: paper.key, figure: *figure });
+                    None
                 }
-            }
-        }
-        for dataset in &paper.datasets {
-            progress.begin(dataset.id);
-            let written = tabulate(dataset, &context);
-            progress.end(dataset.id, if written.is_ok() { "written" } else { "failed" });
-            if let Err(error) = written {
-                summary.failures.push(Failure { id: dataset.id.to_owned(), error: error.to_string() });
-            }
-        }
-        for example in &paper.live {
-            let html = (example.experiment)().and_then(|it| Ok(page::html_block(example.id, &it, &colours())?));
-            match html {
-                Ok(html) => live.push(Live { example: example.clone(), html }),
-                Err(error) => summary.failures.push(Failure { id: example.id.to_owned(), error: error.to_string() }),
-            }
+                Done::Written => None,
+                Done::Live(one) => {
+                    live.push(one);
+                    None
+                }
+                Done::Failed(error) => Some(error.to_string()),
+            };
+            summary.failures.extend(error.map(|error| Failure { id: step.id().to_owned(), error }));
         }
         for refutation in &paper.kernel {
             match refuted_in_coq(refutation, paper, &summary.records, out) {
@@ -114,7 +108,6 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
             }
         }
     }
-    progress.finish();
     let mut ledger = serde_json::to_string_pretty(&summary.records)?;
     ledger.push('\n');
     write(&out.join("claims.json"), ledger.as_bytes())?;
@@ -122,6 +115,64 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
     write(&out.join("report.html"), report::html(papers, &summary, &drawn, &live)?.as_bytes())?;
     summary.elapsed = began.elapsed();
     Ok(summary)
+}
+
+/// What a run does of a paper, one independent of the other.
+enum Step<'a> {
+    Claim(&'a Paper, &'a Claim),
+    Figure(&'a Drawing),
+    Dataset(&'a Dataset),
+    Live(&'a LiveExample),
+}
+
+/// What a step came to.
+enum Done {
+    Examined(Box<Record>),
+    Drawn(Box<Figure>),
+    Written,
+    Live(Live),
+    Failed(CheckError),
+}
+
+impl<'a> Step<'a> {
+    fn of(paper: &'a Paper) -> impl Iterator<Item = Self> {
+        let claims = paper.claims.iter().map(move |claim| Step::Claim(paper, claim));
+        let (figures, datasets) = (paper.figures.iter().map(Step::Figure), paper.datasets.iter().map(Step::Dataset));
+        claims.chain(figures).chain(datasets).chain(paper.live.iter().map(Step::Live))
+    }
+
+    fn id(&self) -> &'static str {
+        match self {
+            Self::Claim(_, claim) => claim.id,
+            Self::Figure(drawing) => drawing.id,
+            Self::Dataset(dataset) => dataset.id,
+            Self::Live(example) => example.id,
+        }
+    }
+
+    fn take(&self, context: &Context) -> Done {
+        let done = match self {
+            Self::Claim(paper, claim) => Ok(Done::Examined(Box::new(claim.examine(paper.key, context)))),
+            Self::Figure(drawing) => draw(drawing, context).map(|figure| Done::Drawn(Box::new(figure))),
+            Self::Dataset(dataset) => tabulate(dataset, context).map(|()| Done::Written),
+            Self::Live(example) => (example.experiment)()
+                .and_then(|it| Ok(page::html_block(example.id, &it, &colours())?))
+                .map(|html| Done::Live(Live { example: (*example).clone(), html })),
+        };
+        done.unwrap_or_else(Done::Failed)
+    }
+}
+
+impl Done {
+    /// For the progress.
+    fn word(&self) -> &'static str {
+        match self {
+            Self::Examined(record) => record.word(),
+            Self::Drawn(_) => "drawn",
+            Self::Written | Self::Live(_) => "written",
+            Self::Failed(_) => "failed",
+        }
+    }
 }
 
 /// Draws one figure and writes its three files.

@@ -26,6 +26,7 @@ mod progress;
 pub mod report;
 mod summary;
 pub mod terminal;
+mod threads;
 pub mod value;
 
 pub use claim::{CheckError, Claim, Class, DocProof, KernelTheorems, NoteTable, Outcome, Quote, Record};

@@ -2,17 +2,22 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
-use std::time::{Duration, Instant};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use crate::terminal::PROGRESS;
 
-/// The steps of one run.
+/// The steps of one run, which several threads take.
 pub(crate) struct Progress {
     /// Absent off the terminal.
     bar: Option<ProgressBar>,
-    total: usize,
-    done: usize,
-    began: Instant,
+    lines: Mutex<Lines>,
+}
+
+/// Lines in the order of the steps: one that ends before an earlier one waits for it.
+struct Lines {
+    ended: Vec<Option<String>>,
+    written: usize,
 }
 
 impl Progress {
@@ -26,25 +31,27 @@ impl Progress {
             bar.enable_steady_tick(Duration::from_millis(100));
             bar
         });
-        Self { bar, total, done: 0, began: Instant::now() }
+        Self { bar, lines: Mutex::new(Lines { ended: vec![None; total], written: 0 }) }
     }
 
     /// A step begins.
-    pub(crate) fn begin(&mut self, name: &str) {
-        self.began = Instant::now();
+    pub(crate) fn begin(&self, name: &str) {
         if let Some(bar) = &self.bar {
             bar.set_message(name.to_owned());
         }
     }
 
-    /// A step has ended with this word.
-    pub(crate) fn end(&mut self, name: &str, word: &str) {
-        self.done += 1;
+    /// Step `number`, counted from 0, has ended with this word after this time.
+    pub(crate) fn end(&self, number: usize, name: &str, word: &str, after: Duration) {
         if let Some(bar) = &self.bar {
             bar.inc(1);
-        } else {
-            let seconds = self.began.elapsed().as_secs_f64();
-            eprintln!("[{:>3}/{}] {name:<40} {word:<14} {seconds:6.2} s", self.done, self.total);
+            return;
+        }
+        let Lines { ended, written } = &mut *self.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        ended[number] = Some(format!("{name:<40} {word:<14} {:6.2} s", after.as_secs_f64()));
+        while let Some(line) = ended.get(*written).and_then(Option::as_ref) {
+            *written += 1;
+            eprintln!("[{written:>3}/{}] {line}", ended.len());
         }
     }
 

@@ -1,7 +1,6 @@
 //! Monte Carlo runs with measurement noise: ranking of the observers, and its dependence on their gains.
 
 use std::sync::Arc;
-use std::thread;
 
 use crate::kkl::cuk::{self, Tuning};
 use luenberger_plants::CukConverter;
@@ -10,6 +9,7 @@ use luenberger_sim::{Integrator, Purpose, Settings, Trajectory};
 use super::runs::{self, OBSERVERS};
 use crate::claim::CheckError;
 use crate::context::Context;
+use crate::threads;
 
 /// The seeds are 1, 2, ..., and the run with the first is the one in the figures.
 pub(super) const SEEDS: u64 = 20;
@@ -64,10 +64,9 @@ impl RmsErrors {
 /// One row for each seed, one entry for each observer.
 pub(super) type Ensemble = Vec<[RmsErrors; OBSERVERS.len()]>;
 
-/// The spreads of all seeds. Two threads share the seeds, each of which is a run of its own: the result does not depend
-/// on them.
+/// The spreads of all seeds, each a run of its own.
 pub(super) fn ensemble(context: &Context) -> Result<Arc<Ensemble>, CheckError> {
-    context.once("kkl.cuk.ensemble", || shared(SEEDS, one))
+    context.once("kkl.cuk.ensemble", || threads::map(SEEDS as usize, |k| one(k as u64 + 1)).into_iter().collect())
 }
 
 fn one(seed: u64) -> Result<[RmsErrors; OBSERVERS.len()], CheckError> {
@@ -77,19 +76,6 @@ fn one(seed: u64) -> Result<[RmsErrors; OBSERVERS.len()], CheckError> {
         *spread = RmsErrors::of(&run, name)?;
     }
     Ok(spreads)
-}
-
-/// `f(1), ..., f(count)` by two threads.
-fn shared<T: Send>(count: u64, f: fn(u64) -> Result<T, CheckError>) -> Result<Vec<T>, CheckError> {
-    let (odd, even): (Vec<_>, Vec<_>) = thread::scope(|scope| {
-        let other = scope.spawn(|| (2..=count).step_by(2).map(f).collect());
-        let own = (1..=count).step_by(2).map(f).collect();
-        (own, other.join().unwrap_or_default())
-    });
-    let mut even = even.into_iter();
-    let results: Result<Vec<T>, _> = odd.into_iter().flat_map(|result| [Some(result), even.next()]).flatten().collect();
-    let results = results?;
-    if results.len() as u64 == count { Ok(results) } else { Err("a thread of the ensemble came to no end".into()) }
 }
 
 /// The run with noise of the figures.
