@@ -1,5 +1,5 @@
-//! Observers whose sizes are known at run time, with their sizes in a type where these are small: up to eight states and
-//! four outputs, in a module for web pages up to four states and two outputs.
+//! Observers whose sizes are known at run time, with their sizes in a type where these are small: up to eight states
+//! and four outputs, in a module for web pages up to four states and two outputs.
 //!
 //! Such an observer takes no memory. It is the same body as for any size, and gives the same bits. The plant is at an
 //! input that is held, and without its type, and the scalar is binary64: the sizes that an observer is compiled for are

@@ -1,4 +1,5 @@
-//! Observers whose sizes are known at run time run with their sizes in a type where these are small: with the same bits.
+//! Observers whose sizes are known at run time run with their sizes in a type where these are small: with the same
+//! bits.
 
 use luenberger_observers::{
     Differentiable, Dimensions, ExtendedKalmanFilter, KalmanFilter, KalmanModel, NoiseModel, Plant,
