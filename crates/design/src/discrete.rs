@@ -178,8 +178,8 @@ impl DiscreteDesign {
     /// outputs, of which many gains have them, `Ld = T^-1 G` with `T Ad - E T = G C`, where `E = exp((A - L C) h)` and
     /// `G = int_0^h exp((A - L C) s) ds L`: then `Ad - Ld C = T^-1 E T`, T tends to the identity as h does to 0, and
     /// `Ld/h` to L. Exists whenever the sampled pair is observable, which sampling can spoil only at special periods
-    /// (Kalman, Ho and Narendra 1963). Of an observer with modes that no output sees, which decay by themselves, the gain
-    /// is G, if that is stable: then the poles are near `exp(h s)`, for periods that are short beside the poles.
+    /// (Kalman, Ho and Narendra 1963). Of an observer with modes that no output sees, which decay by themselves, the
+    /// gain is G, if that is stable: then the poles are near `exp(h s)`, for periods that are short beside the poles.
     ///
     /// ```
     /// use luenberger_design::{DiscreteDesign, LinearDesign};
@@ -189,8 +189,8 @@ impl DiscreteDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     ///
-    /// Source: G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2; T is
-    /// that of Luenberger, IEEE Transactions on Military Electronics 8, 1964.
+    /// Source: G. F. Franklin, J. D. Powell, M. L. Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2; T
+    /// is that of Luenberger, IEEE Transactions on Military Electronics 8, 1964.
     ///
     /// # Errors
     /// [`DesignError::NotPositive`] for h; the errors of placement when the period hides a mode.

@@ -46,8 +46,9 @@ impl Context {
         key: &'static str,
         compute: impl FnOnce() -> Result<T, CheckError>,
     ) -> Result<Arc<T>, CheckError> {
-        // The lock of the map is not held while computing, so that a computation may ask for another shared result: that
-        // of the key is, and the others wait for it. A panic leaves the place empty, so poison is of no consequence.
+        // The lock of the map is not held while computing, so that a computation may ask for another shared result:
+        // that of the key is, and the others wait for it. A panic leaves the place empty, so poison is of no
+        // consequence.
         let place = Arc::clone(self.shared.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_default());
         let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
         let result = match &*place {

@@ -72,6 +72,10 @@ fn is_proved(facts: &[Fact]) -> bool {
     facts.iter().all(|fact| fact.verdict.is_proved())
 }
 
+/// The designs, more of them, and mutants: what is wrong only where a stored matrix misses its equation by much is
+/// noticed on few of these.
+const ROUNDS: usize = 8;
+
 /// The labels and definitions of a theorem, each changed in every way there is.
 ///
 /// # Panics
@@ -83,15 +87,15 @@ pub fn changed_labels(kind: &'static str, seed: u64) -> Noticed {
     let texts: BTreeSet<String> = trials.iter().flat_map(|trial| trial.texts.clone()).collect();
     let of = |text: String| changes(&text).into_iter().map(move |by| Changed { text: text.clone(), by });
     let mut found = Noticed { missed: texts.into_iter().flat_map(of).collect(), noticed: Vec::new() };
-    for round in 0..3 {
+    for round in 0..ROUNDS {
         let is_noticed = |changed: &Changed| trials.iter().any(|trial| is_noticed(trial, changed, &mut run));
         let (noticed, missed): (Vec<_>, Vec<_>) = found.missed.into_iter().partition(is_noticed);
         found.missed = missed;
         found.noticed.extend(noticed);
-        if found.missed.is_empty() || round == 2 {
+        if found.missed.is_empty() || round + 1 == ROUNDS {
             break;
         }
-        // More designs, then mutants of them all.
+        // More designs, then mutants of them all, again and again.
         let documents = if round == 0 {
             let more: Vec<Value> = (0..3 * DESIGNS).map(|_| run.design()).collect();
             designs.extend(more.iter().cloned());

@@ -278,7 +278,9 @@ proptest! {
             let r = 1.0 / (1.0 + 2.0 * w * period * innovation.dot(&(&theta * &innovation))).sqrt();
             let between = &xhat + o.n() * &innovation * ((r - 1.0) / w);
             let expected = o.ad() * &between + o.ld() * (&innovation * r);
-            let size = (o.ad().norm() * (xhat.norm() + o.n().norm() * innovation.norm() / w) + o.ld().norm() * innovation.norm()) * 64.0 * n as f64;
+            // C xhat may be small beside its terms, which are rounded.
+            let measured = o.c().norm() * xhat.norm();
+            let size = (o.ad().norm() * (xhat.norm() + o.n().norm() * measured / w) + o.ld().norm() * measured) * 64.0 * n as f64;
             design.observer.step(f64::from(step) * period, &mut xhat, &u, &y);
             prop_assert!((&xhat - &expected).norm() <= f64::EPSILON * size, "step {step}: {xhat} and {expected}");
             let next = xhat.dot(&(&design.p * &xhat));

@@ -383,8 +383,8 @@ fn poles_beside_a_zero_are_refused_in_every_unit_of_time() {
     }
 }
 
-/// A hydraulic cylinder in metres and pascals, where the P of `Q = rho I` is proved for some factors and not for others,
-/// by its rounding: each factor has a proof, of that Q or of another.
+/// A hydraulic cylinder in metres and pascals, where the P of `Q = rho I` is proved for some factors and not for
+/// others, by its rounding: each factor has a proof, of that Q or of another.
 #[test]
 fn a_factor_of_the_identity_decides_no_proof() {
     let a = dmatrix![0.0, 1.0, 0.0; 0.0, -5.0, 1.5e-5; 0.0, -2.1e10, -2.0];

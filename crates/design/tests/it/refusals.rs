@@ -23,9 +23,13 @@ fn a_gain_in_unsuitable_units_is_proved() {
     let f = design.error_matrix();
     let residual = f.transpose() * &design.p + &design.p * &f + &design.q;
     assert!(residual.norm() <= 1e-12 * (design.p.norm() * f.norm()));
-    // A weight that is given keeps its P, and proves nothing here.
-    let weighted = LinearDesign::with_poles_and_weight(&of, &[-1.0, -2.0], LyapunovWeight::Identity(1.0)).unwrap();
-    assert!((weighted.q.clone() - DMatrix::identity(2, 2)).norm() == 0.0 && !weighted.certificate.is_proved());
+    // A matrix that is given keeps its P, and proves nothing here; a factor of the identity does not.
+    let weighted = |weight| LinearDesign::with_poles_and_weight(&of, &[-1.0, -2.0], weight).unwrap();
+    let identity = DMatrix::identity(2, 2);
+    let given = weighted(LyapunovWeight::Matrix(identity.clone()));
+    assert!(given.q == identity && !given.certificate.is_proved());
+    let factor = weighted(LyapunovWeight::Identity(1.0));
+    assert!(factor.q != identity && factor.certificate.is_proved());
     assert!(ReducedOrderDesign::with_poles(&of, &[-1.0]).unwrap().certificate.is_proved());
 }
 

@@ -265,7 +265,8 @@ fn the_folder_of_another_study_is_refused() {
     assert!(folder.join("out/blocks/notes.txt").exists());
 }
 
-/// The copy of a study beside its blocks is the one that they are of: a change in it, or in a file that it reads, is seen.
+/// The copy of a study beside its blocks is the one that they are of: a change in it, or in a file that it reads, is
+/// seen.
 #[test]
 fn a_changed_copy_of_the_study_is_refused() {
     let folder = scratch("copy");

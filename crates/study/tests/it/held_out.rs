@@ -241,7 +241,8 @@ fn a_log_may_begin_at_any_time() {
     assert_eq!(rows.len(), ROWS);
 }
 
-/// Measurements that rest on the steps of a converter have a second difference of zero: their noise is that of its step.
+/// Measurements that rest on the steps of a converter have a second difference of zero: their noise is that of its
+/// step.
 #[test]
 fn a_coarse_converter_has_the_noise_of_its_step() {
     let (folder, mut rows) = logged("advise-coarse");

@@ -263,8 +263,8 @@ fn the_equations_of_a_linear_plant_have_its_matrices() {
     }
 }
 
-/// An equation of an output that has the name of the state that it measures has the name `y1`: `v = v` would say nothing.
-/// Text for a terminal is the same text with colours.
+/// An equation of an output that has the name of the state that it measures has the name `y1`: `v = v` would say
+/// nothing. Text for a terminal is the same text with colours.
 #[test]
 fn equations_and_colours_of_the_text() {
     let plant = |output: &str| {

@@ -247,10 +247,14 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
+        file: "crates/design/src/discrete.rs",
+        suites: &[DESIGNS, CUBIC],
+        mutants: &[mutant("sampled design: z = h s", WrongOperand, "(s * h).exp()", "s * h")],
+    },
+    Source {
         file: "crates/design/src/sampled.rs",
         suites: &[DESIGNS, CUBIC],
         mutants: &[
-            mutant("sampled design: z = h s", WrongOperand, "(s * h).exp()", "s * h"),
             sign("sampled design: Fd = Ad + Ld C", "&ad - &ld * &c"),
             mutant(
                 "sampled design: Fd P Fd' - P",
