@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 const PACKAGES: [&str; 4] = ["scipy==1.17.1", "numpy==2.4.6", "slycot==0.7.1", "control==0.10.2"];
 
 /// Orders 2 to 1000, or to `largest`, of all routines or those named; the model-reduction plants of
-/// `../shared/data/mor` where they lie beside the checkout. Writes `linalg.json`, `linalg.md` and `linalg-summary.md` in
-/// `target/bench`, and puts the last into its page in `docs` if that is asked for.
+/// `../shared/data/mor` where they lie beside the checkout. Writes `linalg.json`, `linalg.md` and `linalg-summary.md`
+/// in `target/bench`, and puts the last into its page in `docs` if that is asked for.
 pub(crate) fn run(
     largest: Option<usize>,
     routines: &[String],

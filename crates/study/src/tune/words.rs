@@ -1,5 +1,7 @@
 //! The fit in words.
 
+use std::fmt::Write as _;
+
 use luenberger_proof::wording::{counted, significant};
 use luenberger_wording::rounded;
 
@@ -129,7 +131,8 @@ pub(super) fn warnings(criterion: &Criterion<'_>, held_out: &HeldOut, values: &[
             |y| format!("{} = {}", largest.output, plant.measured(&largest.output, significant(y, 6))),
         );
         let t = rounded(largest.t, 9);
-        text += &format!(
+        _ = write!(
+            text,
             " The largest normalised innovation, of {} standard deviations, is that of {reading} at t = {} in {}",
             significant(largest.deviations, 3),
             plant.time_in_words(t),
@@ -138,14 +141,14 @@ pub(super) fn warnings(criterion: &Criterion<'_>, held_out: &HeldOut, values: &[
         let kind = kinds::named(criterion.requested.kind.name());
         let has_gate = kind.is_some_and(|kind| kind.keys.iter().copied().flatten().any(|key| key.name == GATE.name));
         let is_gated = criterion.rejected.iter().any(|count| *count > 0);
-        text += &if largest.deviations > USUAL_GATE && has_gate && !is_gated {
-            format!(
-                ": if it is an outlier, add `{} = {USUAL_GATE}` to {observer} in {file}, which leaves such measurements out, and tune that study.",
+        if largest.deviations > USUAL_GATE && has_gate && !is_gated {
+            _ = write!(
+                text,
+                ": if it is an outlier, add `{} = {USUAL_GATE}` to {observer} in {file}, which leaves such measurements out, and tune that study",
                 GATE.name
-            )
-        } else {
-            ".".to_owned()
-        };
+            );
+        }
+        text.push('.');
     }
     vec![text]
 }
