@@ -353,6 +353,12 @@ fn every_block_of_the_pages_is_tested() {
     }
 }
 
+/// The words of a line, without the signs around them.
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    let parts = line.split(|c: char| c.is_whitespace() || "()[]{},;=".contains(c));
+    parts.map(|word| word.trim_end_matches(['.', ':', '*']))
+}
+
 /// What the guide says of the outputs that it shows: each number of its sentences with a decimal point, or with three
 /// digits or more, stands in one of its blocks.
 #[test]
@@ -362,10 +368,6 @@ fn the_numbers_of_the_guide_are_printed_ones() {
         let (digits, others): (String, String) = word.chars().partition(char::is_ascii_digit);
         matches!((others.as_str(), digits.trim_matches('0').len()), (".", 1..) | ("", 3..))
     };
-    fn words(line: &str) -> impl Iterator<Item = &str> {
-        let parts = line.split(|c: char| c.is_whitespace() || "()[]{},;=".contains(c));
-        parts.map(|word| word.trim_end_matches(['.', ':', '*']))
-    }
     let printed: Vec<String> = blocks(page).into_iter().flat_map(|block| block.lines).collect();
     let printed: BTreeSet<&str> = printed.iter().flat_map(|line| words(line)).collect();
     let mut is_inside = false;

@@ -225,7 +225,7 @@ fn a_log_may_begin_at_any_time() {
         advice.information.iter().find(|item| item.what == what).map(|item| item.value.clone())
     };
     for item in &first.information {
-        assert_eq!(value(&second, &item.what), Some(item.value.clone()), "{}", item.what);
+        assert_eq!(value(&second, item.what), Some(item.value.clone()), "{}", item.what);
     }
     let markdown = first.markdown("10 min");
     let head =

@@ -175,8 +175,8 @@ fn predicted_estimates_are_scored_and_large_tables_are_refused() {
     );
     let folder = scratch("large-table");
     for (rows, is_there) in [(20_000, true), (20_001, false)] {
-        let table: String = (0..rows).map(|k| format!("{},1\n", 1e-3 * f64::from(k))).collect();
-        std::fs::write(folder.join("force.csv"), format!("t,force\n{table}")).unwrap();
+        let table: Vec<String> = (0..rows).map(|k| format!("{},1\n", 1e-3 * f64::from(k))).collect();
+        std::fs::write(folder.join("force.csv"), format!("t,force\n{}", table.concat())).unwrap();
         let study = study_in(&folder, &CARRIAGE.replace("INPUT", "table = \"force.csv\""));
         let (experiment, _, html) = page_of(&study, &scratch("large-table-out"));
         assert_eq!(experiment.is_some(), is_there);

@@ -396,7 +396,7 @@ fn rows_that_cannot_be_used_are_passed_over() {
     let mut found = answers(&mut stream, &format!("{names}\n{}\n{}\n2.25,1,0,0\n", dated(0), dated(1)));
     let error = found.pop().unwrap().unwrap_err();
     assert!(error.starts_with("line 4, column 1 (t): "), "{error}");
-    assert!(!found.is_empty() && found.iter().all(|answer| answer.is_ok()), "{found:?}");
+    assert!(!found.is_empty() && found.iter().all(Result::is_ok), "{found:?}");
     let mut stream = opened(&study, &StreamOptions::default());
     let encoding = "line 2: the byte 0xff is not UTF-8; save the file as UTF-8 (a spreadsheet: \"CSV UTF-8\")";
     stream.line(1, names.as_bytes()).unwrap();
