@@ -177,7 +177,8 @@ impl DiscreteDesign {
     /// lag by the motion of the output within a period. For one output it is the one with these poles; for several
     /// outputs, of which many gains have them, `Ld = T^-1 G` with `T Ad - E T = G C`, where `E = exp((A - L C) h)` and
     /// `G = int_0^h exp((A - L C) s) ds L`: then `Ad - Ld C = T^-1 E T`, T tends to the identity as h does to 0, and
-    /// `Ld/h` to L. Exists whenever the sampled pair is observable, which sampling can spoil only at special periods
+    /// `Ld/h` to L. Where the plant and the observer share an eigenvalue there is no such T, and the gain is placed.
+    /// Exists whenever the sampled pair is observable, which sampling can spoil only at special periods
     /// (Kalman, Ho and Narendra 1963). Of an observer with modes that no output sees, which decay by themselves, the
     /// gain is G, if that is stable: then the poles are near `exp(h s)`, for periods that are short beside the poles.
     ///

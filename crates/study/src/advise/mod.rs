@@ -32,7 +32,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use luenberger_clock::Instant;
-use luenberger_design::UnseenModes;
 use luenberger_linalg::observability;
 use luenberger_proof::wording::{complex, counted, shortest};
 use luenberger_wording::setters;
@@ -50,6 +49,7 @@ use crate::read::Format;
 use crate::results::Quantity;
 use crate::statistics::pareto_front;
 use crate::study::{AdviseSpec, Log, ObserverSpec, Simulation, Study};
+use crate::synthesis::explain;
 use crate::trajectory;
 use crate::tuning::{Basis, Information};
 use crate::{RunOptions, design, write_folder};
@@ -308,9 +308,7 @@ fn logged(
 /// Why no observer of a linear plant exists, if none does.
 fn undetectable(study: &Study) -> Result<Option<String>, StudyError> {
     let Some(plant) = study.plant.model.linear() else { return Ok(None) };
-    if observability(&plant.a, &plant.c)?.is_observable()
-        || UnseenModes::of(&plant.a, &plant.c, study.plant.time()) != UnseenModes::Remain
-    {
+    if explain::undetectable(&study.plant).is_none() {
         return Ok(None);
     }
     Ok(Some(format!(
