@@ -71,6 +71,22 @@ where
     products.fold(first, |sum, product| sum + product)
 }
 
+/// The matrix of entries `f(i, j)`. As nalgebra's `from_fn_generic`, in line: called, it keeps a panic for an index that
+/// no caller has.
+#[inline(always)]
+fn filled<T: RealField + Copy, R: Dim, C: Dim>(rows: R, columns: C, f: impl Fn(usize, usize) -> T) -> OMatrix<T, R, C>
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    let mut matrix = OMatrix::zeros_generic(rows, columns);
+    for j in 0..columns.value() {
+        for i in 0..rows.value() {
+            matrix[(i, j)] = f(i, j);
+        }
+    }
+    matrix
+}
+
 /// `A B`.
 #[inline(always)]
 pub fn times<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
@@ -81,7 +97,7 @@ where
     DefaultAllocator: Allocator<R, K> + Allocator<K, C> + Allocator<R, C>,
 {
     let (rows, columns, inner) = (a.shape_generic().0, b.shape_generic().1, a.ncols());
-    OMatrix::from_fn_generic(rows, columns, |i, j| sum(inner, |k| a[(i, k)] * b[(k, j)]))
+    filled(rows, columns, |i, j| sum(inner, |k| a[(i, k)] * b[(k, j)]))
 }
 
 /// `A B'`.
@@ -94,7 +110,7 @@ where
     DefaultAllocator: Allocator<R, K> + Allocator<C, K> + Allocator<R, C>,
 {
     let (rows, columns, inner) = (a.shape_generic().0, b.shape_generic().0, a.ncols());
-    OMatrix::from_fn_generic(rows, columns, |i, j| sum(inner, |k| a[(i, k)] * b[(j, k)]))
+    filled(rows, columns, |i, j| sum(inner, |k| a[(i, k)] * b[(j, k)]))
 }
 
 /// The Cholesky factor of a symmetric positive definite matrix, `S = G G'`, of which the lower triangle is read.
