@@ -71,8 +71,8 @@ where
     products.fold(first, |sum, product| sum + product)
 }
 
-/// The matrix of entries `f(i, j)`. As nalgebra's `from_fn_generic`, in line: called, it keeps a panic for an index that
-/// no caller has.
+/// The matrix of entries `f(i, j)`. As nalgebra's `from_fn_generic`, in line: called, that keeps a panic for an index
+/// that no caller has.
 #[inline(always)]
 fn filled<T: RealField + Copy, R: Dim, C: Dim>(rows: R, columns: C, f: impl Fn(usize, usize) -> T) -> OMatrix<T, R, C>
 where
