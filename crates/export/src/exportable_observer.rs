@@ -182,9 +182,10 @@ impl ExportableObserver {
             | Self::Varying(_)
             | Self::Kalman(_)
             | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::SampledNonlinear(_)
             | Self::Discrete(_) => true,
-            Self::MovingHorizon(_) | Self::Kkl(_) | Self::Extension(_) | Self::Step(_) => false,
+            Self::Kkl(_) | Self::Extension(_) | Self::Step(_) => false,
         }
     }
 

@@ -158,10 +158,10 @@ impl ExportableObserver {
         let Self::MovingHorizon(estimator) = self else { return self.state_entries() * scalar.bytes() };
         let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
         let (bytes, timed) = (scalar.bytes(), usize::from(self.uses_time()));
-        // The integer behind the numbers of a sample is padded to their length, and so is the number of samples; that
+        // The integers behind the numbers of a sample are padded to their length, and so is the number of samples; that
         // of the next sample has 8 bytes.
-        let samples = estimator.horizon().window * (n + m + p + timed + 1);
-        let end = (2 * (n + n * n) + samples) * bytes + 4;
+        let sample = ((n + m + p + timed) * bytes + 4 * p).next_multiple_of(bytes);
+        let end = 2 * (n + n * n) * bytes + estimator.horizon().window * sample + 4;
         if timed == 1 { end.next_multiple_of(8) + 8 } else { end.next_multiple_of(bytes) }
     }
 
@@ -201,8 +201,9 @@ impl ExportableObserver {
         let Self::MovingHorizon(estimator) = self else { return None };
         let window = FullWindow::new(self, estimator);
         let (n, interior) = (window.n, if window.bounds > 0 { 2 * window.bounds + window.n } else { 0 });
+        let (outputs, bounds) = (window.p * (2 * n + 1), window.bounds * (n + 1));
         // Stages of the filter, trajectory, solutions, slacks and multipliers.
-        Some(window.stages * (3 * n * n + 2 * n + 2 * n + interior))
+        Some(window.stages * (2 * n * n + n + outputs + bounds + 2 * n + interior))
     }
 }
 
@@ -249,10 +250,21 @@ impl FullWindow {
         }
     }
 
-    /// The update by one measurement: gain, w, mean, T, and P in Joseph's form.
+    /// The update by one measurement from the product `P c'` on: gain, mean, and P in Joseph's form by two changes of
+    /// rank one.
     fn correction(&self) -> usize {
         let n = self.n;
-        11 * n * n + 7 * n + 1 + 2 * square(n) + n * (n - 1)
+        2 + n + 2 * n + 2 * n * n + n + 2 * n * (n + 1)
+    }
+
+    /// The products with the row of an output: `P c'`, `c P c'` and `A c'`.
+    fn products(&self) -> usize {
+        2 * self.n * (2 * self.n + 1)
+    }
+
+    /// What the way back needs of a measurement: `K' mu + nu/s`, and the change of mu by `states` entries of its row.
+    fn adjoint(&self, states: usize) -> usize {
+        2 * self.n + 1 + states
     }
 
     /// The outputs of a sample, decoupled by the factor of V.
@@ -260,7 +272,7 @@ impl FullWindow {
         let (n, p) = (self.n, self.p);
         let decoupled = p * (p - 1) * (n + 1) + p * (n + 1);
         let wrapped = (self.angles.0 + p * self.angles.1) * WRAP;
-        self.measurement + p + decoupled + p * (3 * n + self.correction()) + wrapped
+        self.measurement + p + decoupled + p * (3 * n + self.products() + self.correction()) + wrapped
     }
 
     /// `A P A' + Q`.
@@ -275,7 +287,7 @@ impl FullWindow {
 
     fn pass(&self) -> usize {
         let n = self.n;
-        let moved = self.linearised + self.drift() + self.spread() + 4 * n * n + n;
+        let moved = self.linearised + self.drift() + self.spread() + self.p * self.adjoint(2 * n) + 2 * n * n;
         self.stages * (self.measured() + 2 * n * n) + (self.stages - 1) * moved
     }
 
@@ -297,9 +309,10 @@ impl FullWindow {
         let pairs = self.stages * self.bounds;
         // Value, innovation and variance of a bound; the steps of its slack and multiplier, twice, how far they may go,
         // and the new ones.
-        let of_bounds = pairs * (6 + self.correction() + 2 * 8 + 2 * 5 + 6);
-        let step = self.pass() + of_bounds + 3 * self.stages * self.n + 2;
-        self.within() + 4 * pairs + INTERIOR_POINT_STEPS * step
+        let back = (self.stages - 1) * self.bounds * self.adjoint(1);
+        let of_bounds = pairs * (6 + self.correction() + 2 * 8 + 2 * 5 + 6) + back;
+        let step = self.pass() + of_bounds + 4 * self.stages * self.n + 3;
+        self.within() + 3 * pairs + self.n + INTERIOR_POINT_STEPS * step
     }
 }
 

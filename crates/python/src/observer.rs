@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use luenberger_export::{ExportableObserver, golden};
+use luenberger_export::golden;
 use luenberger_plants::Plant;
 use luenberger_study::deployment::{ExportOptions, ExportRefusal, export, program};
 use luenberger_study::design::{Designed, design_until};
@@ -159,8 +159,7 @@ impl Design {
                 error: Box::new(error),
             })?;
             let observer = export.observer();
-            let takes_missing =
-                observer.leaves_out_missing() || matches!(observer, ExportableObserver::MovingHorizon(_));
+            let takes_missing = observer.leaves_out_missing();
             let is_of_plant = study.observers[0].kind.functions().is_none();
             let plant = (!takes_missing && is_of_plant).then(|| study.plant.model.clone());
             let (period, size) = (observer.period(), observer.dimensions());

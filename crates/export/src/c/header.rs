@@ -166,7 +166,7 @@ fn window(export: &Export) -> (String, String) {
 typedef struct {{
     {number} x[{upper}_STATES]; /**< Estimate. */
 {inputs}    {number} y[{upper}_OUTPUTS]; /**< Measured outputs. */
-{time}    int measured; /**< 1 if the outputs count. */
+{time}    int measured[{upper}_OUTPUTS]; /**< 1 for an output that counts. */
 }} {name}_sample;
 "
     );
@@ -259,7 +259,8 @@ fn not_finite(export: &Export) -> String {
             of_filter(export.names.outputs.len() > 1, known)
         }
         ExportableObserver::MovingHorizon(_) => format!(
-            " * A measurement that is not finite is passed over. A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,"
+            "{} A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,",
+            missing(export.names.outputs.len() > 1)
         ),
         ExportableObserver::Extension(_) | ExportableObserver::Step(_) => format!(
             " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
@@ -332,14 +333,19 @@ void {name}_predict({name}_state *state, const {number} *u);
     )
 }
 
-/// The same for a filter with a covariance.
-fn of_filter(has_several: bool, known: &str) -> String {
-    let measured = if has_several {
+/// The samples that a filter with a covariance passes over.
+fn missing(has_several: bool) -> &'static str {
+    if has_several {
         " * An output that is not finite, such as NAN, counts as not measured: sensors of different rates share y. A sample\n * without any is passed over."
     } else {
         " * A sample with a value of y that is not finite is passed over, as if it were missed."
-    };
+    }
+}
+
+/// The same for a filter with a covariance.
+fn of_filter(has_several: bool, known: &str) -> String {
     format!(
-        "{measured} A value of\n * {known} that is not finite, and a prediction without a result, make the estimate not finite, for good, unless the\n * plant does not depend on it or limits it:"
+        "{} A value of\n * {known} that is not finite, and a prediction without a result, make the estimate not finite, for good, unless the\n * plant does not depend on it or limits it:",
+        missing(has_several)
     )
 }

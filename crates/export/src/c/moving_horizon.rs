@@ -26,7 +26,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, estimator: &
     macros.option("HAS_BOUNDS", !bounds.is_empty());
     macros.integer("BOUND_COUNT", bounds.len());
     macros.integer("INTERIOR_POINT_STEPS", INTERIOR_POINT_STEPS);
-    let names = ["LEAST_MU", "LEAST_VARIANCE", "FRACTION_TO_BOUNDARY", "LEFT_AT_BOUNDARY"];
+    let names = ["LEAST_MU", "LEAST_VARIANCE", "SMALL_STEP", "FRACTION_TO_BOUNDARY", "LEFT_AT_BOUNDARY"];
     for (name, x) in names.into_iter().zip(interior_point(export.scalar)).chain([("TENTH", 0.1)]) {
         macros.number(name, x);
     }
@@ -63,17 +63,17 @@ static const {} SIDE[{count}] = {{ {} }};
     );
 }
 
-/// The constants of the interior-point method, as they are computed in the format: the least mu and the least variance,
-/// the share of the way to a bound, and what is left of it.
-fn interior_point(scalar: Scalar) -> [f64; 4] {
+/// The constants of the interior-point method, as they are computed in the format: the least mu, the least variance,
+/// the step after which it ends, the share of the way to a bound, and what is left of it.
+fn interior_point(scalar: Scalar) -> [f64; 5] {
     match scalar {
         Scalar::Binary32 => {
             let (least, share) = (f32::EPSILON * 1e3, FRACTION_TO_BOUNDARY as f32);
-            [least, least * least, share, 1.0 - share].map(f64::from)
+            [least, least * least, f32::EPSILON.sqrt(), share, 1.0 - share].map(f64::from)
         }
         Scalar::Binary64 => {
             let least = f64::EPSILON * 1e3;
-            [least, least * least, FRACTION_TO_BOUNDARY, 1.0 - FRACTION_TO_BOUNDARY]
+            [least, least * least, f64::EPSILON.sqrt(), FRACTION_TO_BOUNDARY, 1.0 - FRACTION_TO_BOUNDARY]
         }
     }
 }

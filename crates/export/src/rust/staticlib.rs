@@ -302,7 +302,7 @@ impl Window {
 pub struct Sample {{
     x: [{number}; {n}],
 {}    y: [{number}; {p}],
-{}    measured: i32,
+{}    measured: [i32; {p}],
 }}
 
 ",
@@ -310,7 +310,7 @@ pub struct Sample {{
             only(timed, format!("    t: {number},\n")),
         );
         let zeros = format!(
-            "Sample {{ x: [{zero}; {n}], {}y: [{zero}; {p}], {}measured: 0 }}",
+            "Sample {{ x: [{zero}; {n}], {}y: [{zero}; {p}], {}measured: [0; {p}] }}",
             only(m > 0, format!("u: [{zero}; {m}], ")),
             only(timed, format!("t: {zero}, ")),
         );
@@ -333,8 +333,8 @@ pub struct Sample {{
             "let head = self.xhat.iter().chain(self.p.iter().flatten()).copied().chain([self.count as {number}]);
         let prior = self.prior.iter().chain(self.prior_p.iter().flatten()).copied();
         let samples = self.samples.iter().flat_map(|at| {{
-            let flag = if at.measured == 0 {{ {zero} }} else {{ {one} }};
-            at.x.into_iter(){}.chain(at.y).chain([flag; {p}]).chain([{}, {period}])
+            let flags = at.measured.map(|flag| if flag == 0 {{ {zero} }} else {{ {one} }});
+            at.x.into_iter(){}.chain(at.y).chain(flags).chain([{}, {period}])
         }});
         let mut all = head.chain(prior).chain(samples);
         SVector::from_fn(|_, _| all.next().unwrap_or({zero}))",
@@ -352,8 +352,7 @@ pub struct Sample {{
         for at in &mut self.samples {{
             at.x = core::array::from_fn(|_| next());
 {}            at.y = core::array::from_fn(|_| next());
-            let flags: [{number}; {p}] = core::array::from_fn(|_| next());
-            at.measured = i32::from(flags.iter().any(|flag| *flag > {half}));
+            at.measured = core::array::from_fn(|_| i32::from(next() > {half}));
             {}next();
             next();
         }}

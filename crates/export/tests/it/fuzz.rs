@@ -457,6 +457,10 @@ fn what_is_not_finite_is_passed_over() {
     let unscented = |sigma| UnscentedKalmanFilter::new(plant(), noises(), sigma, 0.1, 2).unwrap();
     let small = SigmaPoints { alpha: 0.5, ..SigmaPoints::default() };
     let map = || crate::moving_horizon::plant(&["x1 + 0.1*x2", "0.9*x2 - 0.1*sin(x1) + u1"], &["x1", "x2"], 1);
+    let v = DMatrix::from_row_slice(2, 2, &[0.05, 0.02, 0.02, 0.03]);
+    let horizon = Horizon { window: 3, iterations: 2 };
+    let moving = MovingHorizon::new(plant(), NoiseModel { v, ..noises() }, horizon, 0.1, 2).unwrap();
+    let bounds = || DVector::from_vec(vec![0.3, f64::INFINITY]);
     let programs = [
         ExportableObserver::Kalman(extended()),
         ExportableObserver::Kalman(extended().with_gate(50.0).unwrap()),
@@ -466,6 +470,8 @@ fn what_is_not_finite_is_passed_over() {
         ExportableObserver::Unscented(unscented(SigmaPoints::default())),
         ExportableObserver::Unscented(unscented(small).with_gate(50.0).unwrap()),
         ExportableObserver::Unscented(UnscentedKalmanFilter::discrete(map(), noises(), small, 0.1).unwrap()),
+        ExportableObserver::MovingHorizon(moving.clone()),
+        ExportableObserver::MovingHorizon(moving.with_bounds(-bounds(), bounds()).unwrap()),
     ];
     let gain = || DMatrix::from_row_slice(2, 2, &[2.0, 0.1, 0.5, 1.5]);
     let copy = SampledNonlinearObserver::new(plant(), gain(), 0.1, 2).unwrap();

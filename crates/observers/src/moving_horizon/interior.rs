@@ -1,27 +1,39 @@
-//! Bounds of the states: a primal-dual interior-point method of a fixed number of steps.
+//! Bounds of the states: a primal-dual interior-point method that ends when its steps are small, after a fixed number
+//! of them at the latest.
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
-use super::pass::{Stage, unused};
+use super::pass::{Row, Stage, Used, unused};
 use super::{MovingHorizonEstimator, Trajectory};
 use crate::dense::larger;
 
-/// Steps of the interior-point method.
+/// The most steps of the interior-point method.
 pub const INTERIOR_POINT_STEPS: usize = 30;
 
 /// The share of the way to a bound that a step of the interior-point method takes.
 pub const FRACTION_TO_BOUNDARY: f64 = 0.995;
 
-/// Slacks and multipliers of the bounds of one stage: `(s, z)` of the lower ones, then of the upper ones.
+/// The lower or the upper bounds of one stage: slacks and multipliers, and what the way back needs of their updates.
+#[derive(Clone, Debug)]
+struct Side<T: RealField + Copy, N: Dim>
+where
+    DefaultAllocator: Allocator<N> + Allocator<N, N>,
+{
+    s: OVector<T, N>,
+    z: OVector<T, N>,
+    used: Used<T, N, N>,
+}
+
+/// The bounds of one stage.
 #[derive(Clone, Debug)]
 pub(super) struct Barrier<T: RealField + Copy, N: Dim>
 where
-    DefaultAllocator: Allocator<N>,
+    DefaultAllocator: Allocator<N> + Allocator<N, N>,
 {
-    lower: (OVector<T, N>, OVector<T, N>),
-    upper: (OVector<T, N>, OVector<T, N>),
+    lower: Side<T, N>,
+    upper: Side<T, N>,
 }
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> MovingHorizonEstimator<S, T, N, M, P, D, L>
@@ -31,28 +43,33 @@ where
 {
     /// The bounds of a stage as measurements of its states: `lower + s + mu/z` with the variance s/z, and likewise
     /// above.
-    pub(super) fn bounded(&self, barrier: &Barrier<T, N>, mu: T, at: &mut Stage<T, N>) -> Option<()> {
+    pub(super) fn bounded(&self, barrier: &mut Barrier<T, N>, mu: T, at: &mut Stage<T, N, P>) -> Option<()> {
         let (lower, upper) = self.bounds.as_ref()?;
-        let mut row = OVector::<T, N>::zeros_generic(lower.shape_generic().0, U1);
         for j in 0..lower.nrows() {
-            row[j] = T::one();
-            let sides = [
-                (lower[j], barrier.lower.0[j], barrier.lower.1[j], T::one()),
-                (upper[j], barrier.upper.0[j], barrier.upper.1[j], -T::one()),
-            ];
-            for (bound, s, z, sign) in sides {
+            let sides = [(lower[j], &mut barrier.lower, T::one()), (upper[j], &mut barrier.upper, -T::one())];
+            for (bound, Side { s, z, used }, sign) in sides {
                 if !ComplexField::is_finite(&bound) {
                     continue;
                 }
-                let value = bound + sign * (s + mu / z);
-                let innovation = value - at.mean[j];
-                if !at.update(&row, innovation, s / z) {
+                let value = bound + sign * (s[j] + mu / z[j]);
+                if !at.bound(j, (value - at.mean[j], s[j] / z[j]), used) {
                     return None;
                 }
             }
-            row[j] = T::zero();
         }
         Some(())
+    }
+
+    /// The adjoint variables of a stage before its bounds, from those behind them.
+    pub(super) fn before_bounds(&self, barrier: &Barrier<T, N>, adjoint: &mut OVector<T, N>) {
+        let Some((lower, upper)) = self.bounds.as_ref() else { return };
+        for j in (0..lower.nrows()).rev() {
+            for (bound, side) in [(upper[j], &barrier.upper), (lower[j], &barrier.lower)] {
+                if ComplexField::is_finite(&bound) {
+                    side.used.before(j, Row::State(j), adjoint.as_mut_slice());
+                }
+            }
+        }
     }
 
     /// Whether all states of a trajectory lie within the bounds.
@@ -73,6 +90,8 @@ where
         let n = lower.nrows();
         let (share, tenth): (T, T) = (convert(FRACTION_TO_BOUNDARY), convert(0.1));
         let least = T::default_epsilon() * convert::<f64, T>(1e3);
+        // It ends where mu has its least value, and the steps of all states are small beside their deviations.
+        let small = T::default_epsilon().sqrt();
         let p = &state[self.layout.covariance()];
         // Slacks of one standard deviation at least, and products of 1, the size of one normalised square.
         let deviation = lower.map_with_location(|j, _, _| larger(p[j + j * n], least * least).sqrt());
@@ -89,20 +108,23 @@ where
         let side = |gap: &dyn Fn(usize) -> T| {
             let mut s = lower.clone();
             (0..n).for_each(|j| s[j] = slack(gap(j), j));
-            let z = s.map(|s| T::one() / s);
-            (s, z)
+            let order = s.shape_generic().0;
+            Side { z: s.map(|s| T::one() / s), s, used: Used::none(order, order) }
         };
-        let nothing = || OVector::zeros_generic(unused(), U1);
+        let nothing = || {
+            let (none, order) = (OVector::<T, N>::zeros_generic(unused(), U1), unused::<N>());
+            Side { s: none.clone(), z: none, used: Used::none(order, order) }
+        };
         let mut barrier: [Barrier<T, N>; L] = core::array::from_fn(|i| {
             if i < count {
                 Barrier { lower: side(&|j| x[i][j] - lower[j]), upper: side(&|j| upper[j] - x[i][j]) }
             } else {
-                Barrier { lower: (nothing(), nothing()), upper: (nothing(), nothing()) }
+                Barrier { lower: nothing(), upper: nothing() }
             }
         });
         let (mut mu, mut covariance) = (T::one(), None);
         for _ in 0..INTERIOR_POINT_STEPS {
-            let (solution, p) = self.pass(state, count, &x, Some((&barrier, mu)))?;
+            let (solution, p) = self.pass(state, count, &x, Some((&mut barrier, mu)))?;
             covariance = Some(p);
             // The steps of all slacks and multipliers, and how far they may go.
             let mut alpha = T::one();
@@ -111,7 +133,7 @@ where
                 for i in 0..count {
                     let Barrier { lower: below, upper: above } = &mut barrier[i];
                     for j in 0..n {
-                        for (bound, (s, z), sign) in
+                        for (bound, Side { s, z, .. }, sign) in
                             [(lower[j], &mut *below, T::one()), (upper[j], &mut *above, -T::one())]
                         {
                             if !ComplexField::is_finite(&bound) {
@@ -141,15 +163,22 @@ where
             };
             visit(None, &mut barrier, &mut alpha);
             let mean = visit(Some(alpha), &mut barrier, &mut alpha);
+            let mut ends = mu <= least;
             for i in 0..count {
                 for j in 0..n {
                     let step = solution[i][j] - x[i][j];
                     x[i][j] += alpha * step;
+                    ends = ends && step.abs() <= small * deviation[j];
                 }
             }
-            // After a short step the centre is aimed at again.
+            if ends {
+                break;
+            }
+            // After a short step the centre is aimed at again; near the solution mu falls faster than in proportion.
             let half = convert::<f64, T>(0.5);
-            let reduced = if alpha > half { tenth * mean } else { half * mean };
+            let root = mean.sqrt();
+            let factor = if root < tenth { root } else { tenth };
+            let reduced = if alpha > half { factor * mean } else { half * mean };
             mu = larger(reduced, least);
         }
         clamp(&mut x);

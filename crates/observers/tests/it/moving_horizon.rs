@@ -81,6 +81,116 @@ proptest! {
     }
 }
 
+/// The last state of the window's problem with two samples, by trying every set of active bounds: of the sets whose
+/// solution of the equations of Karush, Kuhn and Tucker is within the bounds and has no multiplier of the wrong sign,
+/// one is left. And whether it is clear which bounds are active: no multiplier is near 0, and no free state near a bound.
+fn by_active_sets(
+    model: &KalmanModel<f64, Const<2>, Const<1>, Const<1>>,
+    start: &Vector2<f64>,
+    (u, ys): (f64, [f64; 2]),
+    (lower, upper): (f64, f64),
+) -> (Vector2<f64>, bool) {
+    // The rows of the least-squares problem in z = (x0, x1), each divided by its standard deviation.
+    let root = |m: Matrix2<f64>| m.cholesky().unwrap().l().try_inverse().unwrap();
+    let (prior, way) = (root(model.p0), root(model.w));
+    let mut rows = DMatrix::<f64>::zeros(6, 4);
+    let mut right = DVector::<f64>::zeros(6);
+    rows.view_mut((0, 0), (2, 2)).copy_from(&prior);
+    right.rows_mut(0, 2).copy_from(&(prior * start));
+    rows.view_mut((2, 0), (2, 2)).copy_from(&(-way * model.ad));
+    rows.view_mut((2, 2), (2, 2)).copy_from(&way);
+    right.rows_mut(2, 2).copy_from(&(way * model.bd * u));
+    for (k, y) in ys.iter().enumerate() {
+        let deviation = model.v[0].sqrt();
+        rows.view_mut((4 + k, 2 * k), (1, 2)).copy_from(&(model.c / deviation));
+        right[4 + k] = y / deviation;
+    }
+    let (hessian, gradient) = (rows.transpose() * &rows, rows.transpose() * right);
+    let mut solutions = Vec::new();
+    for set in 0..3_usize.pow(4) {
+        // 0 is free, 1 at the lower bound, 2 at the upper one.
+        let of: Vec<usize> = (0..4).map(|i| set / 3_usize.pow(i) % 3).collect();
+        let mut matrix = hessian.clone();
+        let mut side = gradient.clone();
+        for i in 0..4 {
+            if of[i] > 0 {
+                let bound = if of[i] == 1 { lower } else { upper };
+                for k in 0..4 {
+                    side[k] -= hessian[(k, i)] * bound;
+                    (matrix[(i, k)], matrix[(k, i)]) = (0.0, 0.0);
+                }
+                matrix[(i, i)] = 1.0;
+            }
+        }
+        (0..4).filter(|i| of[*i] > 0).for_each(|i| side[i] = if of[i] == 1 { lower } else { upper });
+        let z = matrix.lu().solve(&side).unwrap();
+        let force = &hessian * &z - &gradient;
+        let is_right = (0..4).all(|i| match of[i] {
+            0 => lower <= z[i] && z[i] <= upper,
+            1 => force[i] >= 0.0,
+            _ => force[i] <= 0.0,
+        });
+        let width = upper - lower;
+        let is_clear = (0..4).all(|i| match of[i] {
+            0 => (z[i] - lower).min(upper - z[i]) > 1e-3 * width,
+            _ => force[i].abs() * width > 1e-2,
+        });
+        if is_right {
+            solutions.push((Vector2::new(z[2], z[3]), is_clear));
+        }
+    }
+    assert_eq!(solutions.len(), 1, "{solutions:?}");
+    solutions[0]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// With bounds that are active in most cases, noises of many sizes, and units of states, input and output from 1e-6
+    /// to 1e6: to 1e-7 of the width of the bounds, 1e-6 where a bound is barely active.
+    #[test]
+    fn bounds_as_by_every_active_set(
+        a in prop::array::uniform4(-1.0f64..1.0), roots in prop::array::uniform8(-1.0f64..1.0),
+        c in prop::array::uniform2(-1.0f64..1.0), start in prop::array::uniform2(-1.0f64..1.0),
+        ys in prop::array::uniform2(-3.0f64..3.0), u in -1.0f64..1.0,
+        (w, v, p0) in (-3.0f64..1.0, -4.0f64..1.0, -3.0f64..1.0), width in 0.05f64..0.5, unit in -6i32..=6,
+    ) {
+        let unit = 10.0_f64.powi(unit);
+        let of = |roots: &[f64], size: f64| {
+            let root = Matrix2::from_row_slice(roots) + Matrix2::identity();
+            (root * root.transpose() + 0.05 * Matrix2::identity()) * 10.0_f64.powf(size) * unit * unit
+        };
+        let model = KalmanModel {
+            ad: Matrix2::from_row_slice(&a),
+            bd: Vector2::new(0.2, -0.1) * unit,
+            c: RowVector2::new(c[0], c[1]) / unit,
+            w: of(&roots[..4], w),
+            v: Matrix1::new(10.0_f64.powf(v)),
+            p0: of(&roots[4..], p0),
+            period: 1.0,
+        };
+        let (lower, upper, start) = (-width * unit, 2.0 * width * unit, Vector2::new(start[0], start[1]) * unit);
+        let noises = NoiseModel { w: model.w, v: model.v, p0: model.p0 };
+        let plant = StaticPlant::new(model.ad, model.bd, model.c).unwrap();
+        let horizon = Horizon { window: 2, iterations: 1 };
+        let estimator: Fixed<_, 2, 1, 1, { state_length(2, 1, 1, 2) }, 2> =
+            MovingHorizonEstimator::discrete(plant, noises, horizon, 1.0)
+                .and_then(|free| free.with_bounds(Vector2::repeat(lower), Vector2::repeat(upper)))
+                .unwrap();
+        let input = Vector1::new(u);
+        let mut state = estimator.initial(0.0, &start, &input, &Vector1::zeros());
+        for (k, y) in ys.into_iter().enumerate() {
+            prop_assert!(estimator.update(0.0, &mut state, &input, &Vector1::new(y), |_| true).is_some());
+            if k == 0 {
+                prop_assert!(estimator.predict(0.0, &mut state, &input, 1.0));
+            }
+        }
+        let (expected, is_clear) = by_active_sets(&model, &start, (u, ys), (lower, upper));
+        let distance = (estimator.estimate(&state) - expected).amax() / (upper - lower);
+        prop_assert!(distance <= if is_clear { 1e-7 } else { 1e-6 }, "{distance:e}: {} {expected}", estimator.estimate(&state));
+    }
+}
+
 /// In continuous time, of the double integrator, whose Runge-Kutta steps are exact: the extended Kalman filter.
 #[test]
 fn in_continuous_time_it_is_the_filter_as_well() {

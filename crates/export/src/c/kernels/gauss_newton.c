@@ -2,14 +2,20 @@
  * backward. */
 #include "transition.c"
 #include "angles.c"
+#include "innovation.c"
 
-/* A sample of the window in the filter: mean and covariance after its measurements, the product of the I - K C and the
- * sum of the C' S^-1 nu for the way back, and A to the next sample. */
+/* A sample of the window in the filter: mean and covariance after its measurements, their rows, gains and nu/s for the
+ * way back, and A to the next sample. */
 typedef struct {
     NUMBER mean[STATES];
     NUMBER P[STATES][STATES];
-    NUMBER keep[STATES][STATES];
-    NUMBER news[STATES];
+    NUMBER rows[OUTPUTS][STATES];
+    NUMBER gains[OUTPUTS][STATES];
+    NUMBER news[OUTPUTS];
+#if HAS_BOUNDS
+    NUMBER bound_gains[BOUND_COUNT][STATES];
+    NUMBER bound_news[BOUND_COUNT];
+#endif
     NUMBER forward[STATES][STATES];
 } filtered;
 
@@ -31,100 +37,167 @@ static void linearise_at(const observer_sample *at, const NUMBER *x, NUMBER *z)
     linearise(AT_TIME, x, AT_INPUTS, z);
 }
 
-/* A sample with this mean and covariance before its measurements. */
+/* A sample with this mean and covariance before its measurements, of which there are none yet. */
 static void begin(filtered *at, const NUMBER *mean, const NUMBER *P)
 {
     int i;
     int j;
     for (i = 0; i < STATES; ++i) {
         at->mean[i] = mean[i];
-        at->news[i] = REAL(0.0);
         for (j = 0; j < STATES; ++j) {
             at->P[i][j] = P[(i * STATES) + j];
-            at->keep[i][j] = (i == j) ? REAL(1.0) : REAL(0.0);
             at->forward[i][j] = (i == j) ? REAL(1.0) : REAL(0.0);
+        }
+    }
+    for (i = 0; i < OUTPUTS; ++i) {
+        at->news[i] = REAL(0.0);
+        for (j = 0; j < STATES; ++j) {
+            at->rows[i][j] = REAL(0.0);
+            at->gains[i][j] = REAL(0.0);
         }
     }
 }
 
-/* The update by one measurement c x with its innovation and the variance of its noise; 0 if the innovation has no
- * positive variance. */
-static int correct(filtered *at, const NUMBER *c, NUMBER innovation, NUMBER variance)
+/* M' c, for M by rows. */
+static void across(const NUMBER *M, const NUMBER *c, NUMBER *result)
 {
-    NUMBER gain[STATES];
-    NUMBER row[STATES];
-    NUMBER once[STATES][STATES];
-    NUMBER product[STATES][STATES];
-    NUMBER s = variance;
-    int is_right = 0;
     int i;
-    int j;
     int k;
-
     for (i = 0; i < STATES; ++i) {
         NUMBER sum = REAL(0.0);
         for (k = 0; k < STATES; ++k) {
-            sum = sum + (at->P[i][k] * c[k]);
+            sum = sum + (M[(k * STATES) + i] * c[k]);
         }
-        gain[i] = sum;
+        result[i] = sum;
     }
-    for (i = 0; i < STATES; ++i) {
-        s = s + (c[i] * gain[i]);
-    }
+}
+
+/* The update by one measurement c x of an innovation with the variance s, up to A' in the place of P, with the gain
+ * K = P c/s and A = P - K (P c)'; 0 if s is not a positive number. */
+static int weigh(filtered *at, const NUMBER *pc, NUMBER innovation, NUMBER s, NUMBER *gain, NUMBER *news)
+{
+    int is_right = 0;
+    int i;
+    int j;
+
     if ((s > REAL(0.0)) && (MAGNITUDE(s) <= LARGEST)) {
-        const NUMBER scale = innovation / s;
         is_right = 1;
+        *news = innovation / s;
         for (i = 0; i < STATES; ++i) {
-            NUMBER sum = REAL(0.0);
-            for (k = 0; k < STATES; ++k) {
-                sum = sum + (at->keep[k][i] * c[k]);
-            }
-            row[i] = sum;
-            at->news[i] = at->news[i] + (sum * scale);
-            gain[i] = gain[i] / s;
+            gain[i] = pc[i] / s;
         }
         for (i = 0; i < STATES; ++i) {
             at->mean[i] = at->mean[i] + (gain[i] * innovation);
             for (j = 0; j < STATES; ++j) {
-                at->keep[i][j] = at->keep[i][j] - (gain[i] * row[j]);
-                once[i][j] = ((i == j) ? REAL(1.0) : REAL(0.0)) - (gain[i] * c[j]);
+                at->P[i][j] = at->P[i][j] - (pc[i] * gain[j]);
             }
         }
-        /* Joseph's form. */
-        for (i = 0; i < STATES; ++i) {
-            for (j = 0; j < STATES; ++j) {
-                NUMBER sum = once[i][0] * at->P[0][j];
-                for (k = 1; k < STATES; ++k) {
-                    sum = sum + (once[i][k] * at->P[k][j]);
-                }
-                product[i][j] = sum;
-            }
-        }
-        for (i = 0; i < STATES; ++i) {
-            for (j = 0; j < STATES; ++j) {
-                NUMBER sum = product[i][0] * once[j][0];
-                for (k = 1; k < STATES; ++k) {
-                    sum = sum + (product[i][k] * once[j][k]);
-                }
-                at->P[i][j] = sum + ((gain[i] * variance) * gain[j]);
-            }
-        }
-        symmetrise(&at->P[0][0]);
     }
     return is_right;
 }
+
+/* P = A - (A c) K' + K v K' from A' in its place: Joseph's form, in which A c takes away what rounding left in the
+ * direction c. */
+static void settle(filtered *at, const NUMBER *left, const NUMBER *gain, NUMBER variance)
+{
+    int i;
+    int j;
+    for (i = 0; i < STATES; ++i) {
+        const NUMBER noise = gain[i] * variance;
+        for (j = 0; j <= i; ++j) {
+            const NUMBER entry = (at->P[j][i] - (left[i] * gain[j])) + (noise * gain[j]);
+            at->P[i][j] = entry;
+            at->P[j][i] = entry;
+        }
+    }
+}
+
+/* The update by an output, whose row is stored, with a noise of the variance 1. */
+static int take_output(filtered *at, int output, NUMBER innovation)
+{
+    const NUMBER *const c = at->rows[output];
+    NUMBER product[STATES];
+    NUMBER s = REAL(0.0);
+    int is_right;
+    int i;
+
+    across(&at->P[0][0], c, product);
+    for (i = 0; i < STATES; ++i) {
+        s = s + (c[i] * product[i]);
+    }
+    is_right = weigh(at, product, innovation, s + REAL(1.0), at->gains[output], &at->news[output]);
+    if (is_right != 0) {
+        across(&at->P[0][0], c, product);
+        settle(at, product, at->gains[output], REAL(1.0));
+    }
+    return is_right;
+}
+
+/* Whether an output of a sample was measured. */
+static int is_measured(const observer_sample *sample)
+{
+    int any = 0;
+    int i;
+    for (i = 0; i < OUTPUTS; ++i) {
+        any = (sample->measured[i] != 0) ? 1 : any;
+    }
+    return any;
+}
+
+#if PARTIAL
+/* A covariance of the outputs with 1 for what was not measured, and nothing beside it. */
+static void leave_out(const observer_sample *sample, NUMBER s[OUTPUTS][OUTPUTS])
+{
+    int i;
+    int j;
+    for (i = 0; i < OUTPUTS; ++i) {
+        for (j = 0; j < OUTPUTS; ++j) {
+            if ((sample->measured[i] == 0) || (sample->measured[j] == 0)) {
+                s[i][j] = (i == j) ? REAL(1.0) : REAL(0.0);
+            }
+        }
+    }
+}
+
+/* The factor G of V = G G' without what was not measured; 0 if there is none in floating point. */
+static int root_of_noise(const observer_sample *sample, NUMBER root[OUTPUTS][OUTPUTS])
+{
+    int is_whole = 1;
+    int i;
+    int j;
+    for (i = 0; i < OUTPUTS; ++i) {
+        is_whole = (sample->measured[i] != 0) ? is_whole : 0;
+    }
+    for (i = 0; i < OUTPUTS; ++i) {
+        for (j = 0; j < OUTPUTS; ++j) {
+            root[i][j] = (is_whole != 0) ? ROOT_V[i][j] : V[i][j];
+        }
+    }
+    if (is_whole == 0) {
+        leave_out(sample, root);
+        is_whole = factorise(root);
+    }
+    return is_whole;
+}
+#endif
 
 /* The update by the outputs of a sample, linearised at x; with V = G G' the entries of G^-1 y are independent. */
 static int measure(const observer_sample *sample, const NUMBER *x, filtered *at)
 {
     NUMBER all[OUTPUTS + (OUTPUTS * STATES)];
     NUMBER *const C = &all[OUTPUTS];
+#if PARTIAL
+    NUMBER root[OUTPUTS][OUTPUTS];
+    const NUMBER *const G = &root[0][0];
+#else
+    const NUMBER *const G = &ROOT_V[0][0];
+#endif
     int is_right = 1;
     int i;
     int j;
     int k;
 
-    if (sample->measured != 0) {
+    if (is_measured(sample) != 0) {
         measurement_at(sample, x, all);
         for (i = 0; i < OUTPUTS; ++i) {
 #if ANGLES
@@ -132,29 +205,41 @@ static int measure(const observer_sample *sample, const NUMBER *x, filtered *at)
 #else
             all[i] = sample->y[i] - all[i];
 #endif
-        }
-        for (i = 0; i < OUTPUTS; ++i) {
-            for (k = 0; k < i; ++k) {
-                all[i] = all[i] - (ROOT_V[i][k] * all[k]);
+#if PARTIAL
+            if (sample->measured[i] == 0) {
+                all[i] = REAL(0.0);
                 for (j = 0; j < STATES; ++j) {
-                    C[(i * STATES) + j] = C[(i * STATES) + j] - (ROOT_V[i][k] * C[(k * STATES) + j]);
+                    C[(i * STATES) + j] = REAL(0.0);
                 }
             }
-            all[i] = all[i] / ROOT_V[i][i];
+#endif
+        }
+#if PARTIAL
+        is_right = root_of_noise(sample, root);
+#endif
+        for (i = 0; (i < OUTPUTS) && (is_right != 0); ++i) {
+            for (k = 0; k < i; ++k) {
+                all[i] = all[i] - (G[(i * OUTPUTS) + k] * all[k]);
+                for (j = 0; j < STATES; ++j) {
+                    C[(i * STATES) + j] = C[(i * STATES) + j] - (G[(i * OUTPUTS) + k] * C[(k * STATES) + j]);
+                }
+            }
+            all[i] = all[i] / G[(i * OUTPUTS) + i];
             for (j = 0; j < STATES; ++j) {
-                C[(i * STATES) + j] = C[(i * STATES) + j] / ROOT_V[i][i];
+                C[(i * STATES) + j] = C[(i * STATES) + j] / G[(i * OUTPUTS) + i];
             }
         }
         for (i = 0; (i < OUTPUTS) && (is_right != 0); ++i) {
             NUMBER innovation = all[i];
             for (j = 0; j < STATES; ++j) {
+                at->rows[i][j] = C[(i * STATES) + j];
 #if ANGLES
                 innovation = innovation - (C[(i * STATES) + j] * wrap(at->mean[j] - x[j], STATE_TURNS[0][j]));
 #else
                 innovation = innovation - (C[(i * STATES) + j] * (at->mean[j] - x[j]));
 #endif
             }
-            is_right = correct(at, &C[i * STATES], innovation, REAL(1.0));
+            is_right = take_output(at, i, innovation);
         }
     }
     return is_right;
@@ -164,19 +249,40 @@ static int measure(const observer_sample *sample, const NUMBER *x, filtered *at)
 /* The bounds of a sample as measurements of its states, with the variance s/z of slack and multiplier. */
 static int bound(filtered *at, const NUMBER *s, const NUMBER *z, NUMBER mu)
 {
-    NUMBER row[STATES];
+    NUMBER product[STATES];
     int is_right = 1;
     int i;
     int k;
 
     for (k = 0; (k < BOUND_COUNT) && (is_right != 0); ++k) {
+        const int j = BOUNDED[k];
         const NUMBER value = BOUNDS[0][k] + (SIDE[k] * (s[k] + (mu / z[k])));
+        const NUMBER variance = s[k] / z[k];
         for (i = 0; i < STATES; ++i) {
-            row[i] = (i == BOUNDED[k]) ? REAL(1.0) : REAL(0.0);
+            product[i] = at->P[j][i];
         }
-        is_right = correct(at, row, value - at->mean[BOUNDED[k]], s[k] / z[k]);
+        is_right = weigh(at, product, value - at->mean[j], product[j] + variance, at->bound_gains[k], &at->bound_news[k]);
+        if (is_right != 0) {
+            for (i = 0; i < STATES; ++i) {
+                product[i] = at->P[j][i];
+            }
+            settle(at, product, at->bound_gains[k], variance);
+        }
     }
     return is_right;
+}
+#endif
+
+#if SEVERAL_SAMPLES
+/* K' mu + nu/s of a measurement, by which its row changes the adjoint variables mu on the way back. */
+static NUMBER weight(const NUMBER *gain, NUMBER news, const NUMBER *adjoint)
+{
+    NUMBER sum = REAL(0.0);
+    int i;
+    for (i = 0; i < STATES; ++i) {
+        sum = sum + (gain[i] * adjoint[i]);
+    }
+    return sum + news;
 }
 #endif
 
@@ -255,19 +361,21 @@ static int pass(const observer_state *state, const NUMBER *x,
     for (i = state->count - 1; (i >= 0) && (is_right != 0); --i) {
 #if SEVERAL_SAMPLES
         if ((i + 1) < state->count) {
-            for (j = 0; j < STATES; ++j) {
-                NUMBER sum = REAL(0.0);
-                for (k = 0; k < STATES; ++k) {
-                    sum = sum + (stages[i + 1].keep[k][j] * lambda[k]);
-                }
-                adjoint[j] = sum - stages[i + 1].news[j];
+            const filtered *const next = &stages[i + 1];
+#if HAS_BOUNDS
+            for (k = BOUND_COUNT - 1; (k >= 0) && (s != NULL); --k) {
+                lambda[BOUNDED[k]] = lambda[BOUNDED[k]] - weight(next->bound_gains[k], next->bound_news[k], lambda);
             }
-            for (j = 0; j < STATES; ++j) {
-                NUMBER sum = REAL(0.0);
-                for (k = 0; k < STATES; ++k) {
-                    sum = sum + (stages[i].forward[k][j] * adjoint[k]);
+#endif
+            for (k = OUTPUTS - 1; k >= 0; --k) {
+                const NUMBER change = weight(next->gains[k], next->news[k], lambda);
+                for (j = 0; j < STATES; ++j) {
+                    lambda[j] = lambda[j] - (next->rows[k][j] * change);
                 }
-                lambda[j] = sum;
+            }
+            across(&stages[i].forward[0][0], lambda, adjoint);
+            for (j = 0; j < STATES; ++j) {
+                lambda[j] = adjoint[j];
             }
         }
 #endif

@@ -1,4 +1,6 @@
 /* The covariance of an innovation, and its factor. */
+#ifndef INNOVATION
+#define INNOVATION
 #include "typical.h"
 
 /* The covariance s = H P H' + V of the innovation, and H P; H stands in all behind h. */
@@ -54,3 +56,4 @@ static int factorise(NUMBER s[OUTPUTS][OUTPUTS])
     }
     return definite;
 }
+#endif

@@ -57,36 +57,41 @@ static NUMBER shortened(NUMBER value, NUMBER step, NUMBER alpha)
     return ((value + (alpha * step)) < (LEFT_AT_BOUNDARY * value)) ? ((-FRACTION_TO_BOUNDARY * value) / step) : alpha;
 }
 
-/* The primal-dual interior-point method from x on, in a fixed number of steps. */
+/* The primal-dual interior-point method from x on, until its steps are small, and in a fixed number of them at most. */
 static int interior(const observer_state *state, NUMBER *x, NUMBER *P)
 {
     NUMBER s[WINDOW * BOUND_COUNT];
     NUMBER z[WINDOW * BOUND_COUNT];
     NUMBER solution[WINDOW * STATES];
+    NUMBER deviation[STATES];
     NUMBER steps[2];
     const int pairs = state->count * BOUND_COUNT;
     NUMBER mu = REAL(1.0);
     int is_right = 1;
+    int ends = 0;
     int step;
     int i;
     int k;
 
+    for (k = 0; k < STATES; ++k) {
+        deviation[k] = ROOT(larger(state->P[k][k], LEAST_VARIANCE));
+    }
     clamp(state->count, x);
     for (i = 0; i < state->count; ++i) {
         for (k = 0; k < BOUND_COUNT; ++k) {
             const int j = BOUNDED[k];
             const NUMBER gap = SIDE[k] * (x[(i * STATES) + j] - BOUNDS[0][k]);
-            const NUMBER deviation = ROOT(larger(state->P[j][j], LEAST_VARIANCE));
-            s[(i * BOUND_COUNT) + k] = (MAGNITUDE(gap) <= LARGEST) ? larger(gap, deviation) : REAL(1.0);
+            s[(i * BOUND_COUNT) + k] = (MAGNITUDE(gap) <= LARGEST) ? larger(gap, deviation[j]) : REAL(1.0);
             z[(i * BOUND_COUNT) + k] = REAL(1.0) / s[(i * BOUND_COUNT) + k];
         }
     }
-    for (step = 0; (step < INTERIOR_POINT_STEPS) && (is_right != 0); ++step) {
+    for (step = 0; (step < INTERIOR_POINT_STEPS) && (is_right != 0) && (ends == 0); ++step) {
         is_right = pass(state, x, s, z, mu, solution, P);
         if (is_right != 0) {
             NUMBER alpha = REAL(1.0);
             NUMBER sum = REAL(0.0);
             NUMBER mean;
+            NUMBER root;
             for (i = 0; i < state->count; ++i) {
                 for (k = 0; k < BOUND_COUNT; ++k) {
                     const int at = (i * BOUND_COUNT) + k;
@@ -105,10 +110,17 @@ static int interior(const observer_state *state, NUMBER *x, NUMBER *P)
                 }
             }
             mean = sum / (NUMBER)pairs;
-            for (i = 0; i < (state->count * STATES); ++i) {
-                x[i] = x[i] + (alpha * (solution[i] - x[i]));
+            root = ROOT(mean);
+            ends = (mu <= LEAST_MU) ? 1 : 0;
+            for (i = 0; i < state->count; ++i) {
+                for (k = 0; k < STATES; ++k) {
+                    const NUMBER change = solution[(i * STATES) + k] - x[(i * STATES) + k];
+                    x[(i * STATES) + k] = x[(i * STATES) + k] + (alpha * change);
+                    ends = (MAGNITUDE(change) <= (SMALL_STEP * deviation[k])) ? ends : 0;
+                }
             }
-            mu = larger(((alpha > REAL(0.5)) ? TENTH : REAL(0.5)) * mean, LEAST_MU);
+            /* After a short step the centre is aimed at again; near the solution mu falls faster than in proportion. */
+            mu = larger(((alpha > REAL(0.5)) ? ((root < TENTH) ? root : TENTH) : REAL(0.5)) * mean, LEAST_MU);
         }
     }
     clamp(state->count, x);

@@ -66,6 +66,9 @@ static int is_definite(const observer_state *state, const observer_sample *at)
 
     measurement_at(at, state->xhat, all);
     spread_of_innovation(all, &state->P[0][0], &V[0][0], &cp[0][0], &s[0][0]);
+#if PARTIAL
+    leave_out(at, s);
+#endif
     return factorise(s);
 }
 
@@ -95,9 +98,14 @@ static void update(observer_state *state, NUMBER t, const NUMBER *u, const NUMBE
     (void)u;
 #endif
     for (i = 0; i < OUTPUTS; ++i) {
+#if PARTIAL
+        at->measured[i] = (MAGNITUDE(y[i]) <= LARGEST) ? 1 : 0;
+        at->y[i] = (at->measured[i] != 0) ? y[i] : REAL(0.0);
+#else
+        at->measured[i] = 1;
         at->y[i] = y[i];
+#endif
     }
-    at->measured = 1;
     is_right = is_definite(state, at);
     if (is_right != 0) {
         is_right = solve(state, x, &P[0][0]);
@@ -182,7 +190,9 @@ static void predict(observer_state *state, NUMBER t, const NUMBER *u)
     }
     if (is_right != 0) {
         observer_sample *const next = &state->samples[state->count];
-        next->measured = 0;
+        for (i = 0; i < OUTPUTS; ++i) {
+            next->measured[i] = 0;
+        }
         for (i = 0; i < STATES; ++i) {
             next->x[i] = z[i];
             state->xhat[i] = z[i];

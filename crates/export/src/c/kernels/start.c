@@ -51,11 +51,11 @@ void observer_init(observer_state *state, const NUMBER *xhat)
 #endif
         for (j = 0; j < OUTPUTS; ++j) {
             state->samples[i].y[j] = REAL(0.0);
+            state->samples[i].measured[j] = 0;
         }
 #if TIMED
         state->samples[i].t = REAL(0.0);
 #endif
-        state->samples[i].measured = 0;
     }
     state->count = 1;
 #endif

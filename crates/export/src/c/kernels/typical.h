@@ -143,6 +143,7 @@ extern const NUMBER SIDE[BOUND_COUNT];
 #define INTERIOR_POINT_STEPS 12
 #define LEAST_MU REAL(1e-4)
 #define LEAST_VARIANCE REAL(1e-8)
+#define SMALL_STEP REAL(1e-8)
 #define FRACTION_TO_BOUNDARY REAL(0.995)
 #define LEFT_AT_BOUNDARY REAL(0.005)
 #define TENTH REAL(0.1)
@@ -256,7 +257,7 @@ typedef struct {
     NUMBER u[INPUTS];
     NUMBER y[OUTPUTS];
     NUMBER t;
-    int measured;
+    int measured[OUTPUTS];
 } observer_sample;
 
 typedef struct {
