@@ -445,6 +445,11 @@ impl Export {
         &self.observer
     }
 
+    /// The names; those of the states are of the entries of the estimate.
+    pub fn names(&self) -> &Names {
+        &self.names
+    }
+
     /// The format.
     pub fn scalar(&self) -> Scalar {
         self.scalar

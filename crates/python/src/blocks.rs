@@ -8,6 +8,7 @@ use luenberger_study::execute::{BlockSettings, Limits, SharedSweep, reduce_sweep
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::argument::{COUNT, given};
 use crate::error;
 use crate::run::{StudyFile, answer, study_error};
 use crate::work::interruptible;
@@ -27,10 +28,11 @@ impl Blocks {
         py: Python<'_>,
         study: &StudyFile,
         folder: PathBuf,
-        block_size: Option<u64>,
+        block_size: Option<Bound<'_, PyAny>>,
         restart: bool,
         force: bool,
     ) -> PyResult<Self> {
+        let block_size = given("block_size", block_size.as_ref(), COUNT)?;
         let study = study.study.as_ref().clone();
         let settings = BlockSettings { size: block_size, restart, force };
         let sweep = py.detach(|| SharedSweep::open(study, &folder, settings)).map_err(|why| study_error(py, &why))?;
@@ -48,9 +50,10 @@ impl Blocks {
         &self,
         py: Python<'_>,
         blocks: Vec<u64>,
-        threads: Option<usize>,
+        threads: Option<Bound<'_, PyAny>>,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<(u64, u64)> {
+        let threads = given("threads", threads.as_ref(), COUNT)?;
         let sweep = Arc::clone(&self.sweep);
         let computed = interruptible(py, progress.as_ref(), move |context| {
             let options = RunOptions {
@@ -80,10 +83,11 @@ pub(crate) fn status(py: Python<'_>, folder: PathBuf, verify: bool) -> PyResult<
 pub(crate) fn reduce<'py>(
     py: Python<'py>,
     folder: PathBuf,
-    threads: Option<usize>,
+    threads: Option<Bound<'py, PyAny>>,
     force: bool,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let threads = given("threads", threads.as_ref(), COUNT)?;
     let reduced = interruptible(py, progress.as_ref(), move |context| {
         let options = RunOptions {
             threads,

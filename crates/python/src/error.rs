@@ -2,12 +2,13 @@
 
 use luenberger_design::DesignError;
 use luenberger_linalg::LinalgError;
-use luenberger_study::results::Alternative;
+use luenberger_observers::ObserverError;
 use luenberger_study::results::{Cause, NoObserver};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::array::complex;
+use crate::words::Words;
 
 /// A dictionary of names and values; a name alone is its own value.
 macro_rules! dictionary {
@@ -100,7 +101,7 @@ fn class_of<'py>(py: Python<'py>, error: &LinalgError) -> PyResult<(&'static str
 }
 
 /// The error of a design, with what is applicable instead, and hints.
-pub(crate) fn design(py: Python<'_>, why: &NoObserver) -> PyErr {
+pub(crate) fn design(py: Python<'_>, why: &NoObserver, words: &Words) -> PyErr {
     let cause = match why.cause.as_deref() {
         Some(Cause::Design(DesignError::OfPair { error, .. })) => Some(error.as_ref()),
         Some(Cause::Design(error)) => Some(error),
@@ -109,6 +110,13 @@ pub(crate) fn design(py: Python<'_>, why: &NoObserver) -> PyErr {
     let found = || -> PyResult<(&'static str, Bound<'_, PyDict>)> {
         Ok(match cause {
             Some(DesignError::Linalg(error)) => class_of(py, error)?,
+            // The least eigenvalue is that of the argument, which Python has.
+            Some(DesignError::Observer(ObserverError::NotDefinite { what, .. })) => {
+                ("NotPositiveDefinite", dictionary!(py; what))
+            }
+            Some(DesignError::Observer(ObserverError::NotSymmetric { what, row, column, difference })) => {
+                ("NotSymmetric", dictionary!(py; what, row, column, asymmetry = difference.abs()))
+            }
             Some(DesignError::NotDetectable { eigenvalue, margin, .. }) => {
                 ("NotDetectable", dictionary!(py; eigenvalue = *eigenvalue, margin))
             }
@@ -127,16 +135,18 @@ pub(crate) fn design(py: Python<'_>, why: &NoObserver) -> PyErr {
         Ok(found) => found,
         Err(error) => return error,
     };
-    let alternatives: Vec<&str> = why.alternatives.iter().map(Alternative::words).collect();
-    let mut text = why.hypothesis.clone();
-    for (title, some) in [("Instead", alternatives.join("; ")), ("Hint", why.hints.join("; "))] {
+    let alternatives: Vec<String> = why.alternatives.iter().map(|one| (words.advice)(one.words())).collect();
+    let hints: Vec<String> = why.hints.iter().map(|hint| (words.advice)(hint)).collect();
+    let mut text = (words.message)(&why.hypothesis);
+    // The arguments are those that every kind has there; a function for one kind may have others.
+    for (title, some) in [(words.instead, &alternatives), ("Hint", &hints)] {
         if !some.is_empty() {
-            text = format!("{text}. {title}: {some}");
+            text = format!("{text}. {title}: {}", some.join("; "));
         }
     }
     let with_advice = || -> PyResult<()> {
         numbers.set_item("alternatives", pyo3::types::PyTuple::new(py, alternatives)?)?;
-        numbers.set_item("hints", pyo3::types::PyTuple::new(py, &why.hints)?)
+        numbers.set_item("hints", pyo3::types::PyTuple::new(py, hints)?)
     };
     match with_advice() {
         Ok(()) => raise(py, class, text, &numbers),

@@ -8,36 +8,45 @@ use luenberger_study::results::Cause;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
+use crate::argument::{COUNT, TEXT, item};
 use crate::array::list;
 use crate::error::{self, dictionary};
-use crate::run::in_python;
+use crate::words::{OF_CALL, Words};
 
 /// The options of an export in words and numbers, as Python has them.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
 pub(crate) struct Request {
-    #[pyo3(default = "c".to_owned())]
     to: String,
-    #[pyo3(default)]
     fmi: Option<u8>,
-    #[pyo3(default)]
     layout: Option<String>,
-    #[pyo3(default)]
     libm: Option<String>,
-    #[pyo3(default)]
     feedback: bool,
     format: String,
-    #[pyo3(default)]
     gains: Option<String>,
     period: Option<f64>,
     substeps: Option<usize>,
-    #[pyo3(default)]
     test_steps: Option<usize>,
-    #[pyo3(default)]
     unproved: bool,
 }
 
 impl Request {
+    /// The options in a dictionary.
+    pub(crate) fn read(of: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let is = |name: &str| item(of, name, "True or False").map(Option::unwrap_or_default);
+        Ok(Self {
+            to: item(of, "to", "'c', 'rust' or 'fmu'")?.unwrap_or_else(|| "c".to_owned()),
+            fmi: item(of, "fmi", "2 or 3")?,
+            layout: item(of, "layout", TEXT)?,
+            libm: item(of, "libm", "'own' or 'target'")?,
+            feedback: is("feedback")?,
+            format: item(of, "format", "a text, such as 'f64' or 'q16.16'")?.unwrap_or_else(|| "f64".to_owned()),
+            gains: item(of, "gains", "a text, such as 'q4.28'")?,
+            period: item(of, "period", "a number")?,
+            substeps: item(of, "substeps", COUNT)?,
+            test_steps: item(of, "test_steps", COUNT)?,
+            unproved: is("unproved")?,
+        })
+    }
+
     pub(crate) fn options(&self, py: Python<'_>) -> PyResult<ExportOptions<'static>> {
         let invalid = |what: &str, found: &dyn Display, why: &str| {
             error::plain(py, "InvalidArgument", format!("{what} is {found}: {why}"))
@@ -74,20 +83,36 @@ impl Request {
 }
 
 /// The exception of a refusal.
-pub(crate) fn refused(py: Python<'_>, why: &ExportRefusal) -> PyErr {
-    let message = in_python(&why.to_string());
+pub(crate) fn refused(py: Python<'_>, why: &ExportRefusal, words: &Words) -> PyErr {
+    raised(py, why, &why.to_string(), words)
+}
+
+fn raised(py: Python<'_>, why: &ExportRefusal, message: &str, words: &Words) -> PyErr {
+    let message = (words.advice)(message);
     match why {
         ExportRefusal::Design { why, .. } if matches!(why.cause.as_deref(), Some(Cause::Design(_))) => {
-            error::design(py, why)
+            error::design(py, why, words)
         }
         ExportRefusal::Options(_) => error::plain(py, "InvalidArgument", message),
         ExportRefusal::Design { why, .. } => {
-            let alternatives: Vec<String> = why.advice().iter().map(|advice| in_python(advice)).collect();
+            let alternatives: Vec<String> = why.advice().iter().map(|advice| (words.advice)(advice)).collect();
             let alternatives = PyTuple::new(py, alternatives);
             let numbers = alternatives.and_then(|alternatives| Ok(dictionary!(py; alternatives)));
             numbers.map_or_else(|error| error, |numbers| error::raise(py, "ExportRefused", message, &numbers))
         }
         _ => error::plain(py, "ExportRefused", message),
+    }
+}
+
+/// The exception of an observer that cannot be stepped, whose step would be that of the exported code.
+pub(crate) fn without_step(py: Python<'_>, why: &ExportRefusal) -> PyErr {
+    let text = why.to_string();
+    match why {
+        ExportRefusal::Design { .. } | ExportRefusal::Numbers { .. } => {
+            let text = text.replacen("cannot be exported", "cannot be stepped", 1);
+            raised(py, why, &text, &OF_CALL)
+        }
+        _ => refused(py, why, &OF_CALL),
     }
 }
 

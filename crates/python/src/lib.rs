@@ -7,16 +7,19 @@
 //! | file | subject |
 //! |---|---|
 //! | `linalg` | matrix equations, placement, observability |
-//! | `observer` | a designed observer: its numbers, runs, steps and files |
+//! | `observer` | a designed observer: its numbers, runs and files |
+//! | `stepper` | an observer stepped sample by sample |
 //! | `certificate` | facts, certificate files, verification |
 //! | `run` | study files, trajectories, the fit of a filter to a log |
 //! | `stream` | an observer on rows that arrive |
 //! | `blocks` | sweeps that several processes compute |
 //! | `export` | code for the target |
 //! | `kinds` | the kinds of observers |
+//! | `words` | messages in the words of Python |
 //! | `work` | long computations: without the interpreter's lock, with progress, ended by Ctrl-C |
-//! | `array`, `error` | arrays as matrices; errors as exceptions with numbers |
+//! | `argument`, `array`, `error` | arguments, arrays as matrices; errors as exceptions with numbers |
 
+mod argument;
 mod array;
 mod blocks;
 mod certificate;
@@ -26,7 +29,9 @@ mod kinds;
 mod linalg;
 mod observer;
 mod run;
+mod stepper;
 mod stream;
+mod words;
 mod work;
 
 use pyo3::prelude::*;
@@ -37,7 +42,7 @@ fn _luenberger(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<blocks::Blocks>()?;
     module.add_class::<certificate::Certificate>()?;
     module.add_class::<observer::Design>()?;
-    module.add_class::<observer::Stepper>()?;
+    module.add_class::<stepper::Stepper>()?;
     module.add_class::<run::StudyFile>()?;
     module.add_class::<stream::RowStream>()?;
     module.add_function(wrap_pyfunction!(certificate::verify, module)?)?;

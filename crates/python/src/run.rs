@@ -8,11 +8,15 @@ use luenberger_study::execute::{Limits, SweepOptions};
 use luenberger_study::results::{ObserverRun, Results};
 use luenberger_study::tune::{TuneOptions, tune};
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute_in_part};
+use nalgebra::DMatrix;
+use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use crate::argument::{COUNT, given};
 use crate::array::{array, columns, list};
 use crate::error::{self, dictionary};
+use crate::words::{in_python, of_calls, of_tables};
 use crate::work::interruptible;
 
 /// The study in a text that this package has written: a mistake is one of an argument.
@@ -20,8 +24,8 @@ pub(crate) fn read(py: Python<'_>, text: &str, folder: &Path) -> PyResult<Study>
     Study::from_text("study", text, Format::Json, folder).map_err(|why| {
         let Some(mistakes) = why.diagnostics() else { return study_error(py, &why) };
         let sentence = |mistake: &luenberger_study::Diagnostic| {
-            let help = mistake.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
-            format!("{}: {}{help}", mistake.message, mistake.expected)
+            let help = mistake.help.as_ref().map(|help| format!("; {}", of_calls(help))).unwrap_or_default();
+            format!("{}: {}{help}", of_tables(&mistake.message), of_calls(&mistake.expected))
         };
         let sentences: Vec<String> = mistakes.list().iter().map(sentence).collect();
         error::plain(py, "InvalidArgument", sentences.join("\n"))
@@ -67,9 +71,11 @@ pub(crate) fn study_error(py: Python<'_>, why: &StudyError) -> PyErr {
             }
             StudyError::Linalg(error) => error::linalg(py, error),
             StudyError::Sim(_) => error::plain(py, "SimulationError", why),
-            StudyError::Interrupted | StudyError::TimeLimit { .. } => error::plain(py, "Cancelled", why),
+            StudyError::Interrupted | StudyError::TimeLimit { .. } => {
+                error::plain(py, "Cancelled", in_python(&why.to_string()))
+            }
             StudyError::Io { path, error } => {
-                let message = (error.raw_os_error().unwrap_or(0), error.to_string(), path.display().to_string());
+                let message = (error.raw_os_error().unwrap_or(0), said(error), path.display().to_string());
                 PyErr::from_value(py.import("builtins")?.getattr("OSError")?.call1(message)?)
             }
             _ => error::plain(py, "StudyError", in_python(&why.to_string())),
@@ -78,28 +84,10 @@ pub(crate) fn study_error(py: Python<'_>, why: &StudyError) -> PyErr {
     raised().unwrap_or_else(|error| error)
 }
 
-/// A message of the command with the names that its options have in Python.
-pub(crate) fn in_python(message: &str) -> String {
-    let names = [
-        (" with -o", ""),
-        ("--restart", "restart=True"),
-        ("--force", "force=True"),
-        ("--block-size ", "block_size="),
-        ("--limit memory=", "memory_limit, in bytes, of "),
-        ("--limit time=", "time_limit, in seconds, of "),
-        ("--unproved", "unproved=True"),
-        ("--format f64", "format=\"f64\""),
-        ("--format f32", "format=\"f32\""),
-        ("--format q16.16", "format=\"q16.16\""),
-        ("--to c", "to=\"c\""),
-        ("--to fmu", "to=\"fmu\""),
-        ("--period", "dt"),
-        ("--substeps", "substeps"),
-        ("--feedback", "feedback"),
-        ("--gains", "gains"),
-        ("--fmi", "fmi"),
-    ];
-    names.iter().fold(message.to_owned(), |text, (option, name)| text.replace(option, name))
+/// What the system says, without its number, which the exception has.
+fn said(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    text.split_once(" (os error ").map_or(text.as_str(), |(said, _)| said).to_owned()
 }
 
 /// Arrays with one column for each time, as python-control has them.
@@ -112,10 +100,23 @@ pub(crate) fn trajectory<'py>(py: Python<'py>, run: &ObserverRun) -> PyResult<Bo
         u = columns(py, &run.u),
         y = columns(py, &run.y),
         xhat = run.estimate.as_ref().map(|estimate| columns(py, estimate)),
+        functions = named(py, run.functions.as_ref()),
         deviation = run.deviation.as_ref().map(|deviation| columns(py, deviation)),
         smoothed = run.smoothed.as_ref().map(|(estimate, _)| columns(py, estimate)),
         smoothed_deviation = run.smoothed.as_ref().map(|(_, deviation)| columns(py, deviation)),
+        half_width = run.half_width.as_ref().map(|half_width| columns(py, half_width)),
+        disturbances = named(py, run.disturbance.as_ref()),
+        models = named(py, run.modes.as_ref()),
+        warnings = run.warnings.iter().map(|warning| in_python(warning)).collect::<Vec<_>>(),
     ))
+}
+
+/// Names and rows of what a run has besides the states.
+fn named<'py>(
+    py: Python<'py>,
+    of: Option<&(Vec<String>, DMatrix<f64>)>,
+) -> Option<(Vec<String>, Bound<'py, PyArray2<f64>>)> {
+    of.map(|(names, rows)| (names.clone(), columns(py, rows)))
 }
 
 /// What an execution leaves: the results as JSON, the trajectories, and what failed.
@@ -179,16 +180,18 @@ impl StudyFile {
         step: &str,
         output: Option<PathBuf>,
         force: bool,
-        threads: Option<usize>,
+        threads: Option<Bound<'py, PyAny>>,
         time_limit: Option<f64>,
         memory_limit: Option<f64>,
-        block_size: Option<u64>,
+        block_size: Option<Bound<'py, PyAny>>,
         restart: bool,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let Some(step) = step_named(step) else {
             return Err(error::plain(py, "InvalidArgument", format!("there is no step {step:?}")));
         };
+        let threads = given("threads", threads.as_ref(), COUNT)?;
+        let block_size = given("block_size", block_size.as_ref(), COUNT)?;
         let mut limits = Limits::default();
         limits.seconds = time_limit.unwrap_or(limits.seconds);
         limits.memory = memory_limit.unwrap_or(limits.memory);
@@ -216,10 +219,11 @@ impl StudyFile {
         py: Python<'py>,
         output: Option<PathBuf>,
         force: bool,
-        threads: Option<usize>,
+        threads: Option<Bound<'py, PyAny>>,
         write: bool,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let threads = given("threads", threads.as_ref(), COUNT)?;
         let study = Arc::clone(&self.study);
         let tuned = interruptible(py, progress.as_ref(), move |context| {
             let (progress, cancel) = (context.progress, context.cancel);

@@ -6,9 +6,11 @@ use luenberger_study::stream::{Stream, StreamError, StreamOptions};
 use luenberger_study::table::Form;
 use pyo3::prelude::*;
 
+use crate::argument::{COUNT, given};
 use crate::error;
 use crate::export::refused;
 use crate::run::StudyFile;
+use crate::words::OF_STUDY;
 use crate::work::interruptible;
 
 /// The stream of an observer of a study: JSON objects in, JSON objects out.
@@ -18,6 +20,7 @@ pub(crate) struct RowStream {
 }
 
 impl RowStream {
+    /// Called without the interpreter's lock: another thread may have the stream for as long as a row takes.
     fn with<T>(&self, work: impl FnOnce(&mut (Stream, u64)) -> T) -> T {
         work(&mut self.inner.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -32,25 +35,26 @@ impl RowStream {
         study: &StudyFile,
         observer: Option<String>,
         dt: Option<f64>,
-        substeps: Option<usize>,
+        substeps: Option<Bound<'_, PyAny>>,
         timed: bool,
         predicted: Option<bool>,
     ) -> PyResult<Self> {
+        let substeps = given("substeps", substeps.as_ref(), COUNT)?;
         let study = std::sync::Arc::clone(&study.study);
         let options = StreamOptions { form: Some(Form::Json), timed, predicted, period: dt, substeps };
         let stream = interruptible(py, None, move |_| Stream::new(&study, observer.as_deref(), &options))?;
-        let stream = stream.map_err(|why| refused(py, &why))?;
+        let stream = stream.map_err(|why| refused(py, &why, &OF_STUDY))?;
         Ok(Self { inner: Mutex::new((stream, 0)) })
     }
 
     /// The names of the results, the time first.
-    fn columns(&self) -> Vec<String> {
-        self.with(|(stream, _)| stream.columns().to_vec())
+    fn columns(&self, py: Python<'_>) -> Vec<String> {
+        py.detach(|| self.with(|(stream, _)| stream.columns().to_vec()))
     }
 
     /// Samples so far, missed ones included.
-    fn samples(&self) -> u64 {
-        self.with(|(stream, _)| stream.samples())
+    fn samples(&self, py: Python<'_>) -> u64 {
+        py.detach(|| self.with(|(stream, _)| stream.samples()))
     }
 
     /// The results of a row.
@@ -74,14 +78,15 @@ impl RowStream {
     }
 
     /// The state after the last row.
-    fn saved(&self) -> String {
-        self.with(|(stream, _)| stream.saved())
+    fn saved(&self, py: Python<'_>) -> String {
+        py.detach(|| self.with(|(stream, _)| stream.saved()))
     }
 
     /// Goes on from a saved state.
     #[pyo3(signature = (text, /))]
     fn resume(&self, py: Python<'_>, text: &str) -> PyResult<()> {
-        self.with(|(stream, _)| stream.resume(text)).map_err(|why| error::plain(py, "InvalidArgument", why))
+        py.detach(|| self.with(|(stream, _)| stream.resume(text)))
+            .map_err(|why| error::plain(py, "InvalidArgument", why))
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use luenberger_clock::stoppable;
 use luenberger_study::Progress;
 use pyo3::prelude::*;
 
@@ -25,7 +26,8 @@ enum Message<T> {
     Done(T),
 }
 
-/// What a computation gets: a flag that ends it, and where it tells its progress.
+/// What a computation gets: a flag that ends it, which integrations of its thread see as well, and where it tells its
+/// progress.
 pub(crate) struct Context<'a> {
     pub(crate) cancel: &'a AtomicBool,
     pub(crate) progress: &'a (dyn Fn(Progress<'_>) + Sync),
@@ -50,7 +52,7 @@ pub(crate) fn interruptible<T: Send + 'static>(
             // The receiver no longer exists once the time limit is over.
             _ = listener.lock().unwrap_or_else(PoisonError::into_inner).send(message);
         };
-        let result = work(&Context { cancel: &inner, progress: &progress });
+        let result = stoppable(Some(&inner), || work(&Context { cancel: &inner, progress: &progress }));
         _ = sender.send(Message::Done(result));
     };
     let spawned = thread::Builder::new().name("luenberger".to_owned()).stack_size(STACK).spawn(run);

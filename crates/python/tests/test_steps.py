@@ -191,3 +191,84 @@ def test_what_is_proved_cannot_be_changed_in_place():
     with pytest.raises(ValueError, match="read-only"):
         observer.L[0, 0] = 1.0
     assert not any(matrix.flags.writeable for matrix in observer.matrices.values())
+
+
+def models_alike():
+    keys = {"w": 0.01, "v": 0.01, "period": 0.1, "transitions": [[0.9, 0.1], [0.1, 0.9]]}
+    return lg.observer("imm", lg.ss([[0.9, 0.1], [0, 0.8]], [[0], [1]], [[1, 0]], dt=0.1), models=[{}, {}], **keys)
+
+
+def stiff():
+    """A sensor with a time constant of half a millisecond: a period of 1 would be thousands of Runge-Kutta steps."""
+    return lg.ekf(lg.plant(["-2000*(x1 - sin(x2))", "-0.1*x2"], ["x1"]), QN=1e-4, RN=1e-4, dt=1.0, xhat0=[0.8, 1.0])
+
+
+def cloud():
+    plant = lg.ss([[0.9, 0.1], [0, 0.8]], [[0], [1]], [[1, 0]], dt=0.1)
+    return lg.observer("particle", plant, w=0.01, v=0.01, period=0.1, particles=50)
+
+
+@pytest.mark.parametrize("make", [models_alike, stiff, cloud])
+def test_a_filter_without_exported_code_steps_as_it_replays(make):
+    y = 0.9 + 0.1 * np.random.default_rng(8).standard_normal(12)
+    t = np.arange(y.size) * make().dt
+    run = make().replay(t, y)
+    observer, half = make(), make()
+    updated = []
+    for value in y:
+        updated.append(half.update(value))
+        assert half.P.shape == (observer.plant.nstates,) * 2
+        half.predict()
+        observer.step(None, value)
+        assert np.isfinite(observer.nis)
+        assert observer.xhat.tolist() == half.xhat.tolist()
+    assert np.allclose(np.array(updated).T, run.xhat, rtol=1e-6, atol=1e-9)
+    again = pickle.loads(pickle.dumps(observer))
+    assert again.step(None, 1.0).tolist() == observer.step(None, 1.0).tolist()
+    with pytest.raises(lg.NotApplicable, match="covariance of the innovation"):
+        observer.S
+    with pytest.raises(lg.ExportRefused, match="cannot be exported"):
+        make().export(dt=observer.dt)
+
+
+def test_a_missing_measurement_of_such_a_filter_is_a_prediction():
+    missing, predicted = models_alike(), models_alike()
+    for observer in (missing, predicted):
+        observer.step(None, 1.0)
+    assert missing.step(None, None).tolist() == predicted.predict().tolist()
+
+
+def test_an_observer_without_a_step_says_so():
+    observer = lg.observer("functional", SYS, k=[[0, 1]], poles=[-3])
+    with pytest.raises(lg.ExportRefused, match="cannot be stepped") as found:
+        observer.step(0.0, 1.0, dt=0.1)
+    assert "exported" not in str(found.value).split(":")[0]
+
+
+@pytest.mark.parametrize(
+    "u, y",
+    [
+        (1, [1, -2]),
+        (True, [True, False]),
+        (np.array([1]), np.array([1, -2])),
+        (np.float32([0.5]), np.float32([1.0, -2.0])),
+        (0, [1.0, math.nan]),
+        (0, np.array([math.nan, 1.0])),
+        (0, None),
+    ],
+)
+def test_whole_numbers_float32_and_missing_samples_take_the_short_way(u, y):
+    observer, reference = of_two_outputs(), of_two_outputs()
+    observer.step(0.0, [0.0, 0.0])
+    reference.step(0.0, [0.0, 0.0])
+    found = observer._stepper.step(u, y)
+    assert found is not None
+    values = [math.nan, math.nan] if y is None else np.asarray(y, dtype=float)
+    expected = reference.step(np.float64(np.ravel(u)).reshape(1, 1), np.reshape(values, (2, 1)))[:, 0]
+    assert found.tolist() == expected.tolist()
+
+
+def test_a_masked_array_does_not_take_the_short_way():
+    observer = of_two_outputs()
+    observer.step(0.0, [0.0, 0.0])
+    assert observer._stepper.step(0.0, np.ma.array([1.0, 2.0], mask=[True, False])) is None

@@ -804,7 +804,8 @@ def ekf(
         spec["gate"] = number("gate", gate, positive=True)
     if iterations is not None:
         spec["iterations"] = int(iterations)
-    return Observer(plant, spec, xhat0=xhat0, name=name)
+    names = {"W": "QN", "V": "RN", "P(0)": "P0"}
+    return Observer(plant, spec, xhat0=xhat0, name=name, covariances=names)
 
 
 def kkl_observer(

@@ -20,6 +20,7 @@ __all__ = [
     "InvalidArgument",
     "InvalidPole",
     "LinAlgError",
+    "LogWarning",
     "LuenbergerError",
     "NotApplicable",
     "NotConverged",
@@ -40,6 +41,10 @@ __all__ = [
     "Unobservable",
     "WrongDtype",
 ]
+
+
+class LogWarning(UserWarning):
+    """What the report of a study warns of on a log, such as rows that are not used; also in `Trajectory.warnings`."""
 
 
 class LuenbergerError(Exception):

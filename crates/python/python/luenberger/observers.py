@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -16,7 +17,17 @@ import numpy.typing as npt
 from . import _html, _luenberger
 from ._arrays import Array, ComplexArray, finite, matrix, number, real, vector
 from .certificates import Certificate
-from .errors import DimensionMismatch, ExportRefused, InvalidArgument, NotApplicable, SimulationError
+from .errors import (
+    DimensionMismatch,
+    ExportRefused,
+    InvalidArgument,
+    LinAlgError,
+    LogWarning,
+    NotApplicable,
+    NotPositiveDefinite,
+    NotSymmetric,
+    SimulationError,
+)
 from .plants import Plant, as_json
 from .systems import StateSpace
 from .trajectories import Trajectory, trajectory
@@ -110,19 +121,24 @@ class Observer:
         *,
         xhat0: npt.ArrayLike | None = None,
         name: str | None = None,
+        covariances: Mapping[str, str] | None = None,
     ) -> None:
         self.plant = plant
         self._spec: dict[str, Any] = {key: value for key, value in spec.items() if value is not None}
         self._spec["name"] = "luenberger" if name is None else str(name)
         if xhat0 is not None:
             self._spec["initial"] = vector("xhat0", xhat0, plant.nstates).tolist()
-        self._design = _luenberger.Design(as_json(self._study()), ".")
+        try:
+            self._design = _luenberger.Design(as_json(self._study()), ".")
+        except (NotPositiveDefinite, NotSymmetric) as error:
+            raise _of_argument(error, self._spec, covariances or {}) from None
         summary = self._design.summary()
         self.name: str = summary["name"]
         self.kind: str = summary["kind"]
         self.dt: float | None = summary["period"]
         self._is_at_varying_periods = "jitter" in self._spec or "misses" in self._spec
         self._turns: list[float] | None = summary["turns"]
+        self._functions: list[str] | None = summary["functions"]
         self._order: int = summary["order"]
         self._initial: Array = summary["initial"]
         self._report: dict[str, Any] = json.loads(self._design.report())
@@ -205,7 +221,7 @@ class Observer:
     def S(self) -> Array:
         """S of the cubic gain `N = -P^-1 C'S`; of a filter that is stepped, the covariance of `innovation`."""
         if self._is_filter:
-            covariance: Array = self._measurement()["covariance"]
+            covariance: Array = self._of_measurement("covariance", "covariance of the innovation that is kept")
             return covariance
         return self._matrix("S")
 
@@ -361,9 +377,20 @@ class Observer:
         return study
 
     def replay(
-        self, t: npt.ArrayLike, y: npt.ArrayLike, u: npt.ArrayLike | None = None, *, smooth: bool = False
+        self,
+        t: npt.ArrayLike,
+        y: npt.ArrayLike,
+        u: npt.ArrayLike | None = None,
+        *,
+        smooth: bool = False,
+        repeats: str = "once",
+        interpolation: str = "predicted",
     ) -> Trajectory:
         """Run the observer on measured data.
+
+        An observer in discrete time has its estimates at its own samples, from the first time on. A row corrects it if
+        it lies on a sample, within a hundredth of the period; other rows are not used, and a sample without a row is
+        predicted. One in continuous time, and a filter of a plant in continuous time, has them at the times of the rows.
 
         Parameters
         ----------
@@ -376,11 +403,23 @@ class Observer:
         smooth : bool, optional
             Also give the estimates with the whole log, those after each time as well (Rauch, Tung and Striebel), of an
             extended, iterated or unscented Kalman filter: `smoothed` and `smoothed_deviation` of the trajectory.
+        repeats : {"once", "measured"}, optional
+            What an output is that repeats its values in a rhythm: a value that the logger repeats until the next
+            measurement, which counts once, or a measurement in every row.
+        interpolation : {"predicted", "held", "linear"}, optional
+            What an observer in continuous time sees of the outputs between the rows: the measurement moves with the
+            model until the next one, it is held, or there are straight lines, which use later measurements. One in
+            discrete time predicts at samples without a row, or sees the straight lines.
 
         Returns
         -------
         Trajectory
-            The estimates; the states are NaN.
+            The estimates; the states are NaN. `warnings` has what limits the use of the data.
+
+        Warns
+        -----
+        LogWarning
+            For each of these `warnings`: rows that are not used, repeated values, gaps, outputs that never change.
 
         Raises
         ------
@@ -402,19 +441,30 @@ class Observer:
             if self.kind not in smoothed:
                 raise NotApplicable(f"{self.name} is of the kind {self.kind}; smoothed are {', '.join(smoothed)}")
         times = vector("t", t)
+        _increasing("t", times)
         outputs = _signal("y", y, self.plant.noutputs, times.size, missing=True)
         count = self.plant.ninputs
         inputs = np.zeros((count, times.size)) if u is None else _signal("u", u, count, times.size)
         with tempfile.TemporaryDirectory() as folder:
-            heads = ["t", *(f"in{j}" for j in range(count)), *(f"out{j}" for j in range(len(outputs)))]
+            heads = _heads(self.plant)
             _table(Path(folder) / "log.csv", heads, [times, *inputs, *outputs])
-            log: dict[str, Any] = {"file": "log.csv", "time": "t", "outputs": heads[1 + count :]}
+            log: dict[str, Any] = {"file": "log.csv", "time": heads[0], "outputs": heads[1 + count :]}
+            for key, value, known in (
+                ("repeats", repeats, ("once", "measured")),
+                ("interpolation", interpolation, ("predicted", "held", "linear")),
+            ):
+                if value not in known:
+                    raise InvalidArgument(f"{key} is {value!r}", hint=" or ".join(map(repr, known)))
+                log[key] = value
             if count:
                 log["inputs"] = heads[1 : 1 + count]
             study = self._study(log=log)
             if smooth:
                 study["observer"] = [{**self._spec, "smooth": True}]
-            return self._run(study, folder, on_log=True)
+            run = self._run(study, folder, on_log=True)
+        for text in run.warnings:
+            warnings.warn(text, LogWarning, stacklevel=2)
+        return run
 
     def _run(self, study: dict[str, Any], folder: str, *, on_log: bool) -> Trajectory:
         found = self._design.run(as_json(study), folder, on_log)
@@ -436,6 +486,7 @@ class Observer:
                 u = (at, u)
         if isinstance(u, tuple) and len(u) == 2 and np.ndim(u[0]) == 1 and np.size(u[0]) > 1:
             times = vector("the times of u", u[0])
+            _increasing("the times of u", times)
             values = _signal("u", u[1], m, times.size)
             _table(folder / "input.csv", ["t", *self.plant.inputs], [times, *values])
             return {"table": "input.csv"}
@@ -484,6 +535,10 @@ class Observer:
     ) -> Array:
         """One step, the one that exported code computes.
 
+        A filter without exported code (particle, imm, and those whose fixed Runge-Kutta steps have no bounded error,
+        of a stiff plant for example) is stepped as `simulate` and `replay` do, with error control. Ctrl-C ends a call
+        with many columns, and the observer is then where it was before.
+
         Parameters
         ----------
         u : array_like, (m,) or (m, T), or None
@@ -499,7 +554,9 @@ class Observer:
         Returns
         -------
         ndarray, (n,) or (n, T)
-            The estimate for the next sample; at varying periods that at this one.
+            The estimate for the next sample; at varying periods that at this one. `estimated` has the names of its
+            entries: besides the states those of estimated disturbances. Of an observer of functions z = K x they are
+            the functions at this sample.
 
         Examples
         --------
@@ -511,7 +568,7 @@ class Observer:
         if dt is None and self._stepper is not None and not self._is_at_varying_periods:
             estimate = self._stepper.step(u, y)
             if estimate is not None:
-                return estimate
+                return self._own(estimate)
         is_varying = self._is_at_varying_periods
         stepper = self._started(None if is_varying else dt)
         m, p = self.plant.ninputs, self.plant.noutputs
@@ -529,7 +586,7 @@ class Observer:
             times = real("dt", stepper.period if dt is None else dt)
             times = vector("dt", np.broadcast_to(times, columns) if times.size == 1 else times, columns)
             inputs = np.vstack([inputs, times])
-        estimates: Array = stepper.steps(inputs, outputs)
+        estimates: Array = self._own(stepper.steps_of(inputs, outputs))
         return estimates if several else estimates[:, 0]
 
     def _started(self, dt: npt.ArrayLike | None) -> _luenberger.Stepper:
@@ -637,6 +694,12 @@ class Observer:
             raise NotApplicable("no measurement was taken yet, or the last one was passed over")
         return found
 
+    def _of_measurement(self, name: str, what: str) -> Any:
+        found = self._measurement()[name]
+        if found is None:
+            raise NotApplicable(f"{self.name} is of the kind {self.kind}, whose update has no {what}")
+        return found
+
     @property
     def innovation(self) -> Array:
         """Of a filter, `y - h(xhat)` of the last step or update; 0 for an output that was not measured."""
@@ -652,12 +715,30 @@ class Observer:
     def log_likelihood(self) -> float:
         """Of the last measurement given those before: `-(p ln(2 pi) + ln det S + y~' S^-1 y~)/2`, p outputs measured."""
         found = self._measurement()
-        return float(-0.5 * (found["used"] * np.log(2.0 * np.pi) + found["log_determinant"] + found["square"]))
+        determinant = self._of_measurement("log_determinant", "likelihood")
+        return float(-0.5 * (found["used"] * np.log(2.0 * np.pi) + determinant + found["square"]))
 
     @property
     def xhat(self) -> Array:
         """The estimate for the next sample, after `update` that with its measurement; at first the initial estimate."""
-        return self._initial.copy() if self._stepper is None else self._stepper.estimate()
+        if self._stepper is not None:
+            return self._own(self._stepper.estimate())
+        return self._initial.copy() if self._functions is None else self._matrix("K") @ self._initial
+
+    @property
+    def estimated(self) -> list[str]:
+        """Names of the entries of `xhat` and of what `step` returns.
+
+        The states; behind them, once the observer is stepped, the disturbances that it estimates and the half-widths
+        of the bounds of an interval observer. Of an observer of functions z = K x the functions.
+        """
+        if self._functions is not None:
+            return list(self._functions)
+        return list(self.plant.states) if self._stepper is None else self._stepper.names
+
+    def _own(self, estimate: Array) -> Array:
+        """Of an observer of functions these, of which the first entries are; the others are its state."""
+        return estimate if self._functions is None else estimate[: len(self._functions)]
 
     # ------------------------------------------------------------------ other programs
 
@@ -667,8 +748,9 @@ class Observer:
         Returns
         -------
         control.StateSpace or control.NonlinearIOSystem
-            A StateSpace of a linear observer; an observer at varying periods has none (`NotApplicable`). The inputs have the names of the plant's inputs and outputs, the
-            outputs are named `x_hat`, so that `control.interconnect` joins them.
+            A StateSpace of a linear observer; an observer at varying periods has none (`NotApplicable`). The inputs
+            have the names of the plant's inputs and outputs, the outputs are named `x_hat`, so that
+            `control.interconnect` joins them; those of an observer of functions `z1_hat`.
 
         Examples
         --------
@@ -682,7 +764,7 @@ class Observer:
         if self._is_at_varying_periods:
             raise NotApplicable(f"{self.name} has samples at varying periods, and a block has one period")
         plant = self.plant
-        hats = [f"{name}_hat" for name in plant.states]
+        hats = [f"{name}_hat" for name in self._functions or plant.states]
         names: dict[str, Any] = {"inputs": [*plant.inputs, *plant.outputs], "outputs": hats, "name": self.name}
         m = plant.ninputs
         if type(plant) is StateSpace and self.kind in ("luenberger", "kalman"):
@@ -695,14 +777,18 @@ class Observer:
             return self._design.motion(float(t), _entries(z), _entries(w[:m]), _entries(w[m:]))
 
         def output(t: float, z: Array, w: Array, _: Any) -> Array:
-            return self._design.estimate(float(t), _entries(z), _entries(w[:m]), _entries(w[m:]))
+            # That of functions uses the measurement of its sample.
+            of = self._design.estimate if self._functions is None else self._design.estimate_at
+            return of(float(t), _entries(z), _entries(w[:m]), _entries(w[m:]))
 
-        states = hats if self._order == plant.nstates else [f"z{i + 1}" for i in range(self._order)]
+        states = hats if self._order == plant.nstates and self._functions is None else [f"z{i + 1}" for i in range(self._order)]
         return control.NonlinearIOSystem(update, output, states=states, dt=self.dt or 0, **names)
 
     def initial_state(self, xhat: npt.ArrayLike | None = None, u: Any = None, y: Any = None, t: float = 0.0) -> Array:
         """The state of `to_control()` that has the estimate `xhat` (default: that of the design)."""
         start = self._initial if xhat is None else vector("xhat", xhat, self.plant.nstates)
+        if self._functions is not None:
+            start = self._matrix("K") @ start
         inputs = np.zeros(self.plant.ninputs) if u is None else vector("u", u, self.plant.ninputs)
         outputs = np.zeros(self.plant.noutputs) if y is None else vector("y", y, self.plant.noutputs)
         return self._design.initial(float(t), start, inputs, outputs)
@@ -827,6 +913,24 @@ class Observer:
         return head + _html.matrices(self._matrices.items()) + numbers + facts
 
 
+def _of_argument(
+    error: NotPositiveDefinite | NotSymmetric, spec: Mapping[str, Any], names: Mapping[str, str]
+) -> LinAlgError:
+    """The same of the argument that the matrix was, with its least eigenvalue."""
+    what = error.what
+    name, text, numbers = names.get(what, what), str(error), dict(error.__dict__)
+    if isinstance(error, NotPositiveDefinite) and "lambda_min" not in numbers:
+        numbers["lambda_min"] = float("nan")
+        given = np.asarray(spec.get({"W": "w", "V": "v", "P(0)": "p0"}.get(what, ""), np.nan), dtype=np.float64)
+        if given.ndim == 2 and given.shape[0] == given.shape[1]:
+            least = numbers["lambda_min"] = float(np.linalg.eigvalsh((given + given.T) / 2)[0])
+            sign = "positive definite" if what == "V" else "positive semidefinite"
+            text = f"{what} is not {sign}: its smallest eigenvalue is {least:g}"
+    if text.startswith(f"{what} "):
+        text = name + text[len(what) :]
+    return type(error)(text, **{**numbers, "what": name})
+
+
 def _short(name: str) -> str:
     """Of `P (stationary error covariance)` the P."""
     return name.split(" (")[0]
@@ -852,6 +956,31 @@ def _signal(what: str, value: npt.ArrayLike, rows: int, columns: int, *, missing
         finite(what, np.where(np.isnan(array), 0.0, array))
         return array
     return matrix(what, array)
+
+
+def _increasing(what: str, times: Array) -> None:
+    """Raises where a time is not later than the one before it."""
+    late = np.flatnonzero(np.diff(times) <= 0.0)
+    if late.size:
+        k = int(late[0]) + 1
+        raise InvalidArgument(f"{what} must increase, and entry {k} is {times[k]:g} after {times[k - 1]:g}")
+
+
+def _heads(plant: StateSpace | Plant) -> list[str]:
+    """Names of the columns of a log: the time, the inputs and the outputs, those of the plant where they differ."""
+    given = [*plant.inputs, *plant.outputs]
+    kinds = [*("in" for _ in plant.inputs), *("out" for _ in plant.outputs)]
+    taken = set(given)
+
+    def free(name: str) -> str:
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        return name
+
+    time = free("t")
+    is_own = [name.isidentifier() and given.count(name) == 1 for name in given]
+    return [time, *(name if own else free(f"{kind}{k}") for k, (name, kind, own) in enumerate(zip(given, kinds, is_own)))]
 
 
 def _table(path: Path, heads: Sequence[str], columns: Sequence[Array]) -> None:

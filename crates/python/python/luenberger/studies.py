@@ -9,6 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from . import _html, _luenberger
 from ._arrays import number
 from .streams import Stream
@@ -299,8 +301,6 @@ class Results(Mapping[str, Trajectory]):
     @property
     def designs(self) -> dict[str, dict[str, Any]]:
         """The matrices of each design by name, as arrays."""
-        import numpy as np
-
         return {
             entry["name"]: {
                 matrix["name"].split(" (")[0]: np.array(matrix["rows"], dtype=np.float64)
@@ -316,11 +316,20 @@ class Results(Mapping[str, Trajectory]):
         simulation = self.data.get("simulation")
         return _columns(_score_rows(simulation["rows"])) if simulation else {}
 
+    @property
+    def log_scores(self) -> dict[str, list[Any]]:
+        """The innovations on the log, one row for each observer and output: samples, mean, rms, peak and the rest.
+
+        `nis` of a filter is the mean normalised square of its innovations, `white` the p-value of a test of whiteness.
+        """
+        log = self.data.get("log")
+        return _columns(_log_rows(log["rows"])) if log else {}
+
     def to_frame(self) -> Any:
-        """The scores of the simulation as a `pandas.DataFrame` (needs pandas)."""
+        """The scores as a `pandas.DataFrame` (needs pandas): of the simulation; without one, those on the log."""
         import pandas
 
-        return pandas.DataFrame(self.scores)
+        return pandas.DataFrame(self.scores or self.log_scores)
 
     @property
     def sweep(self) -> dict[str, list[Any]]:
@@ -330,9 +339,12 @@ class Results(Mapping[str, Trajectory]):
 
     def plot(self, states: Any = None, axes: Any = None) -> Any:
         """Draw the states and the estimates of all observers (needs matplotlib); returns the axes."""
+        # An observer of functions has axes of its own.
+        drawn: dict[tuple[str, ...], Any] = {}
         for run in self.runs or self.log_runs:
-            axes = run.plot(states, axes)
-        return axes
+            names = tuple(run.estimated or run.states) if states is None else tuple(states)
+            drawn[names] = run.plot(states, drawn.get(names, None if drawn else axes))
+        return np.concatenate(list(drawn.values())) if drawn else axes
 
     def __repr__(self) -> str:
         verdicts = ", ".join(f"{name}: {verdict}" for name, verdict in self.verdicts.items())
@@ -347,7 +359,7 @@ class Results(Mapping[str, Trajectory]):
             rows.append([entry["name"], entry["kind"], design["verdict"] if design else "not applicable", said])
         if rows:
             parts.append(_html.table("observers", ["name", "kind", "verdict", "statement"], rows))
-        for name, table in (("scores", self.scores), ("sweep", self.sweep)):
+        for name, table in (("scores", self.scores), ("log", self.log_scores), ("sweep", self.sweep)):
             if table:
                 cells = zip(*table.values())
                 parts.append(_html.table(name, list(table), [[_html.number(cell) for cell in row] for row in cells]))
@@ -442,16 +454,34 @@ def _score_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
+def _log_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    found = []
+    for row in rows:
+        if row.get("failure") is not None:
+            found.append({"observer": row["observer"], "failure": row["failure"]})
+            continue
+        nis = row.get("nis")
+        of_all = {} if nis is None else {"nis": nis["mean"]}
+        found += [{"observer": row["observer"], **_flat(output), **of_all} for output in row["outputs"]]
+    return found
+
+
 def _flat(row: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables as columns `a.b`; lists of states, outputs and percentiles as `STATE.b`, `percentile5.b`."""
+    """Nested tables as columns `a.b`; lists of states, outputs, scores and percentiles as `STATE.b`, `percentile5.b`."""
     flat: dict[str, Any] = {}
     for key, value in row.items():
         if isinstance(value, dict):
             flat.update(_flat(value, f"{prefix}{key}."))
         elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
-            for item in value:
-                name = item.get("state") or item.get("output") or f"{key[:-1]}{item.get('percent')}"
-                rest = {key: value for key, value in item.items() if key not in ("state", "output", "percent")}
+            for number, item in enumerate(value):
+                named = next((name for name in ("state", "output", "score") if name in item), None)
+                if named is not None:
+                    name = item[named]
+                elif "percent" in item:
+                    named, name = "percent", f"{key[:-1]}{item['percent']}"
+                else:
+                    name = f"{key}{number + 1}"
+                rest = {key: value for key, value in item.items() if key != named}
                 flat.update(_flat(rest, f"{prefix}{name}."))
         else:
             flat[f"{prefix}{key}"] = value
