@@ -71,6 +71,7 @@ impl Design {
         let size = self.designed.runnable.dimensions();
         Ok(dictionary!(py; kind = observer.kind.name(), name = observer.name.as_str(), states = &plant.states,
             turns = plant.turns_of(&plant.states), functions = observer.kind.functions().map(|(_, names)| names),
+            disturbances = observer.kind.estimated_disturbances(),
             inputs = &plant.inputs, outputs = &plant.outputs, order = size.state,
             period = observer.kind.period().or(self.designed.runnable.period()), initial = list(py, &observer.initial)))
     }

@@ -71,6 +71,13 @@ def test_disturbances_are_columns(kind, more):
     # No disturbance acts.
     assert abs(run.dhat[0, -1]) < 1e-6 and abs(run.dhat).max() > 0.1
     assert "d1_hat" in run.to_dict()
+    pytest.importorskip("control")
+    block, z = observer.to_control(), observer.initial_state()
+    assert block.output_labels == ["x1_hat", "x2_hat", "d1_hat"]
+    for k in range(run.t.size):
+        found = block.output(0, z, [0.0, run.y[0, k]])
+        assert np.allclose(found, [*run.xhat[:, k], run.dhat[0, k]], rtol=0, atol=1e-9)
+        z = block.dynamics(0, z, [0.0, run.y[0, k]])
     logged = observer.replay(run.t, run.y)
     assert np.allclose(logged.dhat, run.dhat, rtol=0, atol=1e-9)
     observer.reset()

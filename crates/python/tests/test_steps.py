@@ -238,6 +238,29 @@ def test_a_missing_measurement_of_such_a_filter_is_a_prediction():
     assert missing.step(None, None).tolist() == predicted.predict().tolist()
 
 
+def test_a_disturbance_observer_starts_at_an_estimate():
+    plant = lg.ss([[0.9, 0.1], [0, 0.8]], [[0], [1]], [[1, 0]], dt=0.1)
+    observer = lg.observer("extended-state", plant, e=[[0], [1]], order=1, poles=[0.3, 0.4, 0.5])
+    observer.reset([1.0, 2.0])
+    assert observer.xhat.tolist() == [1.0, 2.0, 0.0]
+
+
+def test_a_functional_observer_starts_at_an_estimate():
+    plant = lg.ss([[0.9, 0.1], [0, 0.8]], [[0], [1]], [[1, 0]], dt=0.1)
+    keys = {"k": [[0, 1]], "poles": [0.3]}
+    started, designed = lg.observer("functional", plant, **keys), lg.observer("functional", plant, xhat0=[1, 2], **keys)
+    started.reset([1.0, 2.0])
+    assert started.xhat.tolist() == designed.xhat.tolist() == [2.0]
+    again = pickle.loads(pickle.dumps(started))
+    for y in (1.0, 0.5):
+        expected = designed.step(1.0, y).tolist()
+        assert started.step(1.0, y).tolist() == expected
+        assert again.step(1.0, y).tolist() == expected
+    # It knows the state: T x is the state of the observer, and z is exact.
+    exact = lg.observer("functional", plant, xhat0=[1, 2], **keys)
+    assert abs(exact.step(0.0, 1.0)[0] - 2.0) < 1e-12
+
+
 def test_an_observer_without_a_step_says_so():
     observer = lg.observer("functional", SYS, k=[[0, 1]], poles=[-3])
     with pytest.raises(lg.ExportRefused, match="cannot be stepped") as found:

@@ -120,6 +120,21 @@ def test_a_covariance_of_a_filter_that_is_none_is_named(name, value):
     assert found.value.lambda_min == pytest.approx(0.0 if name == "RN" and value == 0.0 else -1.0)
 
 
+@pytest.mark.parametrize("given, least", [(-1, -1.0), ([1.0, -2.0], -2.0), (INDEFINITE.tolist(), -1.0)])
+def test_a_covariance_of_a_kind_has_the_name_of_its_key(given, least):
+    plant = lg.plant(["x2", "-sin(x1)"], ["x1"])
+    with pytest.raises(lg.NotPositiveDefinite) as found:
+        lg.observer("ukf", plant, w=given, v=1, period=0.1)
+    assert found.value.what == "W" and found.value.lambda_min == pytest.approx(least)
+
+
+@pytest.mark.parametrize("name, arguments", [("QN", (-1.0, 1.0)), ("RN", (1.0, -1.0))])
+def test_a_covariance_of_a_stationary_filter_is_named(name, arguments):
+    with pytest.raises(lg.NotPositiveDefinite) as found:
+        lg.lqe(SYS, *arguments)
+    assert found.value.what == name and str(found.value).startswith(name)
+
+
 @pytest.mark.parametrize("name", ["QN", "P0"])
 def test_an_asymmetric_covariance_of_a_filter_is_named(name):
     plant = lg.plant(["x2", "-sin(x1)"], ["x1"])

@@ -34,7 +34,6 @@ from .errors import (
     InvalidArgument,
     InvalidPole,
     LinAlgError,
-    LogWarning,
     LuenbergerError,
     NotApplicable,
     NotConverged,
@@ -62,7 +61,7 @@ from .registry import Kind, kinds, observer
 from .streams import Stream
 from .studies import Results, Study, Tuned
 from .systems import StateSpace, ss
-from .trajectories import Trajectory
+from .trajectories import LogWarning, Trajectory
 
 __all__ = [
     "Cancelled",

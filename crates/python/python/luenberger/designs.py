@@ -315,7 +315,7 @@ def lqe(
     if plant.dt is not None:
         return dlqe(*args, G=G, xhat0=xhat0, name=name)
     spec = {"kind": "kalman", "w": rows(W), "v": rows(V), **_weighted(rho, Q, plant.nstates)}
-    return Observer(plant, spec, xhat0=xhat0, name=name)
+    return Observer(plant, spec, xhat0=xhat0, name=name, covariances={"W": "QN", "V": "RN"})
 
 
 def dlqe(
@@ -366,7 +366,8 @@ def dlqe(
         raise InvalidArgument(
             "dlqe is for discrete time, and this plant has no dt", hint="lqe in continuous time, or a sampled plant"
         )
-    observer = Observer(plant, {"kind": "kalman", "w": rows(W), "v": rows(V)}, xhat0=xhat0, name=name)
+    spec = {"kind": "kalman", "w": rows(W), "v": rows(V)}
+    observer = Observer(plant, spec, xhat0=xhat0, name=name, covariances={"W": "QN", "V": "RN"})
     P, C = observer.P, plant.C
     M: Array = np.linalg.solve(C @ P @ C.T + V, C @ P).T.astype(np.float64, copy=False)
     observer._matrices["M"] = M

@@ -20,7 +20,6 @@ __all__ = [
     "InvalidArgument",
     "InvalidPole",
     "LinAlgError",
-    "LogWarning",
     "LuenbergerError",
     "NotApplicable",
     "NotConverged",
@@ -41,10 +40,6 @@ __all__ = [
     "Unobservable",
     "WrongDtype",
 ]
-
-
-class LogWarning(UserWarning):
-    """What the report of a study warns of on a log, such as rows that are not used; also in `Trajectory.warnings`."""
 
 
 class LuenbergerError(Exception):

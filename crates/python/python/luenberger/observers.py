@@ -22,7 +22,6 @@ from .errors import (
     ExportRefused,
     InvalidArgument,
     LinAlgError,
-    LogWarning,
     NotApplicable,
     NotPositiveDefinite,
     NotSymmetric,
@@ -30,7 +29,7 @@ from .errors import (
 )
 from .plants import Plant, as_json
 from .systems import StateSpace
-from .trajectories import Trajectory, trajectory
+from .trajectories import LogWarning, Trajectory, trajectory
 
 __all__ = ["Export", "Observer"]
 
@@ -139,6 +138,7 @@ class Observer:
         self._is_at_varying_periods = "jitter" in self._spec or "misses" in self._spec
         self._turns: list[float] | None = summary["turns"]
         self._functions: list[str] | None = summary["functions"]
+        self._disturbances: list[str] = summary["disturbances"]
         self._order: int = summary["order"]
         self._initial: Array = summary["initial"]
         self._report: dict[str, Any] = json.loads(self._design.report())
@@ -158,7 +158,7 @@ class Observer:
         at = state.pop("_at")
         self.__dict__.update(state)
         self._design = _luenberger.Design(as_json(self._study()), ".")
-        self._stepper = None if at is None else self._design.stepper(*self._started_with)
+        self._stepper = None if at is None else self._start()
         if self._stepper is not None:
             self._stepper.resume(*at)
 
@@ -441,6 +441,8 @@ class Observer:
             if self.kind not in smoothed:
                 raise NotApplicable(f"{self.name} is of the kind {self.kind}; smoothed are {', '.join(smoothed)}")
         times = vector("t", t)
+        if times.size < 2:
+            raise InvalidArgument(f"t has {times.size} entries", hint="two or more")
         _increasing("t", times)
         outputs = _signal("y", y, self.plant.noutputs, times.size, missing=True)
         count = self.plant.ninputs
@@ -528,7 +530,16 @@ class Observer:
         if format not in ("f32", "f64"):
             raise InvalidArgument(f"format is {format!r}", hint="'f32' or 'f64'")
         self._started_with = (start, {"format": format, "period": period, "substeps": substeps})
-        self._stepper = self._design.stepper(*self._started_with)
+        self._stepper = self._start()
+
+    def _start(self) -> _luenberger.Stepper:
+        """A stepper at the estimate that was given."""
+        start, request = self._started_with
+        if start is None or self._functions is None:
+            return self._design.stepper(start, request)
+        # The state of an observer of functions begins with T xhat, which its design has.
+        spec = {**self._spec, "initial": start.tolist()}
+        return _luenberger.Design(as_json({**self._study(), "observer": [spec]}), ".").stepper(None, request)
 
     def step(
         self, u: npt.ArrayLike | None, y: npt.ArrayLike | None, dt: npt.ArrayLike | None = None
@@ -750,7 +761,8 @@ class Observer:
         control.StateSpace or control.NonlinearIOSystem
             A StateSpace of a linear observer; an observer at varying periods has none (`NotApplicable`). The inputs
             have the names of the plant's inputs and outputs, the outputs are named `x_hat`, so that
-            `control.interconnect` joins them; those of an observer of functions `z1_hat`.
+            `control.interconnect` joins them; behind them those of estimated disturbances `d1_hat`. Those of an observer
+            of functions are `z1_hat`.
 
         Examples
         --------
@@ -764,7 +776,7 @@ class Observer:
         if self._is_at_varying_periods:
             raise NotApplicable(f"{self.name} has samples at varying periods, and a block has one period")
         plant = self.plant
-        hats = [f"{name}_hat" for name in self._functions or plant.states]
+        hats = [f"{name}_hat" for name in [*(self._functions or plant.states), *self._disturbances]]
         names: dict[str, Any] = {"inputs": [*plant.inputs, *plant.outputs], "outputs": hats, "name": self.name}
         m = plant.ninputs
         if type(plant) is StateSpace and self.kind in ("luenberger", "kalman"):
@@ -779,9 +791,11 @@ class Observer:
         def output(t: float, z: Array, w: Array, _: Any) -> Array:
             # That of functions uses the measurement of its sample.
             of = self._design.estimate if self._functions is None else self._design.estimate_at
-            return of(float(t), _entries(z), _entries(w[:m]), _entries(w[m:]))
+            estimate = of(float(t), _entries(z), _entries(w[:m]), _entries(w[m:]))
+            # The estimates of disturbances are the last entries of the state.
+            return np.append(estimate, _entries(z)[self._order - len(self._disturbances) :])
 
-        states = hats if self._order == plant.nstates and self._functions is None else [f"z{i + 1}" for i in range(self._order)]
+        states = hats if self._order == len(hats) and self._functions is None else [f"z{i + 1}" for i in range(self._order)]
         return control.NonlinearIOSystem(update, output, states=states, dt=self.dt or 0, **names)
 
     def initial_state(self, xhat: npt.ArrayLike | None = None, u: Any = None, y: Any = None, t: float = 0.0) -> Array:
@@ -922,7 +936,10 @@ def _of_argument(
     if isinstance(error, NotPositiveDefinite) and "lambda_min" not in numbers:
         numbers["lambda_min"] = float("nan")
         given = np.asarray(spec.get({"W": "w", "V": "v", "P(0)": "p0"}.get(what, ""), np.nan), dtype=np.float64)
-        if given.ndim == 2 and given.shape[0] == given.shape[1]:
+        # A number and a list stand for a multiple of the identity and the diagonal.
+        if given.ndim < 2:
+            given = np.diag(np.atleast_1d(given))
+        if given.shape[0] == given.shape[1] and np.isfinite(given).all():
             least = numbers["lambda_min"] = float(np.linalg.eigvalsh((given + given.T) / 2)[0])
             sign = "positive definite" if what == "V" else "positive semidefinite"
             text = f"{what} is not {sign}: its smallest eigenvalue is {least:g}"

@@ -12,7 +12,11 @@ from . import _html
 from ._arrays import Array
 from .errors import InvalidArgument
 
-__all__ = ["Trajectory"]
+__all__ = ["LogWarning", "Trajectory"]
+
+
+class LogWarning(UserWarning):
+    """What the report of a study warns of on a log, such as rows that are not used; also in `Trajectory.warnings`."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,7 +16,10 @@ pub fn exported(
     scalar: Scalar,
     initial: Option<&[f64]>,
 ) -> Result<Export, ExportError> {
-    let mut initial = initial.map_or_else(|| design.initial(observer), <[f64]>::to_vec);
+    let of_states = initial.unwrap_or_default();
+    // Behind the states are those of disturbances.
+    let mut initial = design.initial(observer);
+    initial.splice(..of_states.len().min(initial.len()), of_states.iter().copied());
     let mut more = observer.kind.estimated_disturbances();
     if let SampledDesign::Interval(interval) = &design {
         initial = interval.start(scalar, &initial);
