@@ -423,7 +423,7 @@ def test_exports_have_the_options_of_the_command(tmp_path):
 def test_observers_at_varying_periods():
     observer = lg.sampled_cubic_observer(SYS, [-4, -5], gamma=1.0, dt=0.1, jitter=[0.05, 0.15], misses=1)
     exported = observer.export()
-    assert exported.proved and exported.period == 0.1 and "dt" in exported.files["luenberger.h"].decode()
+    assert exported.proved and exported.period == 0.1 and "dt" in exported.files["sampled_cubic.h"].decode()
     # Two samples of one time each, and one of twice the nominal period at once: the input is held.
     first = observer.step(0.0, 1.0, dt=0.05)
     observer.reset()

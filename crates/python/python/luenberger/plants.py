@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from typing import Any
 
 import numpy.typing as npt
 
 from . import _luenberger
-from ._arrays import Array, number, real, vector
+from ._arrays import Array, frozen, number, real, vector
 from ._expressions import texts, traced
 from .errors import DimensionMismatch, InvalidArgument
 from .systems import StateSpace, linear, period
@@ -67,7 +68,7 @@ class Plant:
         self.inputs: list[str] = found["inputs"]
         self.outputs: list[str] = found["outputs"]
         self.dt: float | None = table.get("dt")
-        self.region = region
+        self.region = deepcopy(region)
         if region is not None:
             bounds(self, region)
 
@@ -157,9 +158,9 @@ class OperatingPoint(StateSpace):
             self._guess["u"] = vector("u", u, nonlinear.ninputs).tolist()
         self.nonlinear = nonlinear
         point = _luenberger.check(as_json({"plant": nonlinear._plant(), **self._tables()}))["at"]
-        self.x: Array = point["x"]
-        self.u: Array = point["u"]
-        self.y: Array = point["y"]
+        self.x: Array = frozen(point["x"])
+        self.u: Array = frozen(point["u"])
+        self.y: Array = frozen(point["y"])
         self.residual: float = point["residual"]
         super().__init__(
             point["A"],
