@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._arrays import Array, matrix, number, poles as pole_list, vector, weight
+from ._arrays import Array, count, frozen, matrix, number, poles as pole_list, symmetric, vector, weight
 from .errors import InvalidArgument, InvalidPole
 from .observers import Observer
 from .plants import Plant, Region, any_plant, bounds, rows
@@ -107,7 +107,7 @@ def _process(plant: StateSpace, QN: npt.ArrayLike, G: npt.ArrayLike | None) -> A
     if G is None:
         G = plant.B
     G = matrix("G", G, rows=n)
-    q = weight("QN", QN, G.shape[1])
+    q = symmetric("QN", weight("QN", QN, G.shape[1]))
     if G.shape == (n, n) and np.array_equal(G, np.eye(n)):
         return q
     product = G @ q @ G.T
@@ -248,6 +248,13 @@ def lmi_observer(
     return Observer(plant, spec, xhat0=xhat0, name=name)
 
 
+class _StationaryFilter(Observer):
+    """The observer of `lqe` and `dlqe`, which is also what python-control returns: `L, P, E = lqe(..)`."""
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.L, self.P, self.poles))
+
+
 def _lqe_arguments(
     what: str, args: tuple[Any, ...], G: npt.ArrayLike | None, dt: float | None
 ) -> tuple[StateSpace, Array, Array]:
@@ -297,7 +304,8 @@ def lqe(
     Returns
     -------
     Observer
-        With the gain `L`, the stationary covariance `P` and the `poles`.
+        With the gain `L`, the stationary covariance `P` and the `poles`. It can be unpacked as what python-control
+        returns: `L, P, E = lqe(..)`, E the poles.
 
     Raises
     ------
@@ -310,12 +318,15 @@ def lqe(
     >>> observer = luenberger.lqe([[0.0]], [[1.0]], [[1.0]], 4.0, 1.0)
     >>> observer.L.round(12), observer.P.round(12)
     (array([[2.]]), array([[2.]]))
+    >>> L, P, E = observer
     """
     plant, W, V = _lqe_arguments("lqe", args, G, None)
     if plant.dt is not None:
+        if rho is not None or Q is not None:
+            raise InvalidArgument("rho and Q are for plants in continuous time, and this one is in discrete time")
         return dlqe(*args, G=G, xhat0=xhat0, name=name)
     spec = {"kind": "kalman", "w": rows(W), "v": rows(V), **_weighted(rho, Q, plant.nstates)}
-    return Observer(plant, spec, xhat0=xhat0, name=name)
+    return _StationaryFilter(plant, spec, xhat0=xhat0, name=name)
 
 
 def dlqe(
@@ -347,7 +358,7 @@ def dlqe(
     Observer
         With the predictor gain `L` of `xhat[k+1|k] = A xhat[k|k-1] + B u[k] + L (y[k] - C xhat[k|k-1] - D u[k])`
         (that of python-control), the filter gain `M` of `xhat[k|k] = xhat[k|k-1] + M (..)` (that of MATLAB; `L = A M`),
-        and the stationary covariance `P` of the prediction error.
+        and the stationary covariance `P` of the prediction error. `L, P, E = dlqe(..)` unpacks it as python-control does.
 
     Raises
     ------
@@ -366,10 +377,9 @@ def dlqe(
         raise InvalidArgument(
             "dlqe is for discrete time, and this plant has no dt", hint="lqe in continuous time, or a sampled plant"
         )
-    observer = Observer(plant, {"kind": "kalman", "w": rows(W), "v": rows(V)}, xhat0=xhat0, name=name)
+    observer = _StationaryFilter(plant, {"kind": "kalman", "w": rows(W), "v": rows(V)}, xhat0=xhat0, name=name)
     P, C = observer.P, plant.C
-    M: Array = np.linalg.solve(C @ P @ C.T + V, C @ P).T.astype(np.float64, copy=False)
-    observer._matrices["M"] = M
+    observer._matrices["M"] = frozen(np.linalg.solve(C @ P @ C.T + V, C @ P).T)
     return observer
 
 
@@ -510,7 +520,7 @@ def sampled_cubic_observer(
         "gamma": number("gamma", gamma, positive=True),
         "period": step,
         "jitter": None if jitter is None else vector("jitter", jitter, 2).tolist(),
-        "misses": misses,
+        "misses": None if misses is None else count("misses", misses),
     }
     return Observer(plant, spec, xhat0=xhat0, name=name)
 
@@ -731,7 +741,7 @@ def high_gain_observer(
     plant = any_plant(plant)
     spec: dict[str, Any] = {"kind": "high-gain", "r": number("r", r, positive=True)}
     if chains is not None:
-        spec["chains"] = [int(length) for length in chains]
+        spec["chains"] = [count("a length of chains", length) for length in chains]
     if alpha is not None:
         spec["alpha"] = vector("alpha", alpha, plant.nstates).tolist()
     return Observer(plant, spec, xhat0=xhat0, name=name)
@@ -799,11 +809,11 @@ def ekf(
     if P0 is not None:
         spec["p0"] = rows(weight("P0", P0, plant.nstates))
     if substeps is not None:
-        spec["substeps"] = int(substeps)
+        spec["substeps"] = count("substeps", substeps)
     if gate is not None:
         spec["gate"] = number("gate", gate, positive=True)
     if iterations is not None:
-        spec["iterations"] = int(iterations)
+        spec["iterations"] = count("iterations", iterations)
     return Observer(plant, spec, xhat0=xhat0, name=name)
 
 
@@ -885,5 +895,5 @@ def kkl_observer(
     counts = {"points": points, "leaves": leaves, "degree": degree, "samples": samples, "nodes": nodes, "rank": rank}
     for key, value in counts.items():
         if value is not None:
-            spec[key] = int(value)
+            spec[key] = count(key, value)
     return Observer(plant, spec, xhat0=xhat0, name=name)
