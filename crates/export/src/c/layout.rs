@@ -102,14 +102,14 @@ impl Timed {
 }
 
 impl Varying {
-    /// The node of an observer at varying periods: a prediction at each change of the input, and the correction with the
-    /// time since the last sample.
+    /// The node of an observer at varying periods: a prediction at each change of the input, and the correction with
+    /// the time since the last sample.
     fn of_node(&self, name: &str, number: &str, known: &str) -> Timed {
         let Self { unit, seconds, .. } = self;
         let time = if *seconds == 1.0 { String::new() } else { format!(" / {seconds:?}") };
         let functions = format!(
-            "    // The time between two instants in {unit}. They are those at which messages are taken; where a message has the
-    // time of its measurement, that is better.
+            "    // The time between two instants in {unit}. They are those at which messages are taken; where a message has
+    // the time of its measurement, that is better.
     static {number} between(const rclcpp::Time &first, const rclcpp::Time &second)
     {{
         // A clock of a simulation may be set back.
@@ -150,9 +150,9 @@ impl Layout {
     /// The files of the export in this layout. `number` is the type of its signals.
     ///
     /// # Errors
-    /// [`ExportError::TimeUnit`] if the unit of time is not known; on a board [`ExportError::Period`] for a period of less
-    /// than a microsecond or more than [`LONGEST`], [`ExportError::FractionalPeriod`] for one that is no whole number of
-    /// microseconds.
+    /// [`ExportError::TimeUnit`] if the unit of time is not known; on a board [`ExportError::Period`] for a period of
+    /// less than a microsecond or more than [`LONGEST`], [`ExportError::FractionalPeriod`] for one that is no whole number
+    /// of microseconds.
     pub(crate) fn place(self, export: &Export, files: Vec<File>, number: &str) -> Result<Vec<File>, ExportError> {
         let seconds = export.period_in_seconds()?;
         let microseconds = (1e6 * seconds).round();
@@ -261,8 +261,8 @@ static {number} elapsed(void)
         format!("{x:?}{}", if self.number == "float" { "f" } else { "" })
     }
 
-    /// One sample: declarations, what is read, the step. At varying periods the input is the one that was held since the
-    /// last sample.
+    /// One sample: declarations, what is read, the step. At varying periods the input is the one that was held since
+    /// the last sample.
     fn sample(&self, indent: &str) -> String {
         let Self { name, upper, number, columns: [_, inputs, _], call, .. } = self;
         let has_inputs = !inputs.is_empty();

@@ -187,7 +187,8 @@ fn a_sketch_takes_a_step_each_period() {
         let files = export.c_in(Layout::Arduino).unwrap();
         write(&files, &folder);
         fill_in(&folder, SKETCH);
-        // The loop is called more often than a sample is due, across the end of the counter; at varying periods it is late.
+        // The loop is called more often than a sample is due, across the end of the counter; at varying periods it is
+        // late.
         let wait = if is_varying(name) { "1 + late(k + 1)" } else { "1" };
         let main = format!(
             "#define PRINT_EVERY 1000\n#include \"Arduino.h\"\n#include \"examples/plant/plant.ino\"\nint main() {{ setup(); for (int k = 0; k < STEPS; ++k) {{ loop(); loop(); clock_us += PERIOD - 1; loop(); clock_us += {wait}; }} }}\n"
@@ -451,8 +452,8 @@ fn periods_without_a_timer_are_refused() {
     assert!(error("fortnight").contains("\"fortnight\" cannot be converted to seconds"), "{}", error("fortnight"));
 }
 
-/// A timer of whole microseconds would step every 2 us in place of 1.5: by far not the design. A part of 5e-5 is that of a
-/// crystal; a program at varying periods measures the time; a node has no timer.
+/// A timer of whole microseconds would step every 2 us in place of 1.5: by far not the design. A part of 5e-5 is that of
+/// a crystal; a program at varying periods measures the time; a node has no timer.
 #[test]
 fn periods_that_a_timer_rounds_are_refused() {
     let at = |period: f64, layout: Layout| {
