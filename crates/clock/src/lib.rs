@@ -1,4 +1,4 @@
-//! The clock that time limits read: [`Instant`].
+//! The clock that time limits read: [`Instant`]; and the flag with which another thread ends work: [`stoppable`].
 //!
 //! It is that of the standard library, except in WebAssembly without an operating system, where that one panics. There
 //! it is what the program gave to [`set_clock`], and without it time stands still: no limit is reached. Only limits and
@@ -16,6 +16,7 @@
 #![deny(missing_docs)]
 
 pub mod page;
+mod stop;
 
 #[cfg(all(target_family = "wasm", target_os = "unknown"))]
 pub use page::Instant;
@@ -23,6 +24,7 @@ pub use page::Instant;
 pub use std::time::Instant;
 
 pub use page::set_clock;
+pub use stop::{is_stopped, set_stop_flag, stop_flag, stoppable};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

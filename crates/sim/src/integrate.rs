@@ -11,7 +11,7 @@
 //! A large initial error of a cubic observer looks stiff (its rate grows with the square of the error) and mostly is
 //! not: the rate falls as 1/t, and an explicit method follows it with steps that grow in proportion to t.
 
-use luenberger_clock::Instant;
+use luenberger_clock::{Instant, is_stopped};
 use luenberger_wording::setters;
 use std::cell::RefCell;
 
@@ -85,10 +85,11 @@ impl Settings {
         Ok(())
     }
 
-    /// Ends a run at its time limit.
+    /// Ends a run at its time limit, and where its thread is [stopped](luenberger_clock::stoppable).
     pub(crate) fn check_time(&self, t: f64) -> Result<(), SimError> {
         match self.end {
             Some(end) if Instant::now() >= end => Err(SimError::TimeLimit { time: t }),
+            _ if is_stopped() => Err(SimError::TimeLimit { time: t }),
             _ => Ok(()),
         }
     }

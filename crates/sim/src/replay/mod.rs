@@ -90,6 +90,8 @@ struct Keeps {
     predictions: bool,
     /// The covariances, and not the standard deviations alone.
     covariances: bool,
+    /// The states of the observers.
+    states: bool,
 }
 
 enum Kind<'a> {
@@ -112,7 +114,7 @@ impl<'a> Replay<'a> {
     /// model between the rows.
     pub fn new(plant: impl Plant<f64> + Send + Sync + 'a, recording: impl Into<Cow<'a, Recording>>) -> Self {
         let settings = Settings { rtol: 1e-9, ..Settings::default() };
-        let (recording, keeps) = (recording.into(), Keeps { predictions: true, covariances: true });
+        let (recording, keeps) = (recording.into(), Keeps { predictions: true, covariances: true, states: false });
         Self {
             plant: Box::new(Erased(plant)),
             recording,
@@ -141,6 +143,13 @@ impl<'a> Replay<'a> {
     #[must_use]
     pub fn deviations_only(mut self) -> Self {
         self.keeps.covariances = false;
+        self
+    }
+
+    /// With the [states](ReplayedObserver::states) of the observers, which may hold more than their estimates.
+    #[must_use]
+    pub fn with_states(mut self) -> Self {
+        self.keeps.states = true;
         self
     }
 

@@ -38,6 +38,9 @@ pub struct ReplayedObserver {
     pub consistency: Option<FilterConsistency>,
     /// The estimates from the whole log, of a [smoothed filter](super::Replay::smoothed_filter).
     pub smoothed: Option<Smoothed>,
+    /// The states of the observer, a row for each time, with the measurements of that time where `estimate` has them;
+    /// none but for a replay [with states](super::Replay::with_states).
+    pub states: Option<DMatrix<f64>>,
     /// How many samples of a sampled-data observer were interpolated between rows, where that was asked for.
     pub interpolated: usize,
     /// Steps the integrator attempted.

@@ -34,6 +34,7 @@ pub(super) struct ReplayRun<'r> {
     row: Vec<Option<usize>>,
     predicted: Vec<f64>,
     estimates: Vec<f64>,
+    states: Vec<f64>,
     innovations: Vec<Option<f64>>,
     consistency: Option<FilterConsistency>,
     record: Option<Record>,
@@ -67,12 +68,13 @@ impl<'r> ReplayRun<'r> {
             row: Vec::new(),
             predicted: Vec::new(),
             estimates: Vec::new(),
+            states: Vec::new(),
             innovations: Vec::new(),
             consistency: None,
             record: entry.is_smoothed.then(Record::default),
             interpolated: 0,
             steps: 0,
-            keeps: Keeps { predictions: true, covariances: true },
+            keeps: Keeps { predictions: true, covariances: true, states: false },
             progress: None,
         }
     }
@@ -132,7 +134,13 @@ impl<'r> ReplayRun<'r> {
     }
 
     /// The estimates at `t` before and after its measurements.
-    fn note(&mut self, t: f64, row: Option<usize>, predicted: &[f64], estimate: &[f64]) -> Result<(), SimError> {
+    fn note(
+        &mut self,
+        t: f64,
+        row: Option<usize>,
+        state: &[f64],
+        (predicted, estimate): (&[f64], &[f64]),
+    ) -> Result<(), SimError> {
         self.settings.check_time(t)?;
         self.check_state(t, estimate)?;
         self.t.push(t);
@@ -141,6 +149,9 @@ impl<'r> ReplayRun<'r> {
             self.predicted.extend_from_slice(predicted);
         }
         self.estimates.extend_from_slice(estimate);
+        if self.keeps.states {
+            self.states.extend_from_slice(state);
+        }
         let rows = self.recording.times().len();
         if let (Some(tell), Some(row), true) = (self.progress, row, rows >= TOLD)
             && (row + 1) * PARTS / rows > row * PARTS / rows
@@ -177,7 +188,7 @@ impl<'r> ReplayRun<'r> {
         self.predict_outputs(t, row, &estimate)?;
         let predicted = estimate.clone();
         observer.correct(state, &self.u, &self.y, &self.measured, &mut estimate);
-        self.note(t, row, &predicted, &estimate)
+        self.note(t, row, state, (&predicted, &estimate))
     }
 
     /// An observer in continuous time, from row to row.
@@ -261,7 +272,7 @@ impl<'r> ReplayRun<'r> {
                 last = t;
             }
             observer.estimate(t, &state, &self.u, &self.y, &mut estimate);
-            self.note(t, Some(k), &predicted, &estimate)?;
+            self.note(t, Some(k), &state, (&predicted, &estimate))?;
         }
         self.steps = stepper.steps();
         Ok(())
@@ -380,7 +391,7 @@ impl<'r> ReplayRun<'r> {
             None
         };
         let (estimate, covariance) = (filter.estimate(state), filter.covariance(state));
-        self.note(t, row, &predicted, &estimate)?;
+        self.note(t, row, state, (&predicted, &estimate))?;
         if let Some(consistency) = &mut self.consistency {
             consistency.rejected.extend(rejected.into_iter().map(|output| (consistency.nis.len(), output)));
             if update.is_none() && self.measured.contains(&true) {
@@ -408,8 +419,10 @@ impl<'r> ReplayRun<'r> {
     pub(super) fn finish(self, estimate: usize) -> ReplayedObserver {
         let (rows, outputs) = (self.t.len(), self.y.len());
         // One after the other: what has been copied is given back.
-        let by_rows = |numbers: Vec<f64>| DMatrix::from_row_slice(numbers.len() / estimate.max(1), estimate, &numbers);
-        let (estimate, predicted) = (by_rows(self.estimates), by_rows(self.predicted));
+        let by_rows = |numbers: Vec<f64>, of: usize| DMatrix::from_row_slice(numbers.len() / of.max(1), of, &numbers);
+        let (estimate, predicted) = (by_rows(self.estimates, estimate), by_rows(self.predicted, estimate));
+        let entries = self.states.len() / rows.max(1);
+        let states = self.keeps.states.then(|| by_rows(self.states, entries));
         let innovations = self.innovations;
         ReplayedObserver {
             name: self.entry.name.clone(),
@@ -418,6 +431,7 @@ impl<'r> ReplayRun<'r> {
             innovation: self.entry.whole.then(|| DMatrix::from_row_slice(rows, outputs, &innovations)),
             consistency: self.consistency,
             smoothed: self.record.map(Record::smooth),
+            states,
             interpolated: self.interpolated,
             steps: self.steps,
             row: self.row,

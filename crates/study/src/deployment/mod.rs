@@ -20,9 +20,7 @@ pub(crate) use export::{Prepared, chosen, prepared};
 pub use exported::exported;
 pub use record::{Difference, Record, record};
 
-use std::sync::atomic::AtomicBool;
-
-use luenberger_clock::Instant;
+use luenberger_clock::{Instant, stop_flag};
 use luenberger_proof::statement::Formats;
 
 use crate::design::{self, attempt};
@@ -89,13 +87,14 @@ pub(crate) fn sampled_of(
             return Err(failure(hypothesis).hint("--period, or simulation.hold in the study"));
         }
     };
-    let cancel = AtomicBool::new(false);
-    let plan = Plan { study, requested: observer, cancel: &cancel, end };
+    let flag = stop_flag().unwrap_or_default();
+    let cancel = &*flag;
+    let plan = Plan { study, requested: observer, cancel, end };
     // The run of the study needs its design, which the sampled one then takes over.
     let of_the_study = match designed {
         Some(designed) => Some(designed.clone()),
         None if study.plant.model.linear().is_some() && study.simulation.is_some() => {
-            attempt(study, observer, &cancel, end).ok()
+            attempt(study, observer, cancel, end).ok()
         }
         None => None,
     };
@@ -108,7 +107,7 @@ pub(crate) fn sampled_of(
     }
     let designed = match of_the_study {
         Some(designed) => designed,
-        None => design::design(study, observer, &cancel)?,
+        None => design::design(study, observer, cancel)?,
     };
     let step = || {
         if let (Some(kind), Some(point), None) = (kind, &study.operating_point, study.plant.model.linear())

@@ -1,6 +1,6 @@
 //! The run of the study at the samples of an export: what the exported step is compared with.
 
-use std::sync::atomic::AtomicBool;
+use luenberger_clock::stop_flag;
 
 use luenberger_proof::wording::at_most;
 use luenberger_sim::Trajectory;
@@ -31,7 +31,7 @@ pub struct Record {
 pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Option<Record> {
     // The exported step knows no sensors with instants of their own.
     let simulation = study.simulation.as_ref().filter(|simulation| simulation.sensors.is_empty())?;
-    let cancel = AtomicBool::new(false);
+    let cancel = stop_flag().unwrap_or_default();
     let others =
         study.observers.iter().filter(|other| trajectory::is_fed(study, &other.name) || other.name == observer.name);
     let of_the_study = |other: &ObserverSpec| match &sampled.of_the_study {

@@ -8,7 +8,7 @@ use luenberger_clock::Instant;
 
 pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 
-pub use crate::designed::{Designed, Runnable};
+pub use crate::designed::{Designed, Innovation, Runnable, SteppedFilter};
 use crate::kinds;
 use crate::limits::Limits;
 pub use crate::results::{Advice, Cause, NoObserver};

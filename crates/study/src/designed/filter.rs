@@ -15,6 +15,13 @@ pub trait Filter {
     /// The standard deviations that it states for the errors of its n states, from its states (a row for each time).
     fn deviation(&self, states: &DMatrix<f64>, n: usize) -> DMatrix<f64>;
 
+    /// The covariance of the error of its n states; none of a state of another length.
+    fn covariance(&self, state: &[f64], n: usize) -> Option<DMatrix<f64>>;
+
+    /// The innovation of y at time t in the state before it, with the outputs that are finite; none where the update
+    /// has no result.
+    fn innovation(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Innovation>;
+
     /// NIS and NEES over all its samples in a run.
     ///
     /// # Errors
@@ -27,6 +34,19 @@ pub trait Filter {
     ) -> Result<FilterReport, SimError>;
 }
 
+/// What an update has of its innovation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Innovation {
+    /// y less the output that the update expects; 0 for an output that was not measured.
+    pub value: DVector<f64>,
+    /// `y~' S^-1 y~` of the outputs that were measured.
+    pub square: f64,
+    /// `ln det S`, of an update with an S.
+    pub log_determinant: Option<f64>,
+    /// How many outputs were measured.
+    pub used: usize,
+}
+
 impl<F> Filter for F
 where
     F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,
@@ -34,6 +54,23 @@ where
 {
     fn deviation(&self, states: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
         deviation_of(self, states, n)
+    }
+
+    fn covariance(&self, state: &[f64], n: usize) -> Option<DMatrix<f64>> {
+        let mut p = vec![0.0; n * n];
+        let state = F::State::try_from_slice(state)?;
+        self.covariance_into(&state, &mut p).then(|| DMatrix::from_column_slice(n, n, &p))
+    }
+
+    fn innovation(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Innovation> {
+        let mut state = F::State::try_from_slice(state)?;
+        let (u, y) = (DVector::from_column_slice(u), DVector::from_column_slice(y));
+        let measured: Vec<bool> = y.iter().map(|y| y.is_finite()).collect();
+        let of = CovarianceFilter::innovation(self, t, &state, &u, &y);
+        let value = DVector::from_fn(y.len(), |i, _| if measured[i] { of[i] } else { 0.0 });
+        let used = measured.iter().filter(|is| **is).count();
+        let (square, log_determinant) = self.measure_with_determinant(t, &mut state, &u, &y, &measured)?;
+        Some(Innovation { value, square, log_determinant, used })
     }
 
     fn consistency(

@@ -3,18 +3,22 @@
 //! | file | subject |
 //! |---|---|
 //! | `running` | an observer that runs, of any kind |
+//! | `stepped` | a filter that is stepped sample by sample without a program |
 //! | `adapted` | filters with noises that depend on their estimates or are correlated, and with bounds |
 //! | `filter` | a filter with a covariance, of any kind: its bands, and how consistent they are |
 
 mod adapted;
 mod filter;
 mod running;
+mod stepped;
 
 pub use adapted::{Along, RowVariances};
 pub(crate) use adapted::{Intensity, ProcessNoise, adapted, correlated, decorrelated, with_variances};
 pub(crate) use filter::Filter;
+pub use filter::Innovation;
 pub use running::{At, LinearForm, Runnable, Running, StepOf};
 pub(crate) use running::{continuous, rows, runs_as_filter, sampled};
+pub use stepped::SteppedFilter;
 
 use luenberger_design::{
     Certificate, CubicDesign, DiscreteDesign, LinearDesign, SampledCubicDesign, SampledIntervalDesign,

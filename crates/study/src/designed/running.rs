@@ -290,6 +290,14 @@ impl Runnable {
         })
     }
 
+    /// The estimate of a state with the measurement of its sample, where the observer has one; otherwise as
+    /// [`estimate`](Self::estimate).
+    pub fn estimate_at(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+        let mut estimate = self.estimate(t, state, u, y)?;
+        self.any().correct(state, u, y, &[], &mut estimate);
+        Some(estimate)
+    }
+
     /// The estimates of the disturbance, of an observer that has some, from its states (a row for each time).
     pub fn disturbance(&self, states: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let count = self.disturbances();

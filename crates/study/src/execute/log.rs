@@ -14,10 +14,10 @@ use rayon::prelude::*;
 use super::filter::stationary_deviation;
 use super::options::RunOptions;
 use super::rows::Run;
-use super::sampling;
 use super::scores::key;
 use super::stationary::Stationary;
 use super::stopped::why;
+use super::{excursion, sampling};
 use crate::designed::{RowVariances, Runnable};
 use crate::model::PlantModel;
 use crate::results::{
@@ -66,6 +66,7 @@ pub(super) fn replay(
     let (of_rows, initial) =
         (with_variances(&member.designed.runnable, log.variances.as_ref()), &member.requested.initial);
     let runnable = of_rows.as_ref().unwrap_or(&member.designed.runnable);
+    let replay = if holds_more(member) && log.estimates == Estimates::Filtered { replay.with_states() } else { replay };
     let replay = if member.requested.kind.smooths() {
         runnable.replay_smoothed(replay, name, initial)
     } else {
@@ -75,14 +76,32 @@ pub(super) fn replay(
     replay.run()?.observers.pop().map(|replayed| shown(log, replayed)).ok_or_else(unknown)
 }
 
-/// The run of one observer.
+/// Whether the state of the observer holds disturbances, probabilities of models or bounds besides the estimates.
+fn holds_more(member: &Member<'_>) -> bool {
+    let runnable = &member.designed.runnable;
+    let state = vec![0.0; runnable.dimensions().state];
+    runnable.disturbances() > 0
+        || !member.requested.kind.modes().is_empty()
+        || runnable.half_widths_of(&state).is_some()
+}
+
+/// The run of one observer, with its warnings and those of the log.
 pub(super) fn replay_one(
     study: &Study,
     log: &Log,
     member: &Member<'_>,
     until: Option<Instant>,
 ) -> Result<Run, SimError> {
-    replay(study, log, member, until, &|_, _| ()).map(|replayed| run(log, member, replayed))
+    let replayed = replay(study, log, member, until, &|_, _| ())?;
+    let sampling = sampling::on_log(study, member, log.recording.outputs());
+    // A log of a row or two has no statistics.
+    let report = report(study, log, member, &replayed).map(|report| InnovationReport { sampling, ..report });
+    let own = warnings(study, log, member, (&replayed, report.as_ref().ok()));
+    let mut run = run(log, member, replayed);
+    run.warnings = of_log(study, log);
+    run.warnings.extend(own);
+    run.warnings.extend(excursion::warnings(study, &[(member, &run)]));
+    Ok(run)
 }
 
 /// With the estimates that the log asks for in the place of the filtered ones.
@@ -281,12 +300,9 @@ pub(super) fn replay_all<'a>(
                 sampling: sampling::on_log(study, member, log.recording.outputs()),
                 ..report(study, log, member, &replayed)?
             };
-            let mut warnings = locked_out(study, log, &replayed);
-            warnings.extend(without_variances(log, member));
-            warnings.extend(astray(study, log, &report));
-            warnings.extend(report.sampling.iter().filter(|found| found.outside > 0).map(|found| found.words.clone()));
-            warnings.extend(warning(study, log, &replayed, member.designed.runnable.period()));
-            Ok((report, run(log, member, replayed), warnings))
+            let warnings = warnings(study, log, member, (&replayed, Some(&report)));
+            let run = Run { warnings: warnings.clone(), ..run(log, member, replayed) };
+            Ok((report, run, warnings))
         });
         options.tell("log", &member.requested.name, 1, 1);
         let failed = |error: SimError| InnovationReport {
@@ -310,13 +326,7 @@ pub(super) fn replay_all<'a>(
         })
     };
     let outcomes: Vec<_> = members.par_iter().filter_map(one).collect();
-    let unit = study.plant.time_unit.as_deref();
-    let mut warnings: Vec<String> =
-        log.suspicions.iter().map(|suspicion| format!("in the log: {}", suspicion.in_words(unit))).collect();
-    if linear(log) {
-        warnings
-            .push("in the log: linear interpolation between rows, as asked for, uses later measurements".to_owned());
-    }
+    let mut warnings = of_log(study, log);
     let (mut rows, mut runs) = (Vec::new(), Vec::new());
     for (report, run, own) in outcomes {
         rows.push(report);
@@ -324,6 +334,35 @@ pub(super) fn replay_all<'a>(
         warnings.extend(own);
     }
     (summary(study, log, rows), runs, warnings)
+}
+
+/// What limits the use of a log by an observer, with its report if it has one.
+fn warnings(
+    study: &Study,
+    log: &Log,
+    member: &Member<'_>,
+    (replayed, report): (&ReplayedObserver, Option<&InnovationReport>),
+) -> Vec<String> {
+    let mut warnings = locked_out(study, log, replayed);
+    warnings.extend(without_variances(log, member));
+    if let Some(report) = report {
+        warnings.extend(astray(study, log, report));
+        warnings.extend(report.sampling.iter().filter(|found| found.outside > 0).map(|found| found.words.clone()));
+    }
+    warnings.extend(warning(study, log, replayed, member.designed.runnable.period()));
+    warnings
+}
+
+/// What is suspicious in a log, and what is asked for that uses later measurements.
+fn of_log(study: &Study, log: &Log) -> Vec<String> {
+    let unit = study.plant.time_unit.as_deref();
+    let mut warnings: Vec<String> =
+        log.suspicions.iter().map(|suspicion| format!("in the log: {}", suspicion.in_words(unit))).collect();
+    if linear(log) {
+        warnings
+            .push("in the log: linear interpolation between rows, as asked for, uses later measurements".to_owned());
+    }
+    warnings
 }
 
 fn linear(log: &Log) -> bool {
@@ -362,6 +401,11 @@ fn is_complete(outputs: &Samples) -> bool {
 
 /// The rows of a table; what is not known is NaN.
 fn run(log: &Log, member: &Member<'_>, replayed: ReplayedObserver) -> Run {
+    let (runnable, kind) = (&member.designed.runnable, &member.requested.kind);
+    let states = replayed.states.as_ref();
+    let half_width = states.and_then(|states| runnable.half_widths(states));
+    let disturbance = states.and_then(|states| Some((kind.estimated_disturbances(), runnable.disturbance(states)?)));
+    let modes = states.and_then(|states| Some((kind.modes(), runnable.modes(states)?)));
     let (recording, rows) = (&log.recording, replayed.t.len());
     let mut u = DMatrix::zeros(rows, recording.inputs().values().ncols());
     let mut row = vec![0.0; u.ncols()];
@@ -385,11 +429,12 @@ fn run(log: &Log, member: &Member<'_>, replayed: ReplayedObserver) -> Run {
             None => None,
         },
         estimate: Some(replayed.estimate),
-        half_width: None,
+        half_width,
         functions: None,
-        disturbance: None,
-        modes: None,
+        disturbance,
+        modes,
         samples: Vec::new(),
+        warnings: Vec::new(),
         smoothed: replayed.smoothed.map(|smoothed| (smoothed.estimate.clone(), smoothed.deviation())),
         t: replayed.t,
     }

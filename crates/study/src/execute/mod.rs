@@ -181,10 +181,14 @@ pub fn simulate_designed(
     let simulation = study.simulation.as_ref().ok_or_else(missing)?;
     let member = Member { requested: observer, designed };
     let trajectory = trajectory::run(study, simulation, &[member], Some(&member), Variation::NONE, until)?;
-    Ok(simulate::samples(simulation, &trajectory, Some(&member)).named(&observer.name, false))
+    let mut run = simulate::samples(simulation, &trajectory, Some(&member));
+    run.warnings
+        .extend(excursion::of_simulation(study, observer, &trajectory)?.map(|left| left.in_run(&observer.name)));
+    Ok(run.named(&observer.name, false))
 }
 
-/// A designed observer on the log of a study, which may be another one than that of the design.
+/// A designed observer on the log of a study, which may be another one than that of the design, with what the report
+/// of [`execute()`] warns of.
 ///
 /// # Errors
 /// As [`simulate_designed`].

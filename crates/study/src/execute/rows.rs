@@ -24,19 +24,39 @@ pub(super) struct Run {
     pub(super) smoothed: Option<(DMatrix<f64>, DMatrix<f64>)>,
     /// Functions of the state and their estimates with their names, of an observer of functions.
     pub(super) functions: Option<(Vec<String>, DMatrix<f64>, DMatrix<f64>)>,
-    /// The estimates of disturbances with their names, of an observer that has some; none on a log.
+    /// The estimates of disturbances with their names, of an observer that has some.
     pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
-    /// The probabilities of the models of a filter that has several, with their names; none on a log.
+    /// The probabilities of the models of a filter that has several, with their names.
     pub(super) modes: Option<(Vec<String>, DMatrix<f64>)>,
     /// The samples of an observer at varying periods; none on a log.
     pub(super) samples: Vec<SampleTime>,
+    /// What limits the use of its log, or that it left the region of its design.
+    pub(super) warnings: Vec<String>,
 }
 
 impl Run {
     /// As the results have it.
     pub(super) fn named(self, observer: &str, on_log: bool) -> ObserverRun {
-        let Self { t, x, u, y, estimate, deviation, smoothed, functions, .. } = self;
-        let estimate = estimate.or(functions.map(|(_, _, estimate)| estimate));
-        ObserverRun { observer: observer.to_owned(), on_log, t, x, u, y, estimate, deviation, smoothed }
+        let Self { t, x, u, y, estimate, deviation, smoothed, .. } = self;
+        let (functions, estimate) = match self.functions {
+            Some((names, functions, estimate)) => (Some((names, functions)), Some(estimate)),
+            None => (None, estimate),
+        };
+        ObserverRun {
+            observer: observer.to_owned(),
+            on_log,
+            t,
+            x,
+            u,
+            y,
+            estimate,
+            functions,
+            deviation,
+            smoothed,
+            half_width: self.half_width,
+            disturbance: self.disturbance,
+            modes: self.modes,
+            warnings: self.warnings,
+        }
     }
 }

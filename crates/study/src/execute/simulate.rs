@@ -80,6 +80,7 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         modes,
         smoothed,
         samples,
+        warnings: Vec::new(),
     }
 }
 
@@ -139,9 +140,10 @@ pub(super) fn simulate_all<'a>(
     for (member, outcome) in outcomes {
         let (observer, initial) = (member.requested.name.clone(), member.requested.initial.clone());
         match outcome {
-            Ok((run, merits, filter, left, end)) => {
+            Ok((mut run, merits, filter, left, end)) => {
                 filters.extend(filter);
-                warnings.extend(left.map(|left| left.in_run(&observer)));
+                run.warnings.extend(left.map(|left| left.in_run(&observer)));
+                warnings.extend(run.warnings.iter().cloned());
                 sampled.extend(sampling::report(study, simulation, &member, &run.samples));
                 if x_end.is_empty() {
                     x_end = end;

@@ -8,7 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, Builder, Thread};
 use std::time::Duration;
 
+use luenberger_clock::{set_stop_flag, stop_flag};
+
 use crate::error::StudyError;
+
+/// Designs recurse over expressions.
+const STACK: usize = 16 << 20;
 
 /// Whether a thread can be started at all. One that cannot be for the moment, for lack of memory, does not matter.
 fn exist() -> bool {
@@ -22,15 +27,26 @@ pub(super) fn available() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// The work on so many threads, by default those that `rayon` has started; where there are none on the one that calls.
+/// The work on so many threads, by default as many as there are processors; where there are none on the one that
+/// calls.
+///
+/// They are started for this work and end with it: those that `rayon` starts for a whole process are missing in a
+/// process that is forked later, and work for them would never be done. Their work ends where that of the thread that
+/// calls is to end.
 pub(super) fn on<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> Result<T, StudyError> + Send,
 ) -> Result<T, StudyError> {
     match threads {
-        Some(threads) if exist() => {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.map_err(|_| StudyError::Threads(threads))?.install(work)
+        // Work within such work has its threads.
+        None if rayon::current_thread_index().is_some() => work(),
+        threads if exist() => {
+            let flag = stop_flag();
+            let builder = rayon::ThreadPoolBuilder::new().stack_size(STACK);
+            let builder = builder.start_handler(move |_| set_stop_flag(flag.clone()));
+            // No number is that of `rayon`, with what the environment says of it.
+            let pool = builder.num_threads(threads.unwrap_or(0)).build();
+            pool.map_err(|_| StudyError::Threads(threads.unwrap_or_else(available)))?.install(work)
         }
         _ => work(),
     }

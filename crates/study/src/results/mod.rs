@@ -126,10 +126,20 @@ pub struct ObserverRun {
     pub y: DMatrix<f64>,
     /// The estimates: of the states, or of the functions of an observer of functions.
     pub estimate: Option<DMatrix<f64>>,
+    /// Names and values of the functions of the states that an observer of functions estimates.
+    pub functions: Option<(Vec<String>, DMatrix<f64>)>,
     /// The standard deviations of the estimates, of a filter.
     pub deviation: Option<DMatrix<f64>>,
     /// The smoothed estimates with their standard deviations, of a filter with `smooth` on a log.
     pub smoothed: Option<(DMatrix<f64>, DMatrix<f64>)>,
+    /// The half-widths of the bounds of the states, of an interval observer.
+    pub half_width: Option<DMatrix<f64>>,
+    /// Names and estimates of disturbances, of an observer that has some.
+    pub disturbance: Option<(Vec<String>, DMatrix<f64>)>,
+    /// Names and probabilities of the models, of a filter that has several.
+    pub modes: Option<(Vec<String>, DMatrix<f64>)>,
+    /// What limits the use of its log, or that it left the region of its design, in sentences.
+    pub warnings: Vec<String>,
 }
 
 /// The plant.

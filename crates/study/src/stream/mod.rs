@@ -22,7 +22,7 @@ mod written;
 
 pub use error::{ResumeError, StreamError};
 
-use std::sync::atomic::AtomicBool;
+use luenberger_clock::stop_flag;
 
 use luenberger_sim::Estimates;
 use luenberger_wording::setters;
@@ -125,7 +125,7 @@ impl Stream {
     /// [`ExportRefusal`] of an observer without a step.
     pub fn new(study: &Study, name: Option<&str>, options: &StreamOptions) -> Result<Self, ExportRefusal> {
         let observer = chosen(study, name)?;
-        let designed = design(study, observer, &AtomicBool::new(false));
+        let designed = design(study, observer, &stop_flag().unwrap_or_default());
         let designed = designed.map_err(|why| ExportRefusal::design(observer, why))?;
         if study.log.as_ref().is_some_and(|log| with_variances(&designed.runnable, log.variances.as_ref()).is_some()) {
             return Err(ExportRefusal::Options(OTHER_VARIANCES));
