@@ -209,7 +209,7 @@ def _computed(ufunc: Any, method: str, inputs: Any, keywords: Any) -> Any:
     if form is not None and method in ("reduce", "accumulate", "outer"):
         return _many(name, method, inputs, keywords)
     if method != "__call__" or form is None or any(value is not None for value in keywords.values()):
-        raise InvalidArgument(f"an expression of a plant has no numpy.{name}", hint="see docs/expressions.md")
+        raise InvalidArgument(f"an expression of a plant has no numpy.{name}", hint="the operations of docs/expressions.md")
     return _elementwise(lambda *operands: _operation(name, *operands), inputs)
 
 
@@ -336,7 +336,7 @@ def _called(function: Any, arguments: Any, keywords: Any) -> Any:
         raise
     except Exception as error:
         raise InvalidArgument(
-            f"an expression of a plant has no numpy.{function.__name__}: {error}", hint="see docs/expressions.md"
+            f"an expression of a plant has no numpy.{function.__name__}: {error}", hint="the operations of docs/expressions.md"
         ) from error
 
 
@@ -398,7 +398,18 @@ def traced(
             f"{what} returns {entries.size} {'value' if entries.size == 1 else 'values'}",
             hint=number if expected is None else f"{expected}, {number}",
         )
-    return [_text(entry) for entry in entries]
+    rows = [_text(entry) for entry in entries]
+    # Spaces mean nothing to the reader.
+    rows = [row if len(row.encode()) <= READ else row.replace(" ", "") for row in rows]
+    for i, row in enumerate(rows):
+        if len(row.encode()) > READ:
+            of = f"row {i + 1}" + (f" ({states[i]})" if what == "f" and i < len(states) else "")
+            raise InvalidArgument(
+                f"{what}: {of}: the expression has {len(row.encode())} bytes; at most {READ} are read",
+                hint="fewer results that are used over and over, each of which is written down as often; in place of an "
+                "integration of your own, the plant in continuous time",
+            )
+    return rows
 
 
 def _takes(what: str, function: Callable[..., Any], has_parameters: bool) -> tuple[list[str], str | None]:
