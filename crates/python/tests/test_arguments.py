@@ -18,7 +18,8 @@ COPIES = [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
 
 
 def test_a_plant_is_not_changed_by_the_array_that_it_was_made_from():
-    A, B, C, D = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]]), np.zeros((1, 1))
+    A, B = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]])
+    C, D = np.array([[1.0, 0.0]]), np.zeros((1, 1))
     observer = lg.place_observer(lg.ss(A, B, C, D), [-4, -5])
     before = observer.certificate.to_json()
     A[1, 0], B[0, 0], C[0, 1], D[0, 0] = -200.0, 7.0, 7.0, 7.0

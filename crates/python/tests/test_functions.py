@@ -170,7 +170,7 @@ WEIGHT = np.array([[0.5, -1.5, 2.0], [1.0, 0.0, -0.25], [3.0, 1.0, -2.0]])
         lambda x: [np.max(x), np.min(x), np.linalg.norm(x)],
         lambda x: np.cross(x, [1.0, 2.0, 3.0]),
         lambda x: WEIGHT @ np.tanh(WEIGHT @ x) - np.dot(x, x) * np.roll(x, 1),
-        lambda x: np.outer(x, x) @ np.ones(3) + np.einsum("ij,j->i", WEIGHT, x),
+        lambda x: np.outer(x, x) @ np.ones(3) + np.inner(WEIGHT, x) + np.diff(x).sum(),
         lambda x: np.array([x[0], -x[1], x[0] - (x[1] - x[2])]) / (1 + x[::-1] ** 2),
         lambda x: x * -1 - -x / (-x - 4) - (-x) ** 2 + -(x**2) - (x - (x + 1)),
     ],

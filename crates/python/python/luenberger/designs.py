@@ -309,8 +309,8 @@ def lqe(
     QN : array_like
         Intensity of the process noise: a matrix, its diagonal, or a number times the identity.
     RN : array_like
-        Intensity of the measurement noise, likewise. After it NN may follow, the cross-intensity `E w v'`, a matrix with
-        a row for each of w and a column for each output.
+        Intensity of the measurement noise, likewise. After it NN may follow, the cross-intensity `E w v'`, a matrix
+        with a row for each of w and a column for each output.
     rho, Q, xhat0, name : optional
         As for `place_observer`.
 
@@ -372,7 +372,8 @@ def dlqe(
         With the predictor gain `L` of `xhat[k+1|k] = A xhat[k|k-1] + B u[k] + L (y[k] - C xhat[k|k-1] - D u[k])`
         (that of python-control), the filter gain `M` of `xhat[k|k] = xhat[k|k-1] + M (..)` (that of MATLAB; without NN
         `L = A M`),
-        and the stationary covariance `P` of the prediction error. `L, P, E = dlqe(..)` unpacks it as python-control does.
+        and the stationary covariance `P` of the prediction error. `L, P, E = dlqe(..)` unpacks it, as of
+        python-control.
 
     Raises
     ------

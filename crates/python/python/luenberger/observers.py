@@ -644,8 +644,8 @@ class Observer:
             is_filter = self.kind in _FILTERS
             of = "this one is not stepped yet" if is_filter else f"this is an observer of the kind {self.kind}"
             raise Unavailable(
-                "innovation, S, nis and log_likelihood are of filters with a covariance, as extended-kalman and ukf are, "
-                f"after a step or an update, and {of}",
+                "innovation, S, nis and log_likelihood are of filters with a covariance, as extended-kalman and ukf "
+                f"are, after a step or an update, and {of}",
                 hint="step",
             )
         found = self._stepper.innovation()
