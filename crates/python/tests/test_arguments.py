@@ -8,6 +8,7 @@ import pickle
 import control
 import numpy as np
 import pytest
+import scipy.linalg
 
 import luenberger as lg
 
@@ -17,7 +18,8 @@ COPIES = [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
 
 
 def test_a_plant_is_not_changed_by_the_array_that_it_was_made_from():
-    A, B, C, D = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]]), np.zeros((1, 1))
+    A, B = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]])
+    C, D = np.array([[1.0, 0.0]]), np.zeros((1, 1))
     observer = lg.place_observer(lg.ss(A, B, C, D), [-4, -5])
     before = observer.certificate.to_json()
     A[1, 0], B[0, 0], C[0, 1], D[0, 0] = -200.0, 7.0, 7.0, 7.0
@@ -218,3 +220,38 @@ def test_a_filter_has_its_first_covariance_before_its_first_step():
     assert math.isnan(observer.nis) and math.isnan(observer.log_likelihood)
     observer.step(0.0, 1.0)
     assert math.isfinite(observer.nis) and math.isfinite(observer.log_likelihood)
+
+
+def test_noises_that_are_correlated():
+    A, G, C = np.array([[-0.2, 0.1], [-0.4, -0.6]]), np.array([[0.5], [1.0]]), np.array([[1.0, 0.0]])
+    QN, RN, NN = np.array([[2.0]]), np.array([[0.5]]), np.array([[0.3]])
+    W, S = G @ QN @ G.T, G @ NN
+    P = scipy.linalg.solve_continuous_are(A.T, C.T, W, RN, s=S)
+    expected = (P @ C.T + S) / RN
+    for observer in (lg.lqe(A, G, C, QN, RN, NN), lg.lqe(lg.ss(A, G, C), QN, RN, NN)):
+        np.testing.assert_allclose(observer.L, expected, rtol=1e-9)
+        np.testing.assert_allclose(observer.P, P, rtol=1e-9)
+    P = scipy.linalg.solve_discrete_are(A.T, C.T, W, RN, s=S)
+    expected = (A @ P @ C.T + S) / (C @ P @ C.T + RN)
+    observer = lg.dlqe(A, G, C, QN, RN, NN)
+    np.testing.assert_allclose(observer.L, expected, rtol=1e-9)
+    np.testing.assert_allclose(observer.M, P @ C.T / (C @ P @ C.T + RN), rtol=1e-9)
+    with pytest.raises(lg.DimensionMismatch, match="NN"):
+        lg.lqe(A, G, C, QN, RN, [[1.0, 2.0]])
+
+
+@pytest.mark.parametrize(
+    "call, said",
+    [
+        (lambda: lg.cubic_observer(SYS, [-1, -2], G=np.eye(2), gamma=1.0), "G is that of the process noise"),
+        (lambda: lg.dlqe(DISCRETE, 1, 1, dt=0.5), "dt is 0.5, and the plant has 0.1"),
+        (
+            lambda: lg.lipschitz_observer(SYS, 1.0, sectors=[{"G": 1, "H": 1, "low": 0, "high": 1, "lo": 2}]),
+            "a sector has no lo",
+        ),
+    ],
+)
+def test_no_argument_is_dropped(call, said):
+    with pytest.raises(lg.InvalidArgument, match=said):
+        call()
+    assert lg.dlqe(DISCRETE, 1, 1, dt=0.1).dt == 0.1

@@ -170,7 +170,7 @@ WEIGHT = np.array([[0.5, -1.5, 2.0], [1.0, 0.0, -0.25], [3.0, 1.0, -2.0]])
         lambda x: [np.max(x), np.min(x), np.linalg.norm(x)],
         lambda x: np.cross(x, [1.0, 2.0, 3.0]),
         lambda x: WEIGHT @ np.tanh(WEIGHT @ x) - np.dot(x, x) * np.roll(x, 1),
-        lambda x: np.outer(x, x) @ np.ones(3) + np.einsum("ij,j->i", WEIGHT, x),
+        lambda x: np.outer(x, x) @ np.ones(3) + np.inner(WEIGHT, x) + np.diff(x).sum(),
         lambda x: np.array([x[0], -x[1], x[0] - (x[1] - x[2])]) / (1 + x[::-1] ** 2),
         lambda x: x * -1 - -x / (-x - 4) - (-x) ** 2 + -(x**2) - (x - (x + 1)),
     ],
@@ -220,7 +220,7 @@ def test_sums_and_products_with_matrices_of_many_terms():
 
 def test_the_limits_of_expressions_name_the_row():
     with pytest.raises(lg.InvalidArgument, match=r"f: row 2 \(b\): the expression has \d+ bytes; at most 8192"):
-        lg.plant(lambda x: [x[0], sum(np.sin(x[1] + k) for k in range(700))], ["a"], states=["a", "b"])
+        lg.plant(lambda x: [x[0], sum(np.sin(x[1] + k) for k in range(1000))], ["a"], states=["a", "b"])
 
     def nested(x):
         y = x[0]
@@ -346,3 +346,10 @@ def test_functions_of_sympy_by_other_names():
     assert lg.plant([-a * dynamic], [a], states=[a], tables=tables).f == ["-a*q(t)"]
     with pytest.raises(lg.InvalidArgument, match="derivative"):
         lg.plant([sympy.Derivative(dynamic, t)], [dynamic], states=[dynamic])
+
+
+def test_a_text_that_is_too_long_is_written_without_spaces():
+    f = lambda x: [sum(np.sin(x[0] + k) for k in range(620)), x[1]]  # noqa: E731
+    plant = lg.plant(f, lambda x: x[1], states=2, dt=1)
+    assert " " not in plant.f[0] and len(plant.f[0].replace("+", " + ")) > 8192
+    np.testing.assert_allclose(next_states(plant, [0.3, 1.0])[0], f([0.3, 1.0])[0], rtol=1e-9, atol=1e-12)

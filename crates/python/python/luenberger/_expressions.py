@@ -24,6 +24,8 @@ LONGEST = 100_000
 # What the reader of expressions takes, in bytes (`LIMITS` of the crate luenberger-expression).
 READ = 8192
 
+_LANGUAGE = "the operations of docs/expressions.md"
+
 # How tightly an expression binds, as in docs/expressions.md.
 _OR, _AND, _COMPARISON, _SUM, _PRODUCT, _SIGN, _POWER, _ATOM = 1, 2, 3, 5, 7, 8, 9, 10
 
@@ -209,7 +211,7 @@ def _computed(ufunc: Any, method: str, inputs: Any, keywords: Any) -> Any:
     if form is not None and method in ("reduce", "accumulate", "outer"):
         return _many(name, method, inputs, keywords)
     if method != "__call__" or form is None or any(value is not None for value in keywords.values()):
-        raise InvalidArgument(f"an expression of a plant has no numpy.{name}", hint="see docs/expressions.md")
+        raise InvalidArgument(f"an expression of a plant has no numpy.{name}", hint=_LANGUAGE)
     return _elementwise(lambda *operands: _operation(name, *operands), inputs)
 
 
@@ -219,7 +221,8 @@ def _many(name: str, method: str, inputs: Any, keywords: Any) -> Any:
     plain = [np.asarray(value, dtype=object) for value in map(_plain, inputs)]
     if method == "outer":
         return _wrapped(combine.outer(*plain))
-    options = {key: keywords[key] for key in ("axis", "keepdims") if key in keywords and keywords[key] is not np._NoValue}
+    given = {key: keywords[key] for key in ("axis", "keepdims") if key in keywords}
+    options = {key: value for key, value in given.items() if value is not np._NoValue}
     if options.get("axis", 0) is None and not options.get("keepdims"):
         plain[0], options["axis"] = plain[0].ravel(), 0
     if method == "reduce" and not plain[0].size and name in ("add", "multiply"):
@@ -336,7 +339,7 @@ def _called(function: Any, arguments: Any, keywords: Any) -> Any:
         raise
     except Exception as error:
         raise InvalidArgument(
-            f"an expression of a plant has no numpy.{function.__name__}: {error}", hint="see docs/expressions.md"
+            f"an expression of a plant has no numpy.{function.__name__}: {error}", hint=_LANGUAGE
         ) from error
 
 
@@ -398,7 +401,18 @@ def traced(
             f"{what} returns {entries.size} {'value' if entries.size == 1 else 'values'}",
             hint=number if expected is None else f"{expected}, {number}",
         )
-    return [_text(entry) for entry in entries]
+    rows = [_text(entry) for entry in entries]
+    # Spaces mean nothing to the reader.
+    rows = [row if len(row.encode()) <= READ else row.replace(" ", "") for row in rows]
+    for i, row in enumerate(rows):
+        if len(row.encode()) > READ:
+            of = f"row {i + 1}" + (f" ({states[i]})" if what == "f" and i < len(states) else "")
+            raise InvalidArgument(
+                f"{what}: {of}: the expression has {len(row.encode())} bytes; at most {READ} are read",
+                hint="fewer results that are used over and over, each of which is written down as often; in place of "
+                "an integration of your own, the plant in continuous time",
+            )
+    return rows
 
 
 def _takes(what: str, function: Callable[..., Any], has_parameters: bool) -> tuple[list[str], str | None]:
@@ -407,7 +421,8 @@ def _takes(what: str, function: Callable[..., Any], has_parameters: bool) -> tup
     try:
         parameters = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):
-        raise InvalidArgument(f"the parameters of {what} are not known: {function!r}", hint=f"a function {hint}") from None
+        message = f"the parameters of {what} are not known: {function!r}"
+        raise InvalidArgument(message, hint=f"a function {hint}") from None
     keyword = None
     names: list[str] = []
     for one in parameters:

@@ -65,11 +65,10 @@ class Printer(StrPrinter):  # type: ignore[misc]
             text = f"if({self._print(condition)}, {self._print(value)}, {text})"
         return text
 
-    def _print_Equality(self, part: Any) -> str:
-        return f"({self._print(part.lhs)}) == ({self._print(part.rhs)})"
-
-    def _print_Unequality(self, part: Any) -> str:
-        return f"({self._print(part.lhs)}) != ({self._print(part.rhs)})"
+    def _print_Relational(self, part: Any) -> str:
+        if part.rel_op in ("==", "!="):
+            return f"({self._print(part.lhs)}) {part.rel_op} ({self._print(part.rhs)})"
+        return str(super()._print_Relational(part))
 
     def _print_ITE(self, part: Any) -> str:
         condition, yes, no = map(self._print, part.args)

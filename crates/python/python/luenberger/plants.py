@@ -32,7 +32,10 @@ def as_json(table: Any) -> str:
             return "inf" if value > 0 else "-inf"
         return value
 
-    return json.dumps(plain(table), allow_nan=False)
+    try:
+        return json.dumps(plain(table), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise InvalidArgument(f"an argument is neither a number nor a text, a list or a dictionary: {error}") from None
 
 
 def _checked(table: dict[str, Any]) -> dict[str, Any]:

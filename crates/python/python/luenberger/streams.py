@@ -137,7 +137,8 @@ class Stream:
             near = difflib.get_close_matches(name, self._names, n=1)
             nearest = f"; did you mean {near[0]!r}?" if near else ""
             raise InvalidArgument(
-                f"{name!r} is no column of the log or the plant{nearest}", hint="only names of columns that the study has"
+                f"{name!r} is no column of the log or the plant{nearest}",
+                hint="only names of columns that the study has",
             )
         self._names.add(name)
 
