@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::{columns, feedback, harmless, lengths, macros, scalar, varying, wrapped};
 use crate::Export;
 use crate::exportable_observer::ExportableObserver;
+use crate::scalar::Scalar;
 
 pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
@@ -79,8 +80,11 @@ pub(crate) fn header(export: &Export) -> String {
         _ = writeln!(fields, "    {number} z[{}]; /**< State of the observer. */", super::recorded::order(observer));
     }
     if timed {
-        fields.push_str(
-            "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods. */\n",
+        // Three roundings: of the number, of the period and of their product.
+        let rounded = if export.scalar == Scalar::Binary32 { ", rounded by up to 1.8e-7 of itself" } else { "" };
+        _ = writeln!(
+            fields,
+            "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods{rounded}. */"
         );
     }
     let is_fed = export.feedback.is_some();

@@ -528,6 +528,26 @@ fn the_header_says_what_a_missing_output_does() {
     }
 }
 
+/// The time in binary32 is the number of the sample times the period, both rounded: the header states by how much.
+#[test]
+fn the_time_in_binary32_is_rounded_as_stated() {
+    let plant = crate::moving_horizon::plant(&["x2", "-x1 - x2 + sin(t)"], &["x1"], 0);
+    let copy = luenberger_observers::SampledNonlinearObserver::new(plant, dmatrix![1.0; 0.5], 0.1, 2).unwrap();
+    for (scalar, is_said) in [(Scalar::Binary32, true), (Scalar::Binary64, false)] {
+        let header = export(ExportableObserver::SampledNonlinear(copy.clone()), scalar).c().unwrap()[0].text.clone();
+        assert!(header.contains("uint64_t sample;"), "{header}");
+        assert_eq!(header.contains("rounded by up to 1.8e-7 of itself"), is_said, "{header}");
+    }
+    let mut random = Random(3);
+    let mut largest = 0.0_f64;
+    for _ in 0..100_000 {
+        let (sample, period) = (random.below(1 << 40), random.unit().abs() + 1e-3);
+        let time = f64::from(sample as f32 * period as f32);
+        largest = largest.max((time / (sample as f64 * period) - 1.0).abs());
+    }
+    assert!((1.2e-7..1.8e-7).contains(&largest), "{largest:e}");
+}
+
 /// A finite output can lose the estimate for good: by an overflow, or where it takes it to the root of a negative number.
 /// The header says so.
 #[test]
