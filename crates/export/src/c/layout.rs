@@ -310,14 +310,7 @@ static {number} elapsed(void)
                     file.text = file.text.replace(&command, &format!("-Isrc src/{name}.c extras/test_{name}.c"));
                 }
                 test if test.starts_with("test_") => file.name = format!("extras/{test}"),
-                source => {
-                    if source == format!("{name}.c") {
-                        // The options of a sketch allow contractions, and no library can change them.
-                        let pragma = "#if defined(__GNUC__) && !defined(__clang__)\n#pragma GCC optimize (\"fp-contract=off\")\n#endif\n\n#include \"";
-                        file.text = file.text.replacen("#include \"", pragma, 1);
-                    }
-                    file.name = format!("src/{source}");
-                }
+                source => file.name = format!("src/{source}"),
             }
             placed.push(file);
         }

@@ -242,7 +242,55 @@ fn a_sketch_prints_some_of_its_steps() {
     assert!(sketch.contains("Serial.print(xhat[i], 6);"), "{sketch}");
 }
 
-/// The options of a sketch allow a product and a sum to become one operation; the source does not.
+/// Where `float` and `double` are rounded to their type the source compiles: by a method of 16 as well, which is that of
+/// compilers with `_Float16` under -std=gnu11. Where they are not, and under -ffast-math, it does not.
+#[test]
+fn the_source_compiles_where_operations_are_rounded_to_their_type() {
+    let Some(compiler) = compilers().first().copied() else { return };
+    let folder = folder("methods");
+    std::fs::create_dir_all(folder.join("other")).unwrap();
+    for (scalar, exact) in [(Scalar::Binary32, &[0, 16, 32][..]), (Scalar::Binary64, &[0, 1, 16, 32, 64])] {
+        write(&export(1, scalar).c().unwrap(), &folder);
+        let compile = |options: &[&str]| {
+            let output = Command::new(compiler).current_dir(&folder).args(options).args(["-c", "plant.c"]).output();
+            let output = output.unwrap();
+            (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+        };
+        for method in [-1, 0, 1, 2, 16, 32, 33, 64] {
+            let text = format!(
+                "#define FLT_MANT_DIG 24\n#define DBL_MANT_DIG 53\n#define FLT_EVAL_METHOD {method}\n#define FLT_MAX 0x1.fffffep+127f\n#define DBL_MAX 0x1.fffffffffffffp+1023\n"
+            );
+            std::fs::write(folder.join("other/float.h"), text).unwrap();
+            let (compiles, said) = compile(&["-Iother"]);
+            assert_eq!(compiles, exact.contains(&method), "{scalar:?} {method}: {said}");
+            assert!(compiles || said.contains("have to be rounded to their type"), "{said}");
+        }
+        assert!(compile(&["-std=gnu11", "-Wall", "-Wextra", "-Werror"]).0);
+        let (compiles, said) = compile(&["-ffast-math"]);
+        assert!(!compiles && said.contains("-ffast-math reorders"), "{said}");
+    }
+}
+
+/// The period is a number of the format: to pass it converts nothing.
+#[test]
+fn the_period_is_a_number_of_the_format() {
+    let Some(compiler) = compilers().first().copied() else { return };
+    for (scalar, name, value) in [(Scalar::Binary32, "float", "0.05f"), (Scalar::Binary64, "double", "0.05")] {
+        let folder = folder(&format!("period-{name}"));
+        let files = export(1, scalar).c().unwrap();
+        assert!(files[0].text.contains(&format!("#define PLANT_PERIOD {value}\n")), "{}", files[0].text);
+        write(&files, &folder);
+        let user =
+            format!("#include \"plant.h\"\n{name} period(void);\n{name} period(void) {{ return PLANT_PERIOD; }}\n");
+        std::fs::write(folder.join("user.c"), user).unwrap();
+        let strict =
+            ["-std=c99", "-Wconversion", "-Wfloat-conversion", "-Wdouble-promotion", "-Werror", "-c", "user.c"];
+        run(Command::new(compiler).current_dir(&folder).args(strict));
+    }
+}
+
+/// The options of a sketch, and of a compiler without any, allow a product and a sum to become one operation; the source
+/// does not.
 #[test]
 fn the_library_of_arduino_keeps_the_bits_under_its_options() {
     let Some(compiler) = compilers().first().copied().filter(|_| has_haswell()) else { return };
@@ -252,6 +300,11 @@ fn the_library_of_arduino_keeps_the_bits_under_its_options() {
         ["-std=gnu11", "-O2", "-march=haswell", "-Isrc", "src/plant.c", "extras/test_plant.c", "-lm", "-o", "test"];
     run(Command::new(compiler).current_dir(&folder).args(build));
     assert!(run(&mut Command::new(folder.join("test"))).contains("64 of 64 steps agree"));
+    let plain = self::folder("plain-bits");
+    write(&export(1, Scalar::Binary64).c().unwrap(), &plain);
+    let build = ["-std=gnu11", "-O2", "-march=haswell", "plant.c", "test_plant.c", "-lm", "-o", "test"];
+    run(Command::new(compiler).current_dir(&plain).args(build));
+    assert!(run(&mut Command::new(plain.join("test"))).contains("64 of 64 steps agree"));
     let readme = std::fs::read_to_string(folder.join("README.md")).unwrap();
     assert!(readme.contains("-Isrc src/plant.c extras/test_plant.c"), "{readme}");
 }
