@@ -109,6 +109,16 @@ pub enum ExportError {
         /// The period.
         seconds: f64,
     },
+    /// A period that a timer of a board rounds.
+    #[error(
+        "a period of {seconds} s is no whole number of microseconds, the unit of the timers of boards; {microseconds}e-6 s is"
+    )]
+    FractionalPeriod {
+        /// The period.
+        seconds: f64,
+        /// The nearest number of microseconds.
+        microseconds: u64,
+    },
     /// A C compiler that fails.
     #[error("{compiler} fails: {why}")]
     Compiler {

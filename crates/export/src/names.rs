@@ -70,7 +70,7 @@ pub fn check(name: &str) -> Result<(), ExportError> {
         return refuse("it must begin with a letter");
     }
     if is_reserved(name) {
-        return refuse("it is a reserved word");
+        return refuse("it is a reserved word, or the name of a header, target or crate that the files need");
     }
     Ok(())
 }
@@ -86,5 +86,79 @@ fn is_reserved(name: &str) -> bool {
         "type", "typedef", "typeof", "union", "unsafe", "unsigned", "unsized", "use", "virtual", "void", "volatile",
         "where", "while", "yield", "core", "math",
     ];
-    WORDS.contains(&name)
+    // A file NAME.h would stand in place of one of the C library, or of those that these include; a target NAME of CMake
+    // in place of a target or library; a crate NAME in place of one that it needs. Some file systems know no case.
+    const FILES: &[&str] = &[
+        "alloc",
+        "alloca",
+        "all",
+        "arduino",
+        "assert",
+        "clean",
+        "complex",
+        "ctype",
+        "depend",
+        "edit_cache",
+        "endian",
+        "errno",
+        "esp_err",
+        "esp_timer",
+        "features",
+        "fenv",
+        "float",
+        "fmi2",
+        "fmi3",
+        "getopt",
+        "help",
+        "ieeefp",
+        "install",
+        "instance",
+        "inttypes",
+        "iso646",
+        "limits",
+        "locale",
+        "luenberger_observers",
+        "m",
+        "malloc",
+        "math",
+        "memory",
+        "model",
+        "nalgebra",
+        "newlib",
+        "package",
+        "package_source",
+        "preinstall",
+        "proc_macro",
+        "pthread",
+        "rebuild_cache",
+        "reent",
+        "sched",
+        "setjmp",
+        "signal",
+        "stdalign",
+        "stdarg",
+        "stdatomic",
+        "stdbit",
+        "stdbool",
+        "stdckdint",
+        "stddef",
+        "stdint",
+        "stdio",
+        "stdlib",
+        "stdnoreturn",
+        "string",
+        "strings",
+        "syslimits",
+        "test",
+        "tgmath",
+        "threads",
+        "time",
+        "uchar",
+        "uninstall",
+        "unistd",
+        "wchar",
+        "wctype",
+        "xlocale",
+    ];
+    WORDS.contains(&name) || FILES.contains(&name.to_ascii_lowercase().as_str())
 }

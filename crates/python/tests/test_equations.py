@@ -142,7 +142,7 @@ def test_a_solution_is_an_array_and_what_follows_from_it_too():
 
     again = pickle.loads(pickle.dumps(X))
     assert again.residual == X.residual and np.array_equal(again, X)
-    assert np.isnan(copy.copy(X).T.residual)
+    assert type(copy.copy(X).T) is np.ndarray
 
 
 def test_equations_without_solution_say_why():
@@ -226,3 +226,40 @@ def test_threads_share_nothing():
     with ThreadPoolExecutor(8) as pool:
         for found in pool.map(lambda _: np.asarray(lg.lyap(A, Q)), range(200)):
             assert np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize("again", ["copy", "deepcopy", "pickle", "method", "joblib"])
+def test_evidence_survives_copies(again, tmp_path):
+    import copy
+    import pickle
+
+    def joblib(one):
+        joblib = pytest.importorskip("joblib")
+        joblib.dump(one, tmp_path / "one")
+        return joblib.load(tmp_path / "one")
+
+    copies = {
+        "copy": copy.copy,
+        "deepcopy": copy.deepcopy,
+        "pickle": lambda one: pickle.loads(pickle.dumps(one)),
+        "method": lambda one: one.copy(),
+        "joblib": joblib,
+    }
+    K = lg.place([[0, 1], [0, 0]], [[0], [1]], [-1, -2])
+    X = lg.lyap([[-1.0, 1.0], [0.0, -2.0]], np.eye(2))
+    for one, names in [
+        (K, ("poles", "errors", "deviation", "sensitivities", "condition")),
+        (X, ("residual", "forward_error", "condition", "separation")),
+    ]:
+        other = copies[again](one)
+        assert type(other) is type(one) and np.array_equal(other, one) and not np.shares_memory(other, one)
+        for name in names:
+            assert np.array_equal(getattr(other, name), getattr(one, name))
+        other[0, 0] = 7.0
+        assert one[0, 0] != 7.0
+        # What is computed from it has none, and says so.
+        assert type(one.T) is type(one[:1]) is type(one + 1) is np.ndarray
+        assert not hasattr(one.reshape(-1), names[0])
+        with pytest.raises(lg.Unavailable, match="computed from it"):
+            getattr(one.reshape(-1), names[0])
+    assert lg.care([[0.0]], [[1.0]], [[4.0]]).X.copy().residual == lg.care([[0.0]], [[1.0]], [[4.0]]).X.residual

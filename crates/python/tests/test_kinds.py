@@ -62,3 +62,11 @@ def test_bad_input_has_a_clear_error():
         lg.observer("luenberger", SYS, poles=[np.nan, -1])
     with pytest.raises(lg.NotApplicable, match="is for plants in continuous time"):
         lg.observer("high-gain", lg.ss([[0.5, 1], [0, 0.5]], [[0], [1]], [[1, 0]], dt=0.1), r=0.1)
+
+
+def test_keys_of_any_collection_and_what_is_none():
+    expected = lg.observer("luenberger", SYS, poles=[-1, -2]).L
+    for poles in ({-2, -1}, (p for p in (-1, -2)), map(float, ["-1", "-2"]), range(-2, 0)):
+        np.testing.assert_allclose(lg.observer("luenberger", SYS, poles=poles).L, expected, rtol=1e-12)
+    with pytest.raises(lg.InvalidArgument, match="neither a number nor a text"):
+        lg.observer("kalman", SYS, w=object(), v=1)

@@ -191,3 +191,26 @@ def test_angles_are_taken_within_half_a_turn():
         lg.plant(["x1"], ["x1"], dt=1, angles=["heading"])
     plain = lg.plant(["x1"], ["x1"], dt=1)
     assert lg.ekf(plain, [[0.01]], [[4.0]], dt=1).simulate([1.0], 5).turns is None
+
+
+def test_a_name_that_the_study_does_not_have_is_refused(study):
+    stream = study.stream()
+    with pytest.raises(lg.InvalidArgument, match="'bogus' is no column of the log or the plant"):
+        stream.step({"t": 0.0, "u": 0.0, "y": 1.0, "bogus": 1.0})
+    assert stream.samples == 0
+    first = stream.step({"t": 0.0, "u": 0.0, "y": 1.0})
+    with pytest.raises(lg.InvalidArgument, match="no column"):
+        stream.step({"t": 0.1, "u": 0.0, "Y": 1.0})
+    assert first["t"] == 0.0 or stream.samples == 1
+    with pytest.raises(lg.InvalidArgument, match="there is no observer 'filtr'; expected filter"):
+        study.stream("filtr")
+
+
+def test_a_row_of_pandas_and_its_missing_values(study):
+    pandas = pytest.importorskip("pandas")
+    pair = [study.stream(), study.stream()]
+    frame = pandas.DataFrame({"t": [0.0, 0.5, 1.0], "u": [1.0, 1.0, 1.0], "y": [1.0, None, 2.0]}).convert_dtypes()
+    for (_, row), y in zip(frame.iterrows(), [1.0, None, 2.0]):
+        assert pair[0].step(row) == pair[1].step(t=float(row["t"]), u=1.0, y=y)
+    masked = np.ma.array([5.0], mask=[True])[0]
+    assert pair[0].step(t=1.5, u=1.0, y=masked) == pair[1].step(t=1.5, u=1.0, y=None)

@@ -1,6 +1,8 @@
 """Linear designs, against python-control, scipy and filterpy; runs, steps and certificates."""
 
+import copy
 import json
+import pickle
 
 import control
 import filterpy.kalman
@@ -423,7 +425,7 @@ def test_exports_have_the_options_of_the_command(tmp_path):
 def test_observers_at_varying_periods():
     observer = lg.sampled_cubic_observer(SYS, [-4, -5], gamma=1.0, dt=0.1, jitter=[0.05, 0.15], misses=1)
     exported = observer.export()
-    assert exported.proved and exported.period == 0.1 and "dt" in exported.files["luenberger.h"].decode()
+    assert exported.proved and exported.period == 0.1 and "dt" in exported.files["sampled_cubic.h"].decode()
     # Two samples of one time each, and one of twice the nominal period at once: the input is held.
     first = observer.step(0.0, 1.0, dt=0.05)
     observer.reset()
@@ -444,3 +446,31 @@ def test_observers_are_used_from_several_threads():
     with ThreadPoolExecutor(6) as pool:
         gains = list(pool.map(lambda _: lg.place_observer(SYS, [-4, -5]).L, range(60)))
     assert all(np.array_equal(gain, gains[0]) for gain in gains)
+
+
+def test_a_certificate_is_copied_and_pickled():
+    proved = lg.place_observer(SYS, [-4, -5]).certificate
+    for again in (copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(one))))):
+        other = again(proved)
+        assert other.verdict == "proved" and other.facts == proved.facts and other.statements == proved.statements
+        assert other.to_json() == proved.to_json() and other.verify().facts == proved.verify().facts
+
+
+def test_a_certificate_that_is_not_proved_stays_so_in_copies():
+    class Undecided:
+        def facts(self):
+            return [{"inequality": "P > 0", "verdict": "undecided", "margin": None, "words": "not decided"}]
+
+        def statements(self):
+            return []
+
+        def verdict(self):
+            return "undecided"
+
+        def to_json(self):
+            raise lg.NotProved("P > 0 is not proved")
+
+    other = pickle.loads(pickle.dumps(lg.Certificate(Undecided())))
+    assert other.verdict == "undecided" and not other.is_proved and other.margins == {}
+    with pytest.raises(lg.NotProved, match="P > 0 is not proved"):
+        other.verify()

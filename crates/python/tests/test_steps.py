@@ -151,14 +151,14 @@ def test_the_halves_are_the_step(kind):
 
 def test_the_likelihood_counts_the_outputs_that_were_used():
     observer = of_two_outputs()
-    with pytest.raises(lg.NotApplicable, match="no measurement"):
+    with pytest.raises(lg.Unavailable, match="not stepped yet"):
         _ = observer.innovation
     observer.update([math.nan, 0.5])
     assert math.isclose(observer.log_likelihood, multivariate_normal(0.0, 2.04).logpdf(0.5), rel_tol=1e-12)
     assert observer.innovation.tolist() == [0.0, 0.5]
     observer.update(None)
-    with pytest.raises(lg.NotApplicable, match="passed over"):
-        _ = observer.nis
+    assert math.isnan(observer.nis) and math.isnan(observer.log_likelihood)
+    assert np.isnan(observer.innovation).tolist() == [True, True] and np.isnan(observer.S).all()
 
 
 def test_only_filters_have_halves():

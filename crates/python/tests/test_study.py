@@ -189,3 +189,35 @@ def test_an_observer_that_is_not_applicable_is_a_result():
     results = lg.Study.from_text(text).run("design")
     assert set(results.verdicts.values()) == {"not applicable"} and len(results.failures) == 2
     assert "not applicable" in results._repr_html_()
+
+
+@pytest.mark.parametrize("is_file", [True, False])
+def test_a_study_is_copied_and_pickled(is_file, tmp_path):
+    import copy
+    import pickle
+
+    (tmp_path / "study.toml").write_text(TEXT)
+    study = lg.Study(tmp_path / "study.toml") if is_file else lg.Study.from_text(TEXT, folder=tmp_path)
+    expected = study.run("simulate")["slow"].xhat
+    for again in (copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))):
+        other = again(study)
+        assert other.title == study.title and other.run("simulate")["slow"].xhat.tolist() == expected.tolist()
+    kept = pickle.dumps(study)
+    (tmp_path / "study.toml").write_text(TEXT.replace("-3, -4", "-3, -5"))
+    if is_file:
+        with pytest.raises(lg.StudyError, match="has changed"):
+            pickle.loads(kept)
+    else:
+        assert pickle.loads(kept).run("simulate")["slow"].xhat.tolist() == expected.tolist()
+
+
+def test_studies_run_in_other_processes():
+    joblib = pytest.importorskip("joblib")
+    study = lg.Study.from_text(TEXT)
+    (found,) = joblib.Parallel(2)([joblib.delayed(lg.Study.run)(study, "simulate")])
+    assert found["slow"].xhat.tolist() == study.run("simulate")["slow"].xhat.tolist()
+
+
+def test_a_step_that_is_none_is_named_with_those_that_are():
+    with pytest.raises(lg.InvalidArgument, match="the nearest is 'simulate'; expected run, observe, design"):
+        lg.Study.from_text(TEXT).run("simulat")

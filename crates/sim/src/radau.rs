@@ -3,8 +3,8 @@
 //! Three implicit stages at `c = ((4 - sqrt 6)/10, (4 + sqrt 6)/10, 1)`, stiffly accurate and L-stable; simplified
 //! Newton on the three stages together, in the coordinates in which `A^-1` is block diagonal; embedded error estimate
 //! of order 3, filtered by `(gamma/h I - J)^-1`; dense output by the collocation polynomial. The Jacobian is formed by
-//! differences in every step: the systems here have tens of states, and a Jacobian that is never stale leaves nothing
-//! to tune.
+//! differences at the start of every step, and kept where an attempt is rejected: the systems here have tens of states,
+//! and a Jacobian that is never stale leaves nothing to tune.
 //!
 //! Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.8.
 
@@ -42,35 +42,49 @@ const NEWTON: usize = 10;
 /// `f(t, y)` into a column of the same length.
 type RightHandSide<'f> = dyn Fn(f64, &[f64], &mut [f64]) + 'f;
 
-/// The state of a Radau integration.
+/// Three columns, for the stages.
+type Stages = [DVector<f64>; 3];
+
+/// The state of a Radau integration. A step takes no memory but for the factorisations of Newton's matrices.
 pub(crate) struct Radau {
     t: f64,
     y: DVector<f64>,
     h: f64,
-    /// The last accepted step: its start, its size, and the solution at its start and its three nodes.
-    last: Option<Step>,
+    /// The last accepted step: its start, its size; the solution at its start and its three nodes.
+    last: Option<(f64, f64)>,
+    nodes: [DVector<f64>; 4],
     /// Size and error of the last accepted step, for the predictive controller.
     memory: Option<(f64, f64)>,
     rejected: bool,
+    work: Work,
 }
 
-struct Step {
-    t: f64,
-    h: f64,
-    nodes: [DVector<f64>; 4],
+/// The columns of an attempt.
+struct Work {
+    /// Whether slope and Jacobian are those at y.
+    is_at_start: bool,
+    slope: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    scale: DVector<f64>,
+    scaled: DVector<f64>,
+    z: Stages,
+    slopes: Stages,
+    /// Stages in the coordinates of the eigenvalues.
+    turned: Stages,
+    pair: DVector<Complex<f64>>,
+    moved: DVector<f64>,
+    error: DVector<f64>,
+    shift: DVector<f64>,
 }
 
-impl Step {
-    /// The collocation polynomial.
-    fn at(&self, t: f64) -> DVector<f64> {
-        let s = (t - self.t) / self.h;
-        let nodes = [0.0, C[0], C[1], C[2]];
-        let mut value = DVector::zeros(self.nodes[0].len());
-        for (i, node) in self.nodes.iter().enumerate() {
-            let weight = (0..4).filter(|&j| j != i).map(|j| (s - nodes[j]) / (nodes[i] - nodes[j])).product();
-            value.axpy(weight, node, 1.0);
-        }
-        value
+/// The collocation polynomial of a step from t over h, at a time.
+fn collocation(nodes: &[DVector<f64>; 4], (t, h): (f64, f64), time: f64, value: &mut DVector<f64>) {
+    let s = (time - t) / h;
+    let places = [0.0, C[0], C[1], C[2]];
+    value.fill(0.0);
+    for (i, node) in nodes.iter().enumerate() {
+        let weight = (0..4).filter(|&j| j != i).map(|j| (s - places[j]) / (places[i] - places[j])).product();
+        value.axpy(weight, node, 1.0);
     }
 }
 
@@ -93,27 +107,95 @@ impl Newton {
         Self { h, real: real.lu(), complex: complex.lu() }
     }
 
-    /// The correction of the stages z by their slopes: `(A^-1/h - J) dz = f - A^-1 z/h`, a block for each eigenvalue.
-    /// None for singular matrices.
-    fn correction(&self, slopes: &[DVector<f64>; 3], z: &[DVector<f64>; 3]) -> Option<[DVector<f64>; 3]> {
-        let [f, w] = [slopes, z].map(|stages| combined(&T_INVERSE, stages));
-        let mut first = &f[0] - &w[0] * (GAMMA / self.h);
-        let mut pair = DVector::from_fn(first.len(), |i, _| {
-            Complex::new(f[1][i], f[2][i]) - Complex::new(ALPHA, BETA) / self.h * Complex::new(w[1][i], w[2][i])
-        });
-        (self.real.solve_mut(&mut first) && self.complex.solve_mut(&mut pair))
-            .then(|| combined(&T, &[first, pair.map(|entry| entry.re), pair.map(|entry| entry.im)]))
+    /// The correction of the stages z by their slopes, in their place: `(A^-1/h - J) dz = f - A^-1 z/h`, a block for each
+    /// eigenvalue. False for singular matrices.
+    fn correction(
+        &self,
+        slopes: &mut Stages,
+        z: &Stages,
+        turned: &mut Stages,
+        pair: &mut DVector<Complex<f64>>,
+    ) -> bool {
+        for i in 0..pair.len() {
+            let [f, w] = [&*slopes, z].map(|stages| T_INVERSE.map(|row| combined(row, stages, i)));
+            turned[0][i] = f[0] - w[0] * (GAMMA / self.h);
+            pair[i] = Complex::new(f[1], f[2]) - Complex::new(ALPHA, BETA) / self.h * Complex::new(w[1], w[2]);
+        }
+        if !(self.real.solve_mut(&mut turned[0]) && self.complex.solve_mut(pair)) {
+            return false;
+        }
+        for i in 0..pair.len() {
+            (turned[1][i], turned[2][i]) = (pair[i].re, pair[i].im);
+            let corrected = T.map(|row| combined(row, turned, i));
+            (0..3).for_each(|k| slopes[k][i] = corrected[k]);
+        }
+        true
     }
 }
 
-/// `sum_j m_ij x_j` for each i.
-fn combined(m: &[[f64; 3]; 3], x: &[DVector<f64>; 3]) -> [DVector<f64>; 3] {
-    m.map(|row| &x[0] * row[0] + &x[1] * row[1] + &x[2] * row[2])
+/// `sum_j m_j x_j` of the entries i.
+fn combined(m: [f64; 3], x: &Stages, i: usize) -> f64 {
+    x[0][i] * m[0] + x[1][i] * m[1] + x[2][i] * m[2]
+}
+
+impl Work {
+    fn new(n: usize) -> Self {
+        let column = || DVector::zeros(n);
+        let stages = || std::array::from_fn(|_| DVector::zeros(n));
+        Self {
+            is_at_start: false,
+            slope: column(),
+            jacobian: DMatrix::zeros(n, n),
+            scale: column(),
+            scaled: column(),
+            z: stages(),
+            slopes: stages(),
+            turned: stages(),
+            pair: DVector::zeros(n),
+            moved: column(),
+            error: column(),
+            shift: column(),
+        }
+    }
+
+    /// Slope, and Jacobian by differences, at y; false if it is not finite.
+    fn start(&mut self, f: &RightHandSide<'_>, t: f64, y: &DVector<f64>) -> bool {
+        f(t, y.as_slice(), self.slope.as_mut_slice());
+        self.moved.copy_from(y);
+        for j in 0..y.len() {
+            let delta = (f64::EPSILON * y[j].abs().max(1e-5)).sqrt();
+            self.moved[j] = y[j] + delta;
+            f(t, self.moved.as_slice(), self.scaled.as_mut_slice());
+            for i in 0..y.len() {
+                self.jacobian[(i, j)] = (self.scaled[i] - self.slope[i]) / (self.moved[j] - y[j]);
+            }
+            self.moved[j] = y[j];
+        }
+        self.is_at_start = true;
+        self.jacobian.iter().all(|entry| entry.is_finite())
+    }
+}
+
+/// The root mean square of a column, in units of the tolerance.
+fn norm(v: &DVector<f64>, scale: &DVector<f64>, scaled: &mut DVector<f64>) -> f64 {
+    scaled.copy_from(v);
+    scaled.component_div_assign(scale);
+    (scaled.norm_squared() / v.len() as f64).sqrt()
 }
 
 impl Radau {
     pub(crate) fn new(t: f64, y: &[f64], h: f64) -> Self {
-        Self { t, y: DVector::from_column_slice(y), h, last: None, memory: None, rejected: false }
+        let n = y.len();
+        Self {
+            t,
+            y: DVector::from_column_slice(y),
+            h,
+            last: None,
+            nodes: std::array::from_fn(|_| DVector::zeros(n)),
+            memory: None,
+            rejected: false,
+            work: Work::new(n),
+        }
     }
 
     pub(crate) fn t(&self) -> f64 {
@@ -134,56 +216,56 @@ impl Radau {
 
     /// The dense output of the last accepted step.
     pub(crate) fn interpolate(&self, t: f64, value: &mut [f64]) {
-        match &self.last {
-            Some(step) => value.copy_from_slice(step.at(t).as_slice()),
-            None => value.copy_from_slice(self.y.as_slice()),
+        let mut found = self.y.clone();
+        if let Some(step) = self.last {
+            collocation(&self.nodes, step, t, &mut found);
         }
+        value.copy_from_slice(found.as_slice());
     }
 
     /// One attempt at a step of the present size.
     pub(crate) fn attempt(&mut self, f: &RightHandSide<'_>, tolerance: Tolerance) -> Attempt {
-        let n = self.y.len();
         let (t, h) = (self.t, self.h);
-        let eval = |t: f64, y: &DVector<f64>| {
-            let mut slope = DVector::zeros(n);
-            f(t, y.as_slice(), slope.as_mut_slice());
-            slope
-        };
-        let scale = self.y.map(|entry| tolerance.atol + tolerance.rtol * entry.abs());
-        let norm = |v: &DVector<f64>| (v.component_div(&scale).norm_squared() / n as f64).sqrt();
-
-        let slope = eval(t, &self.y);
-        let mut jacobian = DMatrix::zeros(n, n);
-        let mut moved = self.y.clone();
-        for j in 0..n {
-            let delta = (f64::EPSILON * self.y[j].abs().max(1e-5)).sqrt();
-            moved[j] = self.y[j] + delta;
-            let column = (eval(t, &moved) - &slope) / (moved[j] - self.y[j]);
-            jacobian.set_column(j, &column);
-            moved[j] = self.y[j];
-        }
-        if !jacobian.iter().all(|entry| entry.is_finite()) {
+        let Self { y, nodes, work, last, .. } = self;
+        // After a rejected attempt both stand at y still.
+        if !work.is_at_start && !work.start(f, t, y) {
+            work.is_at_start = false;
             return self.reject(0.5);
         }
-        let newton = Newton::new(&jacobian, h);
+        let Work { slope, jacobian, scale, scaled, z, slopes, turned, pair, moved, error, shift, .. } = work;
+        for (scale, entry) in scale.iter_mut().zip(y.iter()) {
+            *scale = tolerance.atol + tolerance.rtol * entry.abs();
+        }
+        let newton = Newton::new(jacobian, h);
 
         // Start: the last polynomial continued.
-        let mut z: [DVector<f64>; 3] = std::array::from_fn(|i| match &self.last {
-            Some(step) => step.at(t + C[i] * h) - &self.y,
-            None => DVector::zeros(n),
-        });
+        for (i, z) in z.iter_mut().enumerate() {
+            match last {
+                Some(step) => {
+                    collocation(nodes, *step, t + C[i] * h, z);
+                    *z -= &*y;
+                }
+                None => z.fill(0.0),
+            }
+        }
         let mut converged = false;
         let (mut previous, mut rate) = (f64::INFINITY, 1.0);
         let mut iterations = 0;
         // Rounding in the stages limits how far Newton can go.
-        let floor = 20.0 * f64::EPSILON * self.y.amax() / scale.min();
+        let floor = 20.0 * f64::EPSILON * y.amax() / scale.min();
         for iteration in 0..NEWTON {
             iterations = iteration + 1;
-            let slopes: [DVector<f64>; 3] = std::array::from_fn(|i| eval(t + C[i] * h, &(&self.y + &z[i])));
-            let Some(correction) = newton.correction(&slopes, &z) else { return self.reject(0.5) };
+            for (i, slope) in slopes.iter_mut().enumerate() {
+                moved.copy_from(y);
+                *moved += &z[i];
+                f(t + C[i] * h, moved.as_slice(), slope.as_mut_slice());
+            }
+            if !newton.correction(slopes, z, turned, pair) {
+                return self.reject(0.5);
+            }
             let mut squared = 0.0;
-            for (stage, part) in z.iter_mut().zip(&correction) {
-                squared += norm(part).powi(2);
+            for (stage, part) in z.iter_mut().zip(&*slopes) {
+                squared += norm(part, scale, scaled).powi(2);
                 *stage += part;
             }
             let size = (squared / 3.0).sqrt();
@@ -206,18 +288,24 @@ impl Radau {
             return self.reject(0.5);
         }
 
-        let mut estimate = z[0].clone() * (D[0] / h) + &z[1] * (D[1] / h) + &z[2] * (D[2] / h);
-        let shift = estimate.clone();
-        estimate += &slope;
-        let Some(mut error) = newton.real.solve(&estimate) else { return self.reject(0.5) };
-        let mut err = norm(&error);
-        if err >= 1.0 && (self.last.is_none() || self.rejected) {
+        for i in 0..y.len() {
+            shift[i] = z[0][i] * (D[0] / h) + z[1][i] * (D[1] / h) + z[2][i] * (D[2] / h);
+            error[i] = shift[i] + slope[i];
+        }
+        if !newton.real.solve_mut(error) {
+            return self.reject(0.5);
+        }
+        let mut err = norm(error, scale, scaled);
+        if err >= 1.0 && (last.is_none() || self.rejected) {
             // A stiff start: the estimate once more from the corrected point.
-            let Some(refined) = newton.real.solve(&(eval(t, &(&self.y + &error)) + shift)) else {
+            moved.copy_from(y);
+            *moved += &*error;
+            f(t, moved.as_slice(), error.as_mut_slice());
+            *error += &*shift;
+            if !newton.real.solve_mut(error) {
                 return self.reject(0.5);
-            };
-            error = refined;
-            err = norm(&error);
+            }
+            err = norm(error, scale, scaled);
         }
         if !err.is_finite() {
             return self.reject(0.1);
@@ -237,11 +325,15 @@ impl Radau {
         }
         self.memory = Some((h, err.max(1e-2)));
         self.rejected = false;
-        let end = &self.y + &z[2];
-        let [z1, z2, _] = z;
-        self.last = Some(Step { t, h, nodes: [self.y.clone(), &self.y + z1, &self.y + z2, end.clone()] });
+        self.nodes[0].copy_from(&self.y);
+        for (node, z) in self.nodes[1..].iter_mut().zip(&self.work.z) {
+            node.copy_from(&self.y);
+            *node += z;
+        }
+        self.y.copy_from(&self.nodes[3]);
+        self.last = Some((t, h));
+        self.work.is_at_start = false;
         self.t = t + h;
-        self.y = end;
         self.h = h * factor;
         Attempt::Accepted
     }

@@ -30,6 +30,11 @@ def van_der_pol(mu):
     return lambda t, x: [x[1], mu * (1 - x[0] * x[0]) * x[1] - x[0]]
 
 
+def robertson(t, x):
+    slow, fast, faster = 0.04 * x[0], 1e4 * x[1] * x[2], 3e7 * x[1] * x[1]
+    return [fast - slow, slow - fast - faster, faster]
+
+
 def chain(t, x):
     n = len(x) // 2
     force = -2 * x[:n] - 0.1 * x[n:]
@@ -43,7 +48,8 @@ PROBLEMS = {
     "cubic": (cubic, [3, 3, 0, 0], 4, [1e-6, 1e-9], ["DOP853", "LSODA", "differential-equations", "scenario"], 200),
     "van-der-pol": (van_der_pol(5), [2, 0], 20, [1e-6, 1e-9], ["DOP853", "LSODA", "differential-equations"], 100),
     "chain": (chain, [1] + [0] * 39, 20, [1e-6, 1e-9], ["DOP853", "LSODA", "differential-equations"], 50),
-    "stiff-van-der-pol": (van_der_pol(1000), [2, 0], 2000, [1e-6, 1e-9], ["Radau", "LSODA", "diffsol"], 5),
+    "stiff-van-der-pol": (van_der_pol(1000), [2, 0], 2000, [1e-4, 1e-6, 1e-8], ["Radau", "LSODA", "diffsol"], 5),
+    "stiff-robertson": (robertson, [1, 0, 0], 4e6, [1e-4, 1e-6, 1e-8], ["Radau", "LSODA", "diffsol"], 5),
 }
 WORDS = {
     "luenberger": "luenberger, `solve`",

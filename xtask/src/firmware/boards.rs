@@ -170,8 +170,10 @@ pub(super) fn c_on(
         let (object, image) = (format!("{}.o", board.machine), format!("{}.elf", board.machine));
         let compiler = || board.c_compiler(&folder).argument("-O2");
         compiler()
-            .arguments(&["-Wall", "-Wextra", "-Wconversion", "-Werror", "-c", &format!("{name}.c"), "-o", &object])
+            .arguments(&["-Wall", "-Wextra", "-Wconversion", "-Werror", "-fstack-usage"])
+            .arguments(&["-c", &format!("{name}.c"), "-o", &object])
             .quiet_output(name)?;
+        let frame = frame(&folder.join(&object), &format!("{name}_step"))?;
         compiler()
             .arguments(&["-nostartfiles", "-I."])
             .argument(format!("-T{}", start.join("arm.ld").display()))
@@ -186,8 +188,21 @@ pub(super) fn c_on(
         // The step, and what it is not compiled into: not the functions that start an observer.
         let code =
             object.code(|function| ![format!("{name}_init"), format!("{name}_reset")].contains(&function.to_owned()));
-        costs.push((name.clone(), found[0].cost(code, None)?));
+        costs.push((name.clone(), found[0].cost(code, Some(frame))?));
     }
     eprintln!("── {}: emitted C of {} observers, every step as on the host", board.target, costs.len());
     Ok(costs)
+}
+
+/// The frame of a function, which GCC's -fstack-usage writes beside the object: a line `file:line:column:name`, the bytes,
+/// and whether they are always as many.
+pub(super) fn frame(object: &Path, function: &str) -> Result<u64, Failure> {
+    let path = object.with_extension("su");
+    let text = fs::read_to_string(&path).map_err(|source| Failure::io(&path, source))?;
+    let frame = text.lines().find_map(|line| {
+        let mut columns = line.split('\t');
+        let is_it = columns.next()?.rsplit(':').next() == Some(function);
+        columns.next().filter(|_| is_it)?.parse().ok()
+    });
+    frame.ok_or_else(|| Failure::Firmware(format!("{} has no frame of {function}", path.display())))
 }

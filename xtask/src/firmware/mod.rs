@@ -43,6 +43,13 @@ struct Cost {
     constants: Option<u64>,
 }
 
+impl Cost {
+    /// Bytes of stack that an interrupt finds taken: not all that a function reserves is written.
+    fn reserved(&self) -> u64 {
+        u64::from(self.stack).max(self.frame.unwrap_or_default())
+    }
+}
+
 /// Runs what the tools of this machine allow; with `document` the page `docs/bench-target.md` is written, if no board
 /// was left out.
 pub(crate) fn run(document: bool) -> Result<(), Failure> {

@@ -236,8 +236,8 @@ fn c_of(board: &Board, folder: &Path, place: usize, case: Case) -> Result<Row, F
                 let object = format!("{name}.o");
                 board
                     .c_compiler(&out)
-                    .arguments(&["-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-c", &format!("{name}.c")])
-                    .arguments(&["-o", &object])
+                    .arguments(&["-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-fstack-usage"])
+                    .arguments(&["-c", &format!("{name}.c"), "-o", &object])
                     .quiet_output(&name)?;
                 match golden(board, &out, &name, &object, None) {
                     Ok(mut cost) => {
@@ -245,6 +245,7 @@ fn c_of(board: &Board, folder: &Path, place: usize, case: Case) -> Result<Row, F
                         let starts = [format!("{name}_init"), format!("{name}_reset")];
                         cost.code = image.code(|function| !starts.contains(&function.to_owned()));
                         cost.constants = Some(image.constants);
+                        cost.frame = Some(boards::frame(&out.join(&object), &format!("{name}_step"))?);
                         Some(cost)
                     }
                     Err(differs) => {

@@ -12,7 +12,8 @@ every step has the bits of the host. The programs link only if nothing can panic
 - **Instructions** of one step, on average and at most, counted by QEMU (`-icount`, read through SysTick, a timer or
   minstret). They are instructions, not cycles.
 - **Stack** in bytes, with all functions that the step calls: the memory below the stack pointer is painted before the
-  step, and looked at after it. In brackets the frame of the step's own function, as the compiler states it.
+  step, and looked at after it. In brackets the frame of the step's own function, as the compiler states it, which stands
+  in place of a smaller number: what is reserved and not written stays painted.
 - **Code** in bytes: the step without its constants, and without the routines of the compiler and of the C library that
   it shares with the rest of a program (arithmetic in software, square root, sine).
 
@@ -71,7 +72,7 @@ pub(super) fn page(measured: &[Measured], studies: &[Row]) -> String {
                 costs
                     .iter()
                     .find(|(other, _)| other == name)
-                    .map_or_else(|| " | | |".to_owned(), |(_, cost)| cells(cost))
+                    .map_or_else(|| " | | | |".to_owned(), |(_, cost)| cells(cost))
             };
             _ = write!(text, "| {name} | {}", of(rust));
             if !c.is_empty() {
@@ -115,5 +116,18 @@ fn rows(text: &mut String, studies: &[Row], costs: fn(&Row) -> &Vec<Option<Cost>
 
 fn cells(cost: &Cost) -> String {
     let frame = cost.frame.map_or_else(String::new, |frame| format!(" ({frame})"));
-    format!("{:.0} | {} | {}{frame} | {} |", cost.mean, cost.most, cost.stack, cost.code)
+    format!("{:.0} | {} | {}{frame} | {} |", cost.mean, cost.most, cost.reserved(), cost.code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_that_is_reserved_and_not_written_counts() {
+        let cost = |stack, frame| Cost { mean: 91.0, most: 91, stack, frame, code: 500, constants: None };
+        assert_eq!(cells(&cost(36, Some(56))), "91 | 91 | 56 (56) | 500 |");
+        assert_eq!(cells(&cost(136, Some(88))), "91 | 91 | 136 (88) | 500 |");
+        assert_eq!(cells(&cost(36, None)), "91 | 91 | 36 | 500 |");
+    }
 }

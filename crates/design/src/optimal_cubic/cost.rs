@@ -50,7 +50,14 @@ pub(super) struct Noise {
     width: usize,
     /// Periods that are not counted.
     settling: usize,
+    /// Longest integration of a period, in steps.
+    most_steps: f64,
 }
+
+/// Longest integration of a period in the search; an answer is judged with [`PATIENCE`] times as many steps, so that a
+/// rare value of the noise does not leave it without a cost.
+const MOST_STEPS: f64 = 100.0;
+const PATIENCE: f64 = 1e4;
 
 impl Noise {
     /// As many periods as the slowest mode of this rate needs for its mean squares, between 1000 and 4000, times
@@ -69,7 +76,12 @@ impl Noise {
             let value = |_| if problem.uniform { 3f64.sqrt() * draws.unit() } else { draws.normal() };
             values.extend((0..p).map(value));
         }
-        Self { values, width, settling }
+        Self { values, width, settling, most_steps: MOST_STEPS }
+    }
+
+    /// The same, for the cost of an answer.
+    pub(super) fn to_judge(self) -> Self {
+        Self { most_steps: PATIENCE * MOST_STEPS, ..self }
     }
 
     /// The mean of what `square` gives after each period, for the noise in it; none once it is above `most`.
@@ -190,7 +202,7 @@ impl Scaled {
         let mut e = E::zeros(self.a.nrows());
         let mean_square = noise.mean((most - transient) / self.horizon, |values| {
             let (w, v) = values.split_at(self.a.nrows());
-            flow.held(&mut e, w, v, self.period)?;
+            flow.held(&mut e, (w, v), self.period, noise.most_steps)?;
             Some(flow.square(&e))
         })?;
         Some((transient, mean_square))

@@ -10,8 +10,6 @@ use nalgebra::DMatrix;
 const STEP: f64 = 0.25;
 /// Longest integration of a first error.
 const MOST_STEPS: usize = 40_000;
-/// Longest integration of a period of the noise.
-const MOST_SUBSTEPS: f64 = 100.0;
 
 /// A cubic observer in the units of the problem.
 pub(super) struct Gains {
@@ -176,8 +174,8 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
         None
     }
 
-    /// The error after a period with noise that is held.
-    pub(super) fn held(&mut self, e: &mut E, w: &[f64], v: &[f64], period: f64) -> Option<()> {
+    /// The error after a period with noise (w, v) that is held, by at most so many steps.
+    pub(super) fn held(&mut self, e: &mut E, (w, v): (&[f64], &[f64]), period: f64, most: f64) -> Option<()> {
         self.work.residual.v.as_mut().copy_from_slice(v);
         let (forcing, v) = (self.work.forcing.as_mut(), &self.work.residual.v);
         for i in 0..forcing.len() {
@@ -185,7 +183,7 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
         }
         let stiffness = self.stiffness(e);
         let steps = (period * (self.fastest + stiffness) / (2.0 * STEP)).ceil().max(1.0);
-        if steps.is_nan() || steps > MOST_SUBSTEPS {
+        if steps.is_nan() || steps > most {
             return None;
         }
         for _ in 0..steps as usize {

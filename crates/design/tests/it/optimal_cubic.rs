@@ -41,6 +41,24 @@ fn the_cost_of_a_linear_observer_is_that_of_scipy() {
     assert!((cost.total / 1.115_718_492_590_162_9 - 1.0).abs() < 1e-12, "{cost:?}");
 }
 
+/// A cubic term a hundred times stronger needs a hundred times the steps in a period where the noise is large, more than
+/// the search allows: its cost is judged all the same, and is continuous in the strength. Under noise that is held for
+/// h the error of `e' = -l e - theta (e + v)^3` is within the noise, as its right-hand side points inwards from there.
+#[test]
+fn a_strong_cubic_term_is_judged() {
+    let problem = EstimationProblem::new(&[1.0], &[0.3], 0.1, 100.0);
+    let cost = |gamma: f64| {
+        let design = cubic(&scalar(), &dmatrix![1.0], dmatrix![2.0], gamma);
+        problem.cubic(&design.observer, 0).unwrap()
+    };
+    let costs = [1e3, 1.1e3, 1e4, 1.1e4].map(|gamma| cost(gamma).mean_square);
+    for pair in costs.chunks(2) {
+        assert!((pair[0] / pair[1] - 1.0).abs() < 0.05, "{costs:?}");
+    }
+    // sigma^2 at most but for the share of the last period.
+    assert!(costs.iter().all(|cost| (0.02..0.12).contains(cost)), "{costs:?}");
+}
+
 /// scipy 1.16: solve_continuous_are, and minimize (Nelder-Mead) of the cost above. In the limit of short periods J is
 /// tau trace(T Sigma), the optimum of a matrix inequality too.
 #[test]

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::{columns, feedback, harmless, lengths, macros, scalar, varying, wrapped};
 use crate::Export;
 use crate::exportable_observer::ExportableObserver;
+use crate::scalar::Scalar;
 
 pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
@@ -69,7 +70,7 @@ pub(crate) fn header(export: &Export) -> String {
         _ = writeln!(fields, "    {number} prediction[{upper}_STATES]; /**< Prediction for the next sample. */");
         _ = writeln!(
             fields,
-            "    {number} innovation[{upper}_OUTPUTS]; /**< Innovation of the sample; 0 where nothing was measured. */"
+            "    {number} innovation[{upper}_OUTPUTS]; /**< Innovation of an update, until the prediction. */"
         );
     }
     if let ExportableObserver::Kkl(observer) = &export.observer {
@@ -79,8 +80,11 @@ pub(crate) fn header(export: &Export) -> String {
         _ = writeln!(fields, "    {number} z[{}]; /**< State of the observer. */", super::recorded::order(observer));
     }
     if timed {
-        fields.push_str(
-            "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods. */\n",
+        // Three roundings: of the number, of the period and of their product.
+        let rounded = if export.scalar == Scalar::Binary32 { ", rounded by up to 1.8e-7 of itself" } else { "" };
+        _ = writeln!(
+            fields,
+            "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods{rounded}. */"
         );
     }
     let is_fed = export.feedback.is_some();
@@ -244,10 +248,10 @@ fn unit_vectors(export: &Export) -> String {
 fn not_finite(export: &Export) -> String {
     let known = if export.feedback.is_some() { "r" } else { "u" };
     match &export.observer {
-        ExportableObserver::Varying(_) => partial(export, &format!("{known} or dt"), ""),
-        ExportableObserver::Linear(_) | ExportableObserver::Cubic(_) => partial(export, known, ""),
+        ExportableObserver::Varying(_) => partial(export, &format!("{known} or dt"), "", &overflow(export)),
+        ExportableObserver::Linear(_) | ExportableObserver::Cubic(_) => partial(export, known, "", &overflow(export)),
         ExportableObserver::SampledNonlinear(_) | ExportableObserver::Discrete(_) => {
-            partial(export, known, ", unless the plant does not depend on it or limits it")
+            partial(export, known, ", unless the plant does not depend on it or limits it", OUT_OF_THE_PLANT)
         }
         ExportableObserver::Kkl(observer) if observer.held_inputs() > 0 => {
             format!(" * A value of {known} or y that is not finite makes the target states not finite, for good, and the estimate\n * meaningless, although it stays in its box; one of {known} only if the plant depends on it:")
@@ -262,14 +266,25 @@ fn not_finite(export: &Export) -> String {
             "{} A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,",
             missing(export.names.outputs.len() > 1)
         ),
-        ExportableObserver::Extension(_) | ExportableObserver::Step(_) => format!(
-            " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
-        ),
+        ExportableObserver::Extension(_) | ExportableObserver::Step(_) => {
+            let lost = format!(
+                "A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not depend on it or limits it. {OUT_OF_THE_PLANT}:"
+            );
+            wrapped(&lost, 110).iter().map(|line| format!(" * {line}")).collect::<Vec<_>>().join("\n")
+        }
     }
 }
 
+/// How a finite value loses the estimate of a nonlinear plant.
+const OUT_OF_THE_PLANT: &str = "So does a finite value that takes the estimate to where the plant has no finite result, such as the root of a negative number";
+
+/// How a finite value loses the estimate of a linear plant.
+fn overflow(export: &Export) -> String {
+    format!("So do finite values so large that a sum leaves the range of {}", scalar(export))
+}
+
 /// The same for a constant gain, which leaves out what was not measured.
-fn partial(export: &Export, known: &str, unless: &str) -> String {
+fn partial(export: &Export, known: &str, unless: &str, finite: &str) -> String {
     let measured = if export.names.outputs.len() > 1 {
         "An output that is not finite, such as NAN, counts as not measured: its column of the gain is left out, and the others correct as they always do."
     } else {
@@ -277,7 +292,8 @@ fn partial(export: &Export, known: &str, unless: &str) -> String {
     };
     let proved = "Nothing is proved of such a sample; what is proved of convergence holds anew after the last one, from the error that there is then.";
     let not_measured = wrapped(&format!("{measured} {proved}"), 110);
-    let lost = format!("A value of {known} that is not finite makes the estimate not finite, for good{unless}:");
+    let lost =
+        format!("A value of {known} that is not finite makes the estimate not finite, for good{unless}. {finite}:");
     let lines: Vec<String> =
         not_measured.into_iter().chain(wrapped(&lost, 110)).map(|line| format!(" * {line}")).collect();
     lines.join("\n")
@@ -345,7 +361,7 @@ fn missing(has_several: bool) -> &'static str {
 /// The same for a filter with a covariance.
 fn of_filter(has_several: bool, known: &str) -> String {
     format!(
-        "{} A value of\n * {known} that is not finite, and a prediction without a result, make the estimate not finite, for good, unless the\n * plant does not depend on it or limits it:",
+        "{} A value of\n * {known} that is not finite makes the estimate not finite, for good, unless the plant does not depend on it or limits\n * it. So does a finite value that takes the estimate to where the plant has no finite result, such as the root of a\n * negative number:",
         missing(has_several)
     )
 }

@@ -39,6 +39,9 @@ impl std::str::FromStr for Layout {
 /// would count as past.
 const LONGEST: f64 = 2e9;
 
+/// By how much of itself a period may be rounded to microseconds: crystals are not more accurate than that.
+const ROUNDING: f64 = 5e-5;
+
 /// What the files say of an export.
 struct About<'a> {
     name: &'a str,
@@ -50,31 +53,139 @@ struct About<'a> {
     /// The period in microseconds.
     microseconds: u64,
     call: Call,
+    /// Of an observer at varying periods.
+    varying: Option<Varying>,
     /// Names of states, inputs and outputs.
     columns: [Vec<String>; 3],
+}
+
+/// The time that an observer at varying periods takes.
+struct Varying {
+    /// The name of its unit.
+    unit: String,
+    /// The unit in seconds.
+    seconds: f64,
+    /// The longest time that is predicted with full accuracy, in seconds.
+    longest: f64,
+}
+
+/// A clock of a board.
+struct Clock {
+    /// The type of its count, whose differences are right also where it starts again.
+    count: &'static str,
+    /// The expression that reads it.
+    now: &'static str,
+    /// An expression of the units of time in one count.
+    tick: String,
+}
+
+/// What a node of ROS 2 does with the time.
+struct Timed {
+    /// Member functions.
+    functions: String,
+    /// Member variables.
+    members: &'static str,
+    /// Further headers.
+    include: &'static str,
+    /// What a sample does to the observer.
+    sample: String,
+    /// What comes before another input.
+    change: &'static str,
+}
+
+impl Timed {
+    /// At a constant period nothing but the step.
+    fn constant(step: &str) -> Self {
+        let estimate = format!("        {step}\n");
+        Self { functions: String::new(), members: "", include: "", sample: estimate, change: "" }
+    }
+}
+
+impl Varying {
+    /// The node of an observer at varying periods: a prediction at each change of the input, and the correction with
+    /// the time since the last sample.
+    fn of_node(&self, name: &str, number: &str, known: &str) -> Timed {
+        let Self { unit, seconds, .. } = self;
+        let time = if *seconds == 1.0 { String::new() } else { format!(" / {seconds:?}") };
+        let functions = format!(
+            "    // The time between two instants in {unit}. They are those at which messages are taken; where a message has
+    // the time of its measurement, that is better.
+    static {number} between(const rclcpp::Time &first, const rclcpp::Time &second)
+    {{
+        // A clock of a simulation may be set back.
+        return static_cast<{number}>(std::max(0.0, (second - first).seconds()){time});
+    }}
+
+    // To this instant, with the input that was applied until then. The first estimate is that of the first sample.
+    void predict(const rclcpp::Time &time)
+    {{
+        if (has_sample_) {{
+            {name}_predict(&state_, {known}, between(predicted_, time));
+        }}
+        predicted_ = time;
+    }}
+
+"
+        );
+        let sample = format!(
+            "        const rclcpp::Time time = now();
+        predict(time);
+        {name}_update(&state_, {known}, y.data(), has_sample_ ? between(sampled_, time) : {number}{{0}});
+        std::copy(std::begin(state_.xhat), std::end(state_.xhat), xhat.begin());
+        sampled_ = time;
+        has_sample_ = true;
+"
+        );
+        Timed {
+            functions,
+            members: "    rclcpp::Time predicted_;\n    rclcpp::Time sampled_;\n    bool has_sample_ = false;\n",
+            include: "#include <iterator>\n",
+            sample,
+            change: "                predict(now());\n",
+        }
+    }
 }
 
 impl Layout {
     /// The files of the export in this layout. `number` is the type of its signals.
     ///
     /// # Errors
-    /// [`ExportError::TimeUnit`] if the unit of time is not known; [`ExportError::Period`] for a period of less than a
-    /// microsecond or more than [`LONGEST`].
+    /// [`ExportError::TimeUnit`] if the unit of time is not known; on a board [`ExportError::Period`] for a period of
+    /// less than a microsecond or more than [`LONGEST`], [`ExportError::FractionalPeriod`] for one that is no whole number
+    /// of microseconds.
     pub(crate) fn place(self, export: &Export, files: Vec<File>, number: &str) -> Result<Vec<File>, ExportError> {
         let seconds = export.period_in_seconds()?;
         let microseconds = (1e6 * seconds).round();
-        if !(1.0..=LONGEST).contains(&microseconds) {
+        // A node takes a step for each message; the boards have timers.
+        let has_timer = self != Self::Ros2;
+        if has_timer && !(1.0..=LONGEST).contains(&microseconds) {
             return Err(ExportError::Period { seconds });
         }
+        if has_timer && !export.observer.takes_time() && (1e6 * seconds - microseconds).abs() > ROUNDING * microseconds
+        {
+            return Err(ExportError::FractionalPeriod { seconds, microseconds: microseconds as u64 });
+        }
         let name = export.identifier.as_str();
+        let longest = export.observer.scalars().iter().find(|(name, _)| *name == "LONGEST").map(|(_, x)| *x);
+        let unit = export.time_unit_in_seconds()?;
+        let varying = longest.map(|longest| Varying {
+            unit: if export.names.time_unit.is_empty() { "s".to_owned() } else { harmless(&export.names.time_unit) },
+            seconds: unit,
+            longest: longest * unit,
+        });
         let column = |names: &[String]| names.iter().map(|name| harmless(name)).collect();
         let about = About {
             name,
             upper: name.to_uppercase(),
             number,
-            says: format!("{}, one step every {} s", export.kind(), seconds),
+            says: format!(
+                "{}, one step every {seconds} s{}",
+                export.kind(),
+                if varying.is_some() { ", nominally" } else { "" }
+            ),
             microseconds: microseconds as u64,
             call: Call::of(export),
+            varying,
             columns: [column(&export.names.states), column(&export.names.inputs), column(&export.names.outputs)],
         };
         Ok(match self {
@@ -121,26 +232,64 @@ impl About<'_> {
         text
     }
 
-    /// One sample: declarations, what is read, the step.
+    /// The time since the last sample, by a clock of the board; empty at a constant period.
+    fn elapsed(&self, clock: impl FnOnce(&Varying) -> Clock) -> String {
+        let Some(varying) = &self.varying else { return String::new() };
+        let (number, unit) = (self.number, &varying.unit);
+        let Clock { count, now, tick } = clock(varying);
+        format!(
+            "/* The time since the last call in {unit}; 0 at the first one, which the first estimate is of. */
+static {number} elapsed(void)
+{{
+    static {count} last;
+    static int has_last = 0;
+    const {count} now = ({count}){now};
+    const {number} dt = (has_last != 0) ? ({number})({count})(now - last) * {tick} : {zero};
+
+    last = now;
+    has_last = 1;
+    return dt;
+}}
+
+",
+            zero = self.literal(0.0),
+        )
+    }
+
+    /// A literal of the type of the numbers.
+    fn literal(&self, x: f64) -> String {
+        format!("{x:?}{}", if self.number == "float" { "f" } else { "" })
+    }
+
+    /// One sample: declarations, what is read, the step. At varying periods the input is the one that was held since
+    /// the last sample.
     fn sample(&self, indent: &str) -> String {
         let Self { name, upper, number, columns: [_, inputs, _], call, .. } = self;
+        let has_inputs = !inputs.is_empty();
+        let is_varying = self.varying.is_some();
         let mut lines = vec![format!("{number} xhat[{upper}_STATES];"), format!("{number} y[{upper}_OUTPUTS];")];
         if call.is_fed {
             lines.push(format!("{number} r[{upper}_INPUTS];"));
         }
-        if !inputs.is_empty() {
+        if has_inputs && is_varying {
+            lines.push(format!("static {number} u[{upper}_INPUTS]; /* Held since the last sample. */"));
+        } else if has_inputs {
             lines.push(format!("{number} u[{upper}_INPUTS];"));
+        }
+        if is_varying {
+            lines.push(format!("const {number} dt = elapsed();"));
         }
         lines.extend([String::new(), "measure(y);".to_owned()]);
         if call.is_fed {
             lines.push("reference(r);".to_owned());
-        } else if !inputs.is_empty() {
+        } else if has_inputs && !is_varying {
             lines.push("applied(u);".to_owned());
         }
-        let elapsed = if call.elapsed.is_empty() { String::new() } else { format!("{upper}_PERIOD, ") };
-        lines.push(format!("{name}_step(&observer, {}, y, {}{elapsed}xhat);", call.known, call.applied));
+        lines.push(format!("{name}_step(&observer, {}, y, {}{}xhat);", call.known, call.applied, call.elapsed));
         if call.is_fed {
             lines.push("/* Apply u to the plant. */".to_owned());
+        } else if has_inputs && is_varying {
+            lines.push("applied(u);".to_owned());
         }
         lines.iter().fold(
             String::new(),
@@ -161,14 +310,7 @@ impl About<'_> {
                     file.text = file.text.replace(&command, &format!("-Isrc src/{name}.c extras/test_{name}.c"));
                 }
                 test if test.starts_with("test_") => file.name = format!("extras/{test}"),
-                source => {
-                    if source == format!("{name}.c") {
-                        // The options of a sketch allow contractions, and no library can change them.
-                        let pragma = "#if defined(__GNUC__) && !defined(__clang__)\n#pragma GCC optimize (\"fp-contract=off\")\n#endif\n\n#include \"";
-                        file.text = file.text.replacen("#include \"", pragma, 1);
-                    }
-                    file.name = format!("src/{source}");
-                }
+                source => file.name = format!("src/{source}"),
             }
             placed.push(file);
         }
@@ -190,32 +332,55 @@ impl About<'_> {
                 "/* {says}. */
 #include <{name}.h>
 
-static {name}_state observer;
-static unsigned long due;
+/* A line of numbers takes milliseconds: one in so many steps. */
+#ifndef PRINT_EVERY
+#define PRINT_EVERY {every}
+#endif
 
-{connections}void setup()
+static {name}_state observer;
+static uint32_t due;
+static unsigned long steps;
+
+{connections}{elapsed}void setup()
 {{
     Serial.begin(115200);
     {name}_reset(&observer);
-    due = micros();
+    due = (uint32_t)micros();
 }}
 
 void loop()
 {{
     /* The difference is right also where the counter starts again. */
-    if ((long)(micros() - due) < 0) {{
+    if ((int32_t)((uint32_t)micros() - due) < 0) {{
         return;
     }}
-    due += {microseconds}UL;
+{due}
 
 {sample}
+    if (++steps < PRINT_EVERY) {{
+        return;
+    }}
+    steps = 0;
     for (int i = 0; i < {upper}_STATES; ++i) {{
-        Serial.print(xhat[i]);
+        Serial.print(xhat[i]{digits});
         Serial.print((i + 1 < {upper}_STATES) ? ' ' : '\\n');
     }}
 }}
 ",
+                due = if self.varying.is_some() {
+                    format!("    due = (uint32_t)micros() + {microseconds}UL;")
+                } else {
+                    format!("    due += {microseconds}UL;")
+                },
+                // Ten lines a second at the most.
+                every = (100_000 / microseconds).max(1),
+                digits = if self.number == "int32_t" { "" } else { ", 6" },
                 connections = self.connections(),
+                elapsed = self.elapsed(|varying| Clock {
+                    count: "uint32_t",
+                    now: "micros()",
+                    tick: self.literal(1e-6 / varying.seconds),
+                }),
                 sample = self.sample("    "),
             ),
         ));
@@ -224,6 +389,11 @@ void loop()
         } else {
             ""
         };
+        let late = if self.varying.is_some() {
+            "The step takes the time\nsince the last one by `micros()`: after a pause of the sketch it predicts over the pause."
+        } else {
+            "After a pause the\nsketch takes the steps it has missed one after the other, with what it measures then."
+        };
         explain(
             &mut placed,
             &format!(
@@ -231,7 +401,7 @@ void loop()
 
 The folder is a library: copy it into `libraries` of the sketchbook (or *Sketch > Include Library > Add .ZIP Library*),
 or into `lib` of a PlatformIO project. `examples/{name}/{name}.ino` is a sketch to be filled in: it steps the observer
-every {microseconds} us and prints the estimate.
+every {microseconds} us and prints the estimate, not more than ten times a second. {late}
 {double}"
             ),
         );
@@ -280,13 +450,13 @@ target_sources(app PRIVATE src/main.c)
 
 static {name}_state observer;
 
-{connections}int main(void)
+{connections}{elapsed}int main(void)
 {{
     struct k_timer timer;
 
     {name}_reset(&observer);
     k_timer_init(&timer, NULL, NULL);
-    k_timer_start(&timer, K_NO_WAIT, K_USEC({microseconds}));
+    k_timer_start(&timer, K_USEC({microseconds}), K_USEC({microseconds}));
     for (;;) {{
 {sample}
         k_timer_status_sync(&timer);
@@ -294,9 +464,24 @@ static {name}_state observer;
 }}
 ",
                 connections = self.connections(),
+                elapsed = self.elapsed(|varying| {
+                    // A counter of cycles starts again after some seconds; a tick may be as long as a short period.
+                    let (count, now, rate) = if varying.longest <= 1.0 {
+                        ("uint32_t", "k_cycle_get_32()", "sys_clock_hw_cycles_per_sec()")
+                    } else {
+                        ("int64_t", "k_uptime_ticks()", "CONFIG_SYS_CLOCK_TICKS_PER_SEC")
+                    };
+                    let tick = format!("({} / ({}){rate})", self.literal(1.0 / varying.seconds), self.number);
+                    Clock { count, now, tick }
+                }),
                 sample = self.sample("        "),
             ),
         ));
+        let accuracy = match &self.varying {
+            Some(varying) if varying.longest > 1.0 => "The program measures the time between samples in these ticks.",
+            Some(_) => "The program measures the time between samples in cycles.",
+            None => "Set a rate of which the period is a multiple.",
+        };
         explain(
             &mut files,
             &format!(
@@ -308,6 +493,9 @@ The folder is a module: name it in `ZEPHYR_EXTRA_MODULES` (or in `west.yml`) and
 ```console
 $ west build -b BOARD sample
 ```
+
+Zephyr rounds a period up to a whole number of ticks: at a `CONFIG_SYS_CLOCK_TICKS_PER_SEC` of 32768, 100 us become
+122 us. {accuracy}
 
 A board without a floating-point unit takes `CONFIG_FPU=y` out of `sample/prj.conf`.
 "
@@ -357,7 +545,7 @@ project({name}_example)
 
 static {name}_state observer;
 
-{connections}static void sample(void *unused)
+{connections}{elapsed}static void sample(void *unused)
 {{
 {sample}
     (void)unused;
@@ -374,6 +562,11 @@ void app_main(void)
 }}
 ",
                 connections = self.connections(),
+                elapsed = self.elapsed(|varying| Clock {
+                    count: "int64_t",
+                    now: "esp_timer_get_time()",
+                    tick: self.literal(1e-6 / varying.seconds),
+                }),
                 sample = self.sample("    "),
             ),
         ));
@@ -436,13 +629,17 @@ ament_package()
         ));
         let topic = if call.is_fed { "r" } else { "u" };
         let has_inputs = !inputs.is_empty();
-        let elapsed = if call.elapsed.is_empty() { String::new() } else { format!("{upper}_PERIOD, ") };
         let known = if has_inputs { format!("{topic}_.data()") } else { "nullptr".to_owned() };
+        let timed = self.varying.as_ref().map(|varying| varying.of_node(name, number, &known));
+        let applied = if call.is_fed { "u.data(), " } else { "" };
+        let step = format!("{name}_step(&state_, {known}, y.data(), {applied}xhat.data());");
+        let Timed { functions, members: times, include, sample, change } =
+            timed.unwrap_or_else(|| Timed::constant(&step));
         let given = if has_inputs {
             format!(
                 "        {topic}_subscription_ = create_subscription<Column>(\"{topic}\", 1, [this](const Column &message) {{
             if (message.data.size() == {topic}_.size()) {{
-                std::copy(message.data.begin(), message.data.end(), {topic}_.begin());
+{change}                std::copy(message.data.begin(), message.data.end(), {topic}_.begin());
             }}
         }});
 "
@@ -457,14 +654,13 @@ ament_package()
         } else {
             String::new()
         };
-        let (declared, applied, sent) = if call.is_fed {
+        let (declared, sent) = if call.is_fed {
             (
                 format!("        std::array<{number}, {upper}_INPUTS> u;\n"),
-                "u.data(), ",
                 "        Column input;\n        input.data.assign(u.begin(), u.end());\n        u_publisher_->publish(input);\n",
             )
         } else {
-            (String::new(), "", "")
+            (String::new(), "")
         };
         let (publisher, made) = if call.is_fed {
             (
@@ -483,7 +679,7 @@ ament_package()
 // A message on y ({outputs}) is a sample: one step, whose estimate goes to xhat ({states}).{about}
 #include <algorithm>
 #include <array>
-#include <memory>
+{include}#include <memory>
 
 #include <rclcpp/rclcpp.hpp>
 #include <std_msgs/msg/float64_multi_array.hpp>
@@ -498,11 +694,11 @@ public:
     {{
         {name}_reset(&state_);
         publisher_ = create_publisher<Column>(\"xhat\", 1);
-{made}{given}        subscription_ = create_subscription<Column>(\"y\", 1, [this](const Column &message) {{ step(message); }});
+{made}{given}        subscription_ = create_subscription<Column>(\"y\", 10, [this](const Column &message) {{ step(message); }});
     }}
 
 private:
-    void step(const Column &message)
+{functions}    void step(const Column &message)
     {{
         std::array<{number}, {upper}_OUTPUTS> y;
         std::array<{number}, {upper}_STATES> xhat;
@@ -511,14 +707,13 @@ private:
             return;
         }}
         std::copy(message.data.begin(), message.data.end(), y.begin());
-        {name}_step(&state_, {known}, y.data(), {applied}{elapsed}xhat.data());
-        Column estimate;
+{sample}        Column estimate;
         estimate.data.assign(xhat.begin(), xhat.end());
         publisher_->publish(estimate);
 {sent}    }}
 
     {name}_state state_;
-{members}{publisher}    rclcpp::Publisher<Column>::SharedPtr publisher_;
+{times}{members}{publisher}    rclcpp::Publisher<Column>::SharedPtr publisher_;
     rclcpp::Subscription<Column>::SharedPtr subscription_;
 }};
 
@@ -532,13 +727,27 @@ int main(int argc, char **argv)
 ",
                 outputs = list(outputs),
                 states = list(states),
-                about = if has_inputs {
-                    format!(" The last {topic} ({}) is held; it is 0 before the first one.", list(inputs))
-                } else {
-                    String::new()
+                about = match (has_inputs, self.varying.is_some()) {
+                    (true, false) => {
+                        format!(" The last {topic} ({}) is held; it is 0 before the first one.", list(inputs))
+                    }
+                    (true, true) => format!(
+                        "
+// A message on u ({}) is an input that was applied when it arrives, and held until the next one; it is 0 before the
+// first one.",
+                        list(inputs)
+                    ),
+                    (false, _) => String::new(),
                 },
             ),
         ));
+        let about = if self.varying.is_some() {
+            "The node takes one step for each message on `y` (`std_msgs/Float64MultiArray`), with the time since the last one by the
+clock of the node, and publishes the estimate on `xhat`. It predicts to each change of the input."
+        } else {
+            "The node takes one step for each message on `y` (`std_msgs/Float64MultiArray`), which has to arrive once a period, and
+publishes the estimate on `xhat`."
+        };
         explain(
             &mut files,
             &format!(
@@ -551,8 +760,7 @@ $ colcon build --packages-select {name}
 $ ros2 run {name} {name}_node
 ```
 
-The node takes one step for each message on `y` (`std_msgs/Float64MultiArray`), which has to arrive once a period, and
-publishes the estimate on `xhat`.
+{about}
 "
             ),
         );

@@ -95,7 +95,8 @@ pub(crate) fn scalar(export: &Export) -> &'static str {
 
 /// Text that cannot end a comment.
 fn harmless(text: &str) -> String {
-    text.replace("*/", "* /").replace("/*", "/ *").replace(['\n', '\r'], " ")
+    // No trigraph either.
+    text.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").replace(['\n', '\r'], " ")
 }
 
 /// Lines of at most `width` characters, broken at spaces.
@@ -136,7 +137,12 @@ fn macros(export: &Export, digest: &str) -> String {
     for (what, length) in lengths {
         _ = writeln!(text, "#define {upper}_{what} {length}");
     }
-    _ = writeln!(text, "#define {upper}_PERIOD {:?}", export.observer.period());
+    let period = export.observer.period();
+    let period = match export.scalar {
+        Scalar::Binary32 => format!("{:?}f", period as f32),
+        Scalar::Binary64 => format!("{period:?}"),
+    };
+    _ = writeln!(text, "#define {upper}_PERIOD {period}");
     let names = &export.names;
     let inputs = &names.inputs[..names.inputs.len().min(lengths[1].1)];
     for (what, names) in [("STATE", &names.states[..]), ("INPUT", inputs), ("OUTPUT", &names.outputs[..])] {

@@ -18,10 +18,13 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
     if !export.functions_of_target && export.functions().is_some() {
         text.push_str("#include <stdint.h>\n#include <string.h>\n");
     }
-    let (bits, digits) = match export.scalar {
-        Scalar::Binary32 => ("FLT_MANT_DIG", 24),
-        Scalar::Binary64 => ("DBL_MANT_DIG", 53),
+    // A method of 16 and 32 is that of smaller types (C23, H.3), 1 and 64 that of float as double.
+    let (bits, digits, exact) = match export.scalar {
+        Scalar::Binary32 => ("FLT_MANT_DIG", 24, &[0, 16, 32][..]),
+        Scalar::Binary64 => ("DBL_MANT_DIG", 53, &[0, 1, 16, 32, 64][..]),
     };
+    let others: Vec<String> = exact.iter().map(|method| format!("(FLT_EVAL_METHOD != {method})")).collect();
+    let listed: Vec<String> = exact.iter().map(i32::to_string).collect();
     _ = write!(
         text,
         "
@@ -29,15 +32,23 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
 #error \"{number} is not the format of the design, whose numbers have {digits} bits\"
 #endif
 
-#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)
-#error \"operations have to be rounded to their type: FLT_EVAL_METHOD must be 0\"
+#if defined(FLT_EVAL_METHOD) && {}
+#error \"operations have to be rounded to their type: FLT_EVAL_METHOD must be one of {}\"
+#endif
+
+#if defined(__FAST_MATH__)
+#error \"-ffast-math reorders operations and takes no number for NAN\"
 #endif
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize (\"fp-contract=off\")
 #endif
 
 ",
+        others.join(" && "),
+        listed.join(", "),
     );
     for (which, values) in export.matrices() {
         if values.ncols() > 0 {

@@ -21,8 +21,9 @@ pub(super) fn declarations(export: &Export) -> String {
     format!(
         "
 /**
- * A prediction alone, for an input that changes between two samples: the inputs u were applied for the time dt. The next
- * step then takes the time since this call.
+ * A prediction alone, for an input that changes between two samples: the inputs u were applied for the time dt. At the
+ * sample follow {name}_predict for the rest of the time and {name}_update with the time since the last sample, in place
+ * of {name}_step.
  *
  * @param state  State, read and written.
  * @param u      Inputs applied for this time, {upper}_INPUTS entries{unread}.
@@ -35,9 +36,9 @@ void {name}_predict({name}_state *state, const {number} *u, {number} dt);
  * that is missed there is no call; the next one takes the longer time.
  *
  * @param state  State, read and written.
- * @param u      Inputs applied since the last call, {upper}_INPUTS entries{unread}.
+ * @param u      Inputs applied since the last sample, {upper}_INPUTS entries{unread}.
  * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
- * @param dt     The time since the last call, from 0 to {longest}; more is predicted less accurately.
+ * @param dt     The time since the last sample that arrived, from 0 to {longest}; more is predicted less accurately.
  * @param xhat   Estimate at this sample, {upper}_STATES entries; may be a null pointer.
 "
     )

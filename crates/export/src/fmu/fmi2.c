@@ -98,6 +98,7 @@ FMI_EXPORT fmi2Status F(fmi2SetupExperiment)(void *c, int has_tolerance, double 
                                              double stop)
 {
     instance *i = (instance *)c;
+    char message[MESSAGE];
     (void)has_tolerance;
     (void)tolerance;
     (void)has_stop;
@@ -105,8 +106,7 @@ FMI_EXPORT fmi2Status F(fmi2SetupExperiment)(void *c, int has_tolerance, double 
     if (i->m.now != INSTANTIATED) {
         return fail(c, "fmi2SetupExperiment comes before fmi2EnterInitializationMode");
     }
-    i->m.values[TIME] = start;
-    return fmi2OK;
+    return (model_start(&i->m, start, message) == 0) ? fmi2OK : fail(c, message);
 }
 
 FMI_EXPORT fmi2Status F(fmi2EnterInitializationMode)(void *c)

@@ -122,6 +122,7 @@ FMI_EXPORT fmi3Status F(fmi3EnterInitializationMode)(void *c, bool has_tolerance
                                                      bool has_stop, double stop)
 {
     instance *i = (instance *)c;
+    char message[MESSAGE];
     (void)has_tolerance;
     (void)tolerance;
     (void)has_stop;
@@ -129,7 +130,9 @@ FMI_EXPORT fmi3Status F(fmi3EnterInitializationMode)(void *c, bool has_tolerance
     if (i->m.now != INSTANTIATED) {
         return fail(c, "fmi3EnterInitializationMode: the FMU is initialized already");
     }
-    i->m.values[TIME] = start;
+    if (model_start(&i->m, start, message) != 0) {
+        return fail(c, message);
+    }
     i->m.now = INITIALIZING;
     return fmi3OK;
 }

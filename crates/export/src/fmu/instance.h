@@ -5,6 +5,7 @@
 
 #include "model.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -88,12 +89,48 @@ static void model_outputs(model *m)
 #endif
 }
 
-/* The observer starts from the parameters. */
+/* The whole number of periods in a time that another one precedes. Returns 0, or 1 if there is none: a difference of
+ * times is rounded, the more the later they are. */
+static int model_periods(double from, double time, double *count)
+{
+    const double ratio = time / MODEL_PERIOD;
+    const double rounding = 4.0 * DBL_EPSILON * ((fabs(from) + fabs(time)) / MODEL_PERIOD);
+    *count = floor(ratio + 0.5);
+    return (fabs(ratio - *count) <= (1e-6 + ((rounding < 0.25) ? rounding : 0.25))) ? 0 : 1;
+}
+
+/* Sets the time at which the simulation starts. Returns 0, or 1 with a message: a plant that depends on time is sampled
+ * at multiples of the period. */
+static int model_start(model *m, double start, char message[MESSAGE])
+{
+#if MODEL_TIMED
+    double count;
+    if ((model_periods(0.0, start, &count) != 0) || !(count >= 0.0) || !(count < 9e15)) {
+        (void)snprintf(message, (size_t)MESSAGE,
+                       "the plant depends on time: the start time %.17g has to be 0 or a multiple of the sampling period %.17g (seconds)",
+                       start, (double)MODEL_PERIOD);
+        return 1;
+    }
+#else
+    (void)message;
+#endif
+    m->values[TIME] = start;
+    return 0;
+}
+
+/* The observer starts from the parameters, at the start time. */
 static void model_prepare(model *m)
 {
     model_number initial[MODEL_STATES];
+#if MODEL_TIMED
+    double count;
+    (void)model_periods(0.0, m->values[TIME], &count);
+#endif
     model_column(m, FIRST_INITIAL, MODEL_STATES, initial);
     model_init(&m->observer, initial);
+#if MODEL_TIMED
+    m->observer.sample = (uint64_t)count;
+#endif
     model_store(m, FIRST_XHAT, MODEL_STATES, initial);
     model_outputs(m);
 }
@@ -138,9 +175,14 @@ static void model_advance(model *m)
     model_number y[MODEL_OUTPUTS + 1] = {(model_number)0};
     model_number xhat[MODEL_STATES];
     model_number innovation[MODEL_OUTPUTS + 1] = {(model_number)0};
+    int i;
     model_column(m, FIRST_U, MODEL_INPUTS, u);
     model_column(m, FIRST_Y, MODEL_OUTPUTS, y);
     model_innovation(&m->observer, u, y, innovation);
+    /* An output that was not measured has none. */
+    for (i = 0; i < MODEL_OUTPUTS; ++i) {
+        innovation[i] = is_finite((double)y[i]) ? innovation[i] : (model_number)0;
+    }
 #if MODEL_FEEDBACK
     {
         model_number r[MODEL_INPUTS];
@@ -159,10 +201,9 @@ static void model_advance(model *m)
  * a multiple of the period. */
 static int model_do_step(model *m, double from, double size, char message[MESSAGE])
 {
-    const double ratio = size / MODEL_PERIOD;
-    const double count = floor(ratio + 0.5);
+    double count;
     double k;
-    if (!(fabs(ratio - count) <= 1e-6) || !(count >= 1.0)) {
+    if ((model_periods(from, size, &count) != 0) || !(count >= 1.0)) {
         (void)snprintf(message, (size_t)MESSAGE,
                        "the communication step %.17g is not a multiple of the sampling period %.17g (seconds)", size,
                        (double)MODEL_PERIOD);

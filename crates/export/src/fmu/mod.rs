@@ -110,7 +110,12 @@ impl Export {
 
     /// The sampling period in seconds, the unit of time of an FMU.
     pub(crate) fn period_in_seconds(&self) -> Result<f64, ExportError> {
-        let factor = match self.names.time_unit.as_str() {
+        Ok(self.observer.period() * self.time_unit_in_seconds()?)
+    }
+
+    /// The unit of time of the observer in seconds.
+    pub(crate) fn time_unit_in_seconds(&self) -> Result<f64, ExportError> {
+        Ok(match self.names.time_unit.as_str() {
             "" | "s" | "sec" | "second" | "seconds" => 1.0,
             "ms" => 1e-3,
             "us" | "\u{b5}s" | "\u{3bc}s" => 1e-6,
@@ -119,8 +124,7 @@ impl Export {
             "h" | "hour" | "hours" => 3600.0,
             "d" | "day" | "days" => 86400.0,
             unit => return Err(ExportError::TimeUnit { unit: unit.to_owned() }),
-        };
-        Ok(self.observer.period() * factor)
+        })
     }
 }
 

@@ -33,6 +33,7 @@ fn header(export: &Export, token: &str, period: f64) -> String {
 #define MODEL_INPUTS {upper}_INPUTS
 #define MODEL_OUTPUTS {upper}_OUTPUTS
 #define MODEL_FEEDBACK {}
+#define MODEL_TIMED {}
 #define MODEL_INITIAL {{ {} }}
 
 typedef {number} model_number;
@@ -44,6 +45,7 @@ typedef {name}_state model_state;
 ",
         number::c(period, Scalar::Binary64),
         u8::from(fed),
+        u8::from(export.observer.uses_time()),
         initial.join(", "),
     );
     if fed {

@@ -519,9 +519,62 @@ fn the_header_says_what_a_missing_output_does() {
             let header = export(program(3, sizes, is_cubic, false), Scalar::Binary64).c().unwrap().remove(0).text;
             let text = header.replace("\n *", "");
             assert!(text.contains(said) && text.contains("Nothing is proved of such a sample"), "{text}");
-            assert!(text.contains("is not finite makes the estimate not finite, for good: call plant_reset"), "{text}");
+            assert!(
+                text.contains("A value of u that is not finite makes the estimate not finite, for good."),
+                "{text}"
+            );
+            assert!(text.contains("so large that a sum leaves the range of double: call plant_reset"), "{text}");
         }
     }
+}
+
+/// The time in binary32 is the number of the sample times the period, both rounded: the header states by how much.
+#[test]
+fn the_time_in_binary32_is_rounded_as_stated() {
+    let plant = crate::moving_horizon::plant(&["x2", "-x1 - x2 + sin(t)"], &["x1"], 0);
+    let copy = luenberger_observers::SampledNonlinearObserver::new(plant, dmatrix![1.0; 0.5], 0.1, 2).unwrap();
+    for (scalar, is_said) in [(Scalar::Binary32, true), (Scalar::Binary64, false)] {
+        let header = export(ExportableObserver::SampledNonlinear(copy.clone()), scalar).c().unwrap()[0].text.clone();
+        assert!(header.contains("uint64_t sample;"), "{header}");
+        assert_eq!(header.contains("rounded by up to 1.8e-7 of itself"), is_said, "{header}");
+    }
+    let mut random = Random(3);
+    let mut largest = 0.0_f64;
+    for _ in 0..100_000 {
+        let (sample, period) = (random.below(1 << 40), random.unit().abs() + 1e-3);
+        let time = f64::from(sample as f32 * period as f32);
+        largest = largest.max((time / (sample as f64 * period) - 1.0).abs());
+    }
+    assert!((1.2e-7..1.8e-7).contains(&largest), "{largest:e}");
+}
+
+/// A finite output can lose the estimate for good: by an overflow, or where it takes it to the root of a negative number.
+/// The header says so.
+#[test]
+fn the_header_says_which_finite_values_lose_the_estimate() {
+    let lost = |export: &Export, y: f64| {
+        let mut stepper = golden::Stepper::new(export).unwrap();
+        stepper.step(&[], &[y]);
+        (0..100).for_each(|_| drop(stepper.step(&[], &[0.6])));
+        stepper.estimate().iter().any(|x| !x.is_finite())
+    };
+    let said = |export: &Export| export.c().unwrap()[0].text.replace("\n *", "");
+    // A - L C = 0.1.
+    let plant = StateSpace::new(dmatrix![6.0], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();
+    let observer = DiscreteLinearObserver::new(plant, dmatrix![5.9], 0.1).unwrap();
+    let linear = ExportableObserver::Linear(observer);
+    let names = || Names::numbered(1, 0, 1);
+    for (scalar, large) in [(Scalar::Binary32, 3e38), (Scalar::Binary64, 1.7e308)] {
+        let export = Export::new("plant", linear.clone(), scalar, &[0.5], names()).unwrap();
+        assert!(lost(&export, large) && !lost(&export, 0.7), "{scalar:?}");
+        assert!(said(&export).contains("so large that a sum leaves the range of"), "{}", said(&export));
+    }
+    let tank = crate::moving_horizon::plant(&["-sqrt(x1)"], &["x1"], 0);
+    let copy = luenberger_observers::SampledNonlinearObserver::new(tank, dmatrix![1.0], 0.1, 2).unwrap();
+    let export = Export::new("plant", ExportableObserver::SampledNonlinear(copy), Scalar::Binary64, &[0.5], names());
+    let export = export.unwrap().samples(vec![(vec![], vec![0.6]); 3]);
+    assert!(lost(&export, -20.0) && !lost(&export, 0.7));
+    assert!(said(&export).contains("to where the plant has no finite result"), "{}", said(&export));
 }
 
 /// A name of several lines is one line of the comment at the head, whichever way its lines end.

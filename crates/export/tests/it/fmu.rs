@@ -6,6 +6,8 @@ use std::process::Command;
 
 use luenberger_export::fmu::{Version, compilers as libraries};
 use luenberger_export::{Export, ExportableObserver, Names, Scalar, golden};
+use luenberger_observers::SampledNonlinearObserver;
+use nalgebra::dmatrix;
 
 use crate::compiled::{self, SANITISERS, can_sanitise, export, folder, program, with_feedback};
 use crate::fuzz;
@@ -32,10 +34,11 @@ fn vectors(export: &Export, token: &str) -> String {
         format!("static const double {name}[{}][{width}] = {{\n{}\n}};\n", steps.len(), rows.join(",\n"))
     };
     format!(
-        "#define STEPS {}\n#define TOKEN \"{token}\"\n#define PERIOD {:e}\n#define LINEAR {}\nenum {{ N = {}, M = {}, P = {}, FED = {} }};\n{}{}{}{}",
+        "#define STEPS {}\n#define TOKEN \"{token}\"\n#define PERIOD {:e}\n#define LINEAR {}\n#define TIMED {}\nenum {{ N = {}, M = {}, P = {}, FED = {} }};\n{}{}{}{}",
         steps.len(),
         export.observer().period(),
         i32::from(matches!(export.observer(), ExportableObserver::Linear(_) | ExportableObserver::Cubic(_))),
+        i32::from(export.c().unwrap()[0].text.contains("uint64_t sample;")),
         steps[0].estimate.len(),
         steps[0].u.len(),
         steps[0].y.len(),
@@ -122,6 +125,22 @@ fn an_importer_gets_the_golden_vectors() {
                     runs(&export, version, &folder, compiler, &[compiled::optimisation()]);
                 }
             }
+        }
+    }
+}
+
+/// The samples of a plant that depends on time are numbered from the start of the simulation, which is a multiple of the
+/// period: by the standard the start time is the first value of the independent variable.
+#[test]
+fn the_samples_of_an_fmu_are_those_of_its_start_time() {
+    let Some(compiler) = compiled::compilers().first().copied() else { return };
+    let plant = crate::moving_horizon::plant(&["x2", "-x1 - 0.5*x2 + 3*sin(4*t) + u1"], &["x1"], 1);
+    let observer = SampledNonlinearObserver::new(plant, dmatrix![1.0; 0.5], 0.1, 2).unwrap();
+    let program = ExportableObserver::SampledNonlinear(observer);
+    let folder = folder("fmu-start");
+    for version in VERSIONS {
+        for scalar in [Scalar::Binary32, Scalar::Binary64] {
+            runs(&export(program.clone(), scalar), version, &folder, compiler, &[compiled::optimisation()]);
         }
     }
 }

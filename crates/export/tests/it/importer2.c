@@ -55,11 +55,19 @@ static void say(void *environment, const char *name, int status, const char *cat
 
 static unsigned int references[64];
 
-static void initialize(void *c)
+/* The golden vectors of a plant that depends on time start at 0. */
+#define START (TIMED ? 0.0 : 2.0)
+
+static void initialize_at(void *c, double start)
 {
-    CHECK(fmi2SetupExperiment(c, 0, 0.0, 2.0, 0, 0.0) == 0);
+    CHECK(fmi2SetupExperiment(c, 0, 0.0, start, 0, 0.0) == 0);
     CHECK(fmi2EnterInitializationMode(c) == 0);
     CHECK(fmi2ExitInitializationMode(c) == 0);
+}
+
+static void initialize(void *c)
+{
+    initialize_at(c, START);
 }
 
 /* Sets u, or r with feedback, and y, steps, gets xhat; returns whether it is the expected one. With feedback u is to be
@@ -77,7 +85,7 @@ static int step(void *c, int k)
         CHECK(fmi2SetReal(c, &references[1], (size_t)M, applied) == 3);
     }
     CHECK(fmi2SetReal(c, &references[1 + M], (size_t)P, golden_y[k]) == 0);
-    CHECK(fmi2DoStep(c, 2.0 + (double)k * PERIOD, PERIOD, 1) == 0);
+    CHECK(fmi2DoStep(c, START + (double)k * PERIOD, PERIOD, 1) == 0);
     CHECK(fmi2GetReal(c, &references[1 + M + P], (size_t)N, xhat) == 0);
     return memcmp(xhat, golden_xhat[k], sizeof xhat) == 0;
 }
@@ -92,6 +100,7 @@ int main(void)
     size_t size = 0;
     double time = 0.0;
     double bad = 0.0;
+    double innovation = 1.0;
     int integer;
     int k;
     int good = 0;
@@ -112,7 +121,7 @@ int main(void)
             CHECK(fmi2GetFMUstate(c, &state) == 0);
         }
     }
-    CHECK((fmi2GetRealStatus(c, 2, &time) == 0) && (time > 2.0 + 63.5 * PERIOD) && (time < 2.0 + 64.5 * PERIOD));
+    CHECK((fmi2GetRealStatus(c, 2, &time) == 0) && (time > START + 63.5 * PERIOD) && (time < START + 64.5 * PERIOD));
 
     /* Back to the state after step 20, by way of bytes. */
     CHECK(fmi2SerializedFMUstateSize(c, state, &size) == 0);
@@ -149,6 +158,7 @@ int main(void)
     CHECK(fmi2SetReal(c, &references[1 + M], 1, &bad) == 0);
     k = fmi2DoStep(c, 0.0, PERIOD, 1);
     CHECK((k == 0) || (!LINEAR && (k == 1)));
+    CHECK((fmi2GetReal(c, &references[1 + M + P + N], 1, &innovation) == 0) && (innovation == 0.0));
     if (M > 0) {
         CHECK(fmi2SetReal(c, &references[FED ? (1 + M + P + N + P + N) : 1], 1, &bad) == 0);
         k = fmi2DoStep(c, 0.0, PERIOD, 1);
@@ -157,6 +167,28 @@ int main(void)
     CHECK(fmi2Reset(c) == 0);
     initialize(c);
     CHECK(step(c, 0) && step(c, 1));
+    /* A late time is rounded by more than a part of a short period. */
+    CHECK(fmi2DoStep(c, 1e9 * PERIOD, (1e9 * PERIOD + PERIOD) - 1e9 * PERIOD, 1) == 0);
+    CHECK(fmi2DoStep(c, 1e9 * PERIOD, 1.001 * PERIOD, 1) == 3);
+
+    /* A copy of a plant that depends on time goes on from the estimate of a later sample. Its samples are at multiples of
+     * the period; other plants start at any time. */
+    CHECK(fmi2Reset(c) == 0);
+    said[0] = '\0';
+    CHECK(fmi2SetupExperiment(c, 0, 0.0, 5.5 * PERIOD, 0, 0.0) == (TIMED ? 3 : 0));
+    CHECK((said[0] != '\0') == TIMED);
+    CHECK(fmi2Reset(c) == 0);
+    CHECK(fmi2SetupExperiment(c, 0, 0.0, -PERIOD, 0, 0.0) == (TIMED ? 3 : 0));
+    CHECK(fmi2Reset(c) == 0);
+    if (TIMED) {
+        CHECK(fmi2SetReal(c, &references[1 + M + P + N + P], (size_t)N, golden_xhat[4]) == 0);
+        initialize_at(c, 5.0 * PERIOD);
+        for (k = 5; k < 12; ++k) {
+            CHECK(step(c, k));
+        }
+        CHECK(fmi2Reset(c) == 0);
+    }
+    initialize(c);
     CHECK(fmi2Terminate(c) == 0);
     CHECK(fmi2DoStep(c, 0.0, PERIOD, 1) == 3);
     fmi2FreeInstance(c);

@@ -59,10 +59,18 @@ static int do_step(void *c, double from, double size)
 
 static uint32_t references[64];
 
+/* The golden vectors of a plant that depends on time start at 0. */
+#define START (TIMED ? 0.0 : 2.0)
+
+static void initialize_at(void *c, double start)
+{
+    CHECK(fmi3EnterInitializationMode(c, false, 0.0, start, false, 0.0) == 0);
+    CHECK(fmi3ExitInitializationMode(c) == 0);
+}
+
 static void initialize(void *c)
 {
-    CHECK(fmi3EnterInitializationMode(c, false, 0.0, 2.0, false, 0.0) == 0);
-    CHECK(fmi3ExitInitializationMode(c) == 0);
+    initialize_at(c, START);
 }
 
 /* Sets u, or r with feedback, and y, steps, gets xhat; returns whether it is the expected one. With feedback u is to be
@@ -81,7 +89,7 @@ static int step(void *c, int k)
         CHECK(fmi3SetFloat64(c, &references[1], (size_t)M, applied, (size_t)M) == 3);
     }
     CHECK(fmi3SetFloat64(c, &references[1 + M], (size_t)P, golden_y[k], (size_t)P) == 0);
-    CHECK(do_step(c, 2.0 + (double)k * PERIOD, PERIOD) == 0);
+    CHECK(do_step(c, START + (double)k * PERIOD, PERIOD) == 0);
     CHECK(fmi3GetFloat64(c, &references[1 + M + P], (size_t)N, xhat, (size_t)N) == 0);
     return memcmp(xhat, golden_xhat[k], sizeof xhat) == 0;
 }
@@ -94,6 +102,7 @@ int main(void)
     uint8_t *bytes;
     size_t size = 0;
     double bad = 0.0;
+    double innovation = 1.0;
     int32_t integer;
     int k;
     int good = 0;
@@ -114,7 +123,7 @@ int main(void)
             CHECK(fmi3GetFMUState(c, &state) == 0);
         }
     }
-    CHECK((reached > 2.0 + 63.5 * PERIOD) && (reached < 2.0 + 64.5 * PERIOD));
+    CHECK((reached > START + 63.5 * PERIOD) && (reached < START + 64.5 * PERIOD));
 
     /* Back to the state after step 20, by way of bytes. */
     CHECK(fmi3SerializedFMUStateSize(c, state, &size) == 0);
@@ -151,6 +160,7 @@ int main(void)
     CHECK(fmi3SetFloat64(c, &references[1 + M], 1, &bad, 1) == 0);
     k = do_step(c, 0.0, PERIOD);
     CHECK((k == 0) || (!LINEAR && (k == 1)));
+    CHECK((fmi3GetFloat64(c, &references[1 + M + P + N], 1, &innovation, 1) == 0) && (innovation == 0.0));
     if (M > 0) {
         CHECK(fmi3SetFloat64(c, &references[FED ? (1 + M + P + N + P + N) : 1], 1, &bad, 1) == 0);
         k = do_step(c, 0.0, PERIOD);
@@ -159,6 +169,28 @@ int main(void)
     CHECK(fmi3Reset(c) == 0);
     initialize(c);
     CHECK(step(c, 0) && step(c, 1));
+    /* A late time is rounded by more than a part of a short period. */
+    CHECK(do_step(c, 1e9 * PERIOD, (1e9 * PERIOD + PERIOD) - 1e9 * PERIOD) == 0);
+    CHECK(do_step(c, 1e9 * PERIOD, 1.001 * PERIOD) == 3);
+
+    /* A copy of a plant that depends on time goes on from the estimate of a later sample. Its samples are at multiples of
+     * the period; other plants start at any time. */
+    CHECK(fmi3Reset(c) == 0);
+    said[0] = '\0';
+    CHECK(fmi3EnterInitializationMode(c, false, 0.0, 5.5 * PERIOD, false, 0.0) == (TIMED ? 3 : 0));
+    CHECK((said[0] != '\0') == TIMED);
+    CHECK(fmi3Reset(c) == 0);
+    CHECK(fmi3EnterInitializationMode(c, false, 0.0, -PERIOD, false, 0.0) == (TIMED ? 3 : 0));
+    CHECK(fmi3Reset(c) == 0);
+    if (TIMED) {
+        CHECK(fmi3SetFloat64(c, &references[1 + M + P + N + P], (size_t)N, golden_xhat[4], (size_t)N) == 0);
+        initialize_at(c, 5.0 * PERIOD);
+        for (k = 5; k < 12; ++k) {
+            CHECK(step(c, k));
+        }
+        CHECK(fmi3Reset(c) == 0);
+    }
+    initialize(c);
     CHECK(fmi3Terminate(c) == 0);
     CHECK(do_step(c, 0.0, PERIOD) == 3);
     fmi3FreeInstance(c);

@@ -15,5 +15,6 @@ mod moving_horizon;
 mod names;
 mod number;
 mod operations;
+mod quoted;
 mod rows;
 mod texts;

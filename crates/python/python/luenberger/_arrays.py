@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import DimensionMismatch, InvalidArgument, InvalidPole, NotFinite, WrongDtype
+from .errors import DimensionMismatch, InvalidArgument, InvalidPole, NotFinite, NotSymmetric, WrongDtype
 
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
 
-def real(what: str, value: npt.ArrayLike) -> Array:
-    """`value` as an array of float64: integers and booleans are converted, complex numbers and objects refused."""
+def real(what: str, value: Any, *, missing: bool = False) -> Array:
+    """`value` as an array of float64: integers and booleans are converted, complex numbers and objects refused.
+
+    Masked entries, None and pandas' NA are NaN where a value may be missing, and refused elsewhere.
+    """
+    array: Any
     try:
-        array = np.asarray(value)
+        array = np.asanyarray(value)
     except ValueError as error:  # rows of different lengths
         raise InvalidArgument(f"{what} is not an array: {error}") from None
+    if isinstance(array, np.ma.MaskedArray):
+        array = _unmasked(what, array, missing)
+    array = np.asarray(array)
+    if array.dtype.kind == "O":
+        array = _of_objects(what, value, array, missing)
     if array.dtype.kind not in "biuf":
         if array.dtype.kind == "c" and not np.any(array.imag):
             array = array.real
@@ -27,7 +37,40 @@ def real(what: str, value: npt.ArrayLike) -> Array:
             raise WrongDtype(
                 f"{what} has the dtype {array.dtype}, and real numbers are needed", what=what, dtype=str(array.dtype)
             )
-    return array.astype(np.float64, copy=False)
+    found: Array = array.astype(np.float64, copy=False)
+    return found
+
+
+def _unmasked(what: str, array: Any, missing: bool) -> Any:
+    """A masked array with NaN for what is masked."""
+    mask = np.ma.getmaskarray(array)
+    if not mask.any():
+        return array.data
+    if not missing:
+        place = ", ".join(str(int(i)) for i in np.argwhere(mask)[0])
+        raise InvalidArgument(f"{what}[{place}] is masked" if place else f"{what} is masked", what=what)
+    if array.dtype.kind == "c":
+        return array.data  # refused as such
+    return array.astype(np.float64).filled(np.nan)
+
+
+def is_missing(value: Any) -> bool:
+    """None, a masked entry, and pandas' NA and NaT."""
+    return value is None or value is np.ma.masked or type(value).__name__ in ("NAType", "NaTType")
+
+
+def _of_objects(what: str, value: Any, array: Any, missing: bool) -> Any:
+    """Numbers among which some are missing: a list with None, and the nullable columns of pandas."""
+    entries = [entry for entry in array.flat if not is_missing(entry)]
+    is_complete = len(entries) == array.size
+    if is_complete and not hasattr(value, "to_numpy"):
+        return array
+    if not all(isinstance(entry, (int, float, np.integer, np.floating, np.bool_)) for entry in entries):
+        return array
+    if not is_complete and not missing:
+        raise InvalidArgument(f"{what} has a missing entry", what=what)
+    numbers = [np.nan if is_missing(entry) else float(entry) for entry in array.flat]
+    return np.array(numbers, dtype=np.float64).reshape(array.shape)
 
 
 def finite(what: str, array: Array) -> Array:
@@ -37,8 +80,8 @@ def finite(what: str, array: Array) -> Array:
         entry = tuple(int(i) for i in np.argwhere(bad)[0])
         row, column = (entry + (0, 0))[:2]
         value = float(array[entry])
-        text = ", ".join(map(str, entry))
-        raise NotFinite(f"{what}[{text}] is {value}", what=what, row=row, column=column, value=value)
+        place = f"[{', '.join(map(str, entry))}]" if entry else ""
+        raise NotFinite(f"{what}{place} is {value}", what=what, row=row, column=column, value=value)
     return array
 
 
@@ -101,7 +144,10 @@ def weight(what: str, value: npt.ArrayLike, order: int) -> Array:
 
 def poles(value: Iterable[complex] | npt.ArrayLike) -> ComplexArray:
     """A list of poles."""
-    array = np.atleast_1d(np.asarray(value))
+    given: Any = value
+    if isinstance(given, Iterable) and not hasattr(given, "__array__") and not isinstance(given, (str, bytes)):
+        given = list(given)  # a set or a generator
+    array = np.atleast_1d(np.asarray(given))
     if array.dtype.kind not in "biufc":
         raise WrongDtype(
             f"poles has the dtype {array.dtype}, and numbers are needed", what="poles", dtype=str(array.dtype)
@@ -126,3 +172,40 @@ def number(what: str, value: Any, *, positive: bool = False) -> float:
     if positive and x <= 0.0:
         raise InvalidArgument(f"{what} must be positive, and is {x}", what=what, value=x)
     return x
+
+
+def count(what: str, value: Any, least: int | None = None) -> int:
+    """A whole number; one with a fraction is not cut."""
+    try:
+        found = operator.index(value)
+    except TypeError:
+        raise InvalidArgument(f"{what} is {value!r}", what=what, hint="a whole number") from None
+    if least is not None and found < least:
+        raise InvalidArgument(f"{what} is {found}", what=what, hint=f"a whole number of at least {least}")
+    return found
+
+
+def frozen(array: npt.ArrayLike) -> Array:
+    """A copy that nothing changes: what is proved is proved of its numbers."""
+    copy = np.array(array, dtype=np.float64)
+    copy.setflags(write=False)
+    return copy
+
+
+def symmetric(what: str, array: Array) -> Array:
+    """A square matrix that is symmetric up to rounding, by the tolerance of the designs."""
+    differences = np.abs(array - array.T)
+    allowed = 8.0 * len(array) * float(np.finfo(np.float64).eps) * float(np.abs(array).max(initial=0.0))
+    worst = float(differences.max(initial=0.0))
+    if worst > allowed:
+        column, row = (int(i) for i in np.argwhere(np.triu(differences) == worst)[0])
+        raise NotSymmetric(
+            f"{what} is not symmetric: entries ({row + 1}, {column + 1}) and ({column + 1}, {row + 1}) differ by "
+            f"{worst:.3g} (limit {allowed:.3g})",
+            what=what,
+            row=row,
+            column=column,
+            asymmetry=worst,
+            allowed=allowed,
+        )
+    return array

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from . import _html, _luenberger
+from .errors import NotProved
 
 __all__ = ["Certificate", "Fact", "Proved", "verify"]
 
@@ -68,8 +70,34 @@ class Proved:
         return _html.paragraph(self.statement) + _facts(self.title, self.facts)
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """What a certificate said, of a copy or a pickle of it."""
+
+    all_facts: list[dict[str, Any]]
+    all_statements: list[str]
+    word: str
+    file: str | NotProved
+
+    def facts(self) -> list[dict[str, Any]]:
+        return self.all_facts
+
+    def statements(self) -> list[str]:
+        return self.all_statements
+
+    def verdict(self) -> str:
+        return self.word
+
+    def to_json(self) -> str:
+        if isinstance(self.file, NotProved):
+            raise self.file
+        return self.file
+
+
 class Certificate:
     """The theorems of a design, each decided in exact or interval arithmetic.
+
+    A copy and a pickle say what it said; `verify` derives it again from its file.
 
     Examples
     --------
@@ -84,8 +112,17 @@ class Certificate:
     'luenberger'
     """
 
-    def __init__(self, inner: _luenberger.Certificate) -> None:
+    def __init__(self, inner: _luenberger.Certificate | _Kept) -> None:
         self._inner = inner
+
+    def __getstate__(self) -> dict[str, Any]:
+        inner = self._inner
+        file: str | NotProved
+        try:
+            file = inner.to_json()
+        except NotProved as error:
+            file = NotProved(str(error))
+        return {"_inner": _Kept(inner.facts(), inner.statements(), inner.verdict(), file)}
 
     @property
     def verdict(self) -> str:

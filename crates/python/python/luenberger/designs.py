@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._arrays import Array, matrix, number, poles as pole_list, vector, weight
+from ._arrays import Array, count, frozen, matrix, number, poles as pole_list, symmetric, vector, weight
 from .errors import InvalidArgument, InvalidPole
 from .observers import Observer
 from .plants import Plant, Region, any_plant, bounds, rows
@@ -78,6 +78,8 @@ def _gain(
         raise InvalidArgument(f"one of poles, L, QN with RN, decay_rate is needed, and {found} is given")
     if (RN is None) != (QN is None):
         raise InvalidArgument("QN and RN are given together")
+    if G is not None and QN is None:
+        raise InvalidArgument("G is that of the process noise, and QN and RN are not given")
     table: dict[str, Any] = {}
     if poles is not None:
         table["poles"] = _pairs(poles, plant)
@@ -107,7 +109,7 @@ def _process(plant: StateSpace, QN: npt.ArrayLike, G: npt.ArrayLike | None) -> A
     if G is None:
         G = plant.B
     G = matrix("G", G, rows=n)
-    q = weight("QN", QN, G.shape[1])
+    q = symmetric("QN", weight("QN", QN, G.shape[1]))
     if G.shape == (n, n) and np.array_equal(G, np.eye(n)):
         return q
     product = G @ q @ G.T
@@ -248,23 +250,40 @@ def lmi_observer(
     return Observer(plant, spec, xhat0=xhat0, name=name)
 
 
+class _StationaryFilter(Observer):
+    """The observer of `lqe` and `dlqe`, which is also what python-control returns: `L, P, E = lqe(..)`."""
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.L, self.P, self.poles))
+
+
 def _lqe_arguments(
     what: str, args: tuple[Any, ...], G: npt.ArrayLike | None, dt: float | None
-) -> tuple[StateSpace, Array, Array]:
-    """`(sys, QN, RN)` or `(A, G, C, QN, RN)`, as python-control takes them: the plant, W and V."""
-    if len(args) == 5:
+) -> tuple[StateSpace, dict[str, Any]]:
+    """`(sys, QN, RN[, NN])` or `(A, G, C, QN, RN[, NN])`, as python-control takes them: the plant, and w, v and s."""
+    if len(args) in (5, 6):
         if G is not None:
             raise InvalidArgument(f"{what}(A, G, C, QN, RN) has its G", hint=f"{what}(sys, QN, RN, G=G)")
-        A, G, C, QN, RN = args
+        A, G, C, QN, RN, *cross = args
         plant = StateSpace(A, None, C, None, dt)
-    elif len(args) == 3:
-        sys, QN, RN = args
+    elif len(args) in (3, 4):
+        sys, QN, RN, *cross = args
         plant = linear(sys)
         if G is None and plant.ninputs == 0:
             raise InvalidArgument(f"{what} takes B for G, and this plant has none", hint="G")
     else:
-        raise InvalidArgument(f"{what} takes (sys, QN, RN) or (A, G, C, QN, RN), and has {len(args)} arguments")
-    return plant, _process(plant, QN, G), weight("RN", RN, plant.noutputs)
+        raise InvalidArgument(
+            f"{what} takes (sys, QN, RN[, NN]) or (A, G, C, QN, RN[, NN]), and has {len(args)} arguments"
+        )
+    spec: dict[str, Any] = {
+        "kind": "kalman",
+        "w": rows(_process(plant, QN, G)),
+        "v": rows(weight("RN", RN, plant.noutputs)),
+    }
+    for NN in cross:
+        g = plant.B if G is None else matrix("G", G, rows=plant.nstates)
+        spec["s"] = rows(g @ matrix("NN", NN, g.shape[1], plant.noutputs))
+    return plant, spec
 
 
 def lqe(
@@ -290,14 +309,16 @@ def lqe(
     QN : array_like
         Intensity of the process noise: a matrix, its diagonal, or a number times the identity.
     RN : array_like
-        Intensity of the measurement noise, likewise.
+        Intensity of the measurement noise, likewise. After it NN may follow, the cross-intensity `E w v'`, a matrix
+        with a row for each of w and a column for each output.
     rho, Q, xhat0, name : optional
         As for `place_observer`.
 
     Returns
     -------
     Observer
-        With the gain `L`, the stationary covariance `P` and the `poles`.
+        With the gain `L`, the stationary covariance `P` and the `poles`. It can be unpacked as what python-control
+        returns: `L, P, E = lqe(..)`, E the poles.
 
     Raises
     ------
@@ -310,24 +331,27 @@ def lqe(
     >>> observer = luenberger.lqe([[0.0]], [[1.0]], [[1.0]], 4.0, 1.0)
     >>> observer.L.round(12), observer.P.round(12)
     (array([[2.]]), array([[2.]]))
+    >>> L, P, E = observer
     """
-    plant, W, V = _lqe_arguments("lqe", args, G, None)
+    plant, noises = _lqe_arguments("lqe", args, G, None)
     if plant.dt is not None:
+        if rho is not None or Q is not None:
+            raise InvalidArgument("rho and Q are for plants in continuous time, and this one is in discrete time")
         return dlqe(*args, G=G, xhat0=xhat0, name=name)
-    spec = {"kind": "kalman", "w": rows(W), "v": rows(V), **_weighted(rho, Q, plant.nstates)}
-    return Observer(plant, spec, xhat0=xhat0, name=name, covariances={"W": "QN", "V": "RN"})
+    spec = {**noises, **_weighted(rho, Q, plant.nstates)}
+    return _StationaryFilter(plant, spec, xhat0=xhat0, name=name, covariances={"W": "QN", "V": "RN"})
 
 
 def dlqe(
     *args: Any,
     G: npt.ArrayLike | None = None,
-    dt: float = 1.0,
+    dt: float | None = None,
     xhat0: npt.ArrayLike | None = None,
     name: str | None = None,
 ) -> Observer:
     """Stationary Kalman filter in discrete time.
 
-    Called as in python-control: `dlqe(sys, QN, RN)` or `dlqe(A, G, C, QN, RN)`.
+    Called as in python-control: `dlqe(sys, QN, RN)` or `dlqe(A, G, C, QN, RN)`, with NN as for `lqe`.
 
     Parameters
     ----------
@@ -338,7 +362,7 @@ def dlqe(
     QN, RN : array_like
         Covariances of the noises per sample: matrices, their diagonals, or numbers times the identity.
     dt : float, optional
-        Sampling period of a plant given by its matrices.
+        Sampling period of a plant given by its matrices (default 1).
     xhat0, name : optional
         As for `place_observer`.
 
@@ -346,8 +370,10 @@ def dlqe(
     -------
     Observer
         With the predictor gain `L` of `xhat[k+1|k] = A xhat[k|k-1] + B u[k] + L (y[k] - C xhat[k|k-1] - D u[k])`
-        (that of python-control), the filter gain `M` of `xhat[k|k] = xhat[k|k-1] + M (..)` (that of MATLAB; `L = A M`),
-        and the stationary covariance `P` of the prediction error.
+        (that of python-control), the filter gain `M` of `xhat[k|k] = xhat[k|k-1] + M (..)` (that of MATLAB; without NN
+        `L = A M`),
+        and the stationary covariance `P` of the prediction error. `L, P, E = dlqe(..)` unpacks it, as of
+        python-control.
 
     Raises
     ------
@@ -361,16 +387,16 @@ def dlqe(
     >>> observer.L.round(4), observer.M.round(4)
     (array([[1.618]]), array([[0.809]]))
     """
-    plant, W, V = _lqe_arguments("dlqe", args, G, dt)
+    plant, noises = _lqe_arguments("dlqe", args, G, 1.0 if dt is None else dt)
+    if dt is not None and plant.dt not in (None, dt):
+        raise InvalidArgument(f"dt is {dt}, and the plant has {plant.dt}", hint="dt of a plant given by its matrices")
     if plant.dt is None:
         raise InvalidArgument(
             "dlqe is for discrete time, and this plant has no dt", hint="lqe in continuous time, or a sampled plant"
         )
-    spec = {"kind": "kalman", "w": rows(W), "v": rows(V)}
-    observer = Observer(plant, spec, xhat0=xhat0, name=name, covariances={"W": "QN", "V": "RN"})
+    observer = _StationaryFilter(plant, noises, xhat0=xhat0, name=name, covariances={"W": "QN", "V": "RN"})
     P, C = observer.P, plant.C
-    M: Array = np.linalg.solve(C @ P @ C.T + V, C @ P).T.astype(np.float64, copy=False)
-    observer._matrices["M"] = M
+    observer._matrices["M"] = frozen(np.linalg.solve(C @ P @ C.T + np.array(noises["v"]), C @ P).T)
     return observer
 
 
@@ -511,7 +537,7 @@ def sampled_cubic_observer(
         "gamma": number("gamma", gamma, positive=True),
         "period": step,
         "jitter": None if jitter is None else vector("jitter", jitter, 2).tolist(),
-        "misses": misses,
+        "misses": None if misses is None else count("misses", misses),
     }
     return Observer(plant, spec, xhat0=xhat0, name=name)
 
@@ -634,9 +660,10 @@ def lipschitz_observer(
 
 
 def _sector(sector: Mapping[str, Any], n: int) -> dict[str, Any]:
-    missing = {"G", "H", "low", "high"} - set(sector)
-    if missing:
-        raise InvalidArgument(f"a sector needs {', '.join(sorted(missing))}", hint="G, H, low, high")
+    missing, unknown = {"G", "H", "low", "high"} - set(sector), set(sector) - {"G", "H", "low", "high"}
+    if missing or unknown:
+        said = f"needs {', '.join(sorted(missing))}" if missing else f"has no {', '.join(sorted(map(str, unknown)))}"
+        raise InvalidArgument(f"a sector {said}", hint="G, H, low, high")
     return {
         "g": rows(matrix("G", sector["G"], rows=n)),
         "h": rows(matrix("H", sector["H"], columns=n, vector="row")),
@@ -732,7 +759,7 @@ def high_gain_observer(
     plant = any_plant(plant)
     spec: dict[str, Any] = {"kind": "high-gain", "r": number("r", r, positive=True)}
     if chains is not None:
-        spec["chains"] = [int(length) for length in chains]
+        spec["chains"] = [count("a length of chains", length) for length in chains]
     if alpha is not None:
         spec["alpha"] = vector("alpha", alpha, plant.nstates).tolist()
     return Observer(plant, spec, xhat0=xhat0, name=name)
@@ -800,11 +827,11 @@ def ekf(
     if P0 is not None:
         spec["p0"] = rows(weight("P0", P0, plant.nstates))
     if substeps is not None:
-        spec["substeps"] = int(substeps)
+        spec["substeps"] = count("substeps", substeps)
     if gate is not None:
         spec["gate"] = number("gate", gate, positive=True)
     if iterations is not None:
-        spec["iterations"] = int(iterations)
+        spec["iterations"] = count("iterations", iterations)
     names = {"W": "QN", "V": "RN", "P(0)": "P0"}
     return Observer(plant, spec, xhat0=xhat0, name=name, covariances=names)
 
@@ -887,5 +914,5 @@ def kkl_observer(
     counts = {"points": points, "leaves": leaves, "degree": degree, "samples": samples, "nodes": nodes, "rank": rank}
     for key, value in counts.items():
         if value is not None:
-            spec[key] = int(value)
+            spec[key] = count(key, value)
     return Observer(plant, spec, xhat0=xhat0, name=name)

@@ -3,23 +3,63 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from copy import deepcopy
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _luenberger
 from ._arrays import Array, ComplexArray, matrix, poles as pole_list, square
-from .errors import InvalidArgument
+from .errors import InvalidArgument, Unavailable
 from .systems import linear
 
 __all__ = ["Placement", "Riccati", "Solution", "care", "dare", "dlyap", "gram", "lyap", "place", "sylv"]
 
 
-class Solution(np.ndarray):
+class _WithEvidence(np.ndarray):
+    """An array with numbers that speak of it: copies and pickles have them, what is computed from it does not."""
+
+    _evidence: ClassVar[tuple[str, ...]] = ()
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._evidence:
+            raise Unavailable(f"`{name}` is known of the array that was returned, and this one was computed from it")
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        array = np.asarray(array)
+        return array[()] if return_scalar else array
+
+    def __getitem__(self, key: Any) -> Any:
+        return np.asarray(self)[key]
+
+    @property
+    def T(self) -> Any:
+        """The transpose, an ordinary array."""
+        return np.asarray(self).T
+
+    def copy(self, order: Any = "C") -> Any:
+        """A copy with the evidence."""
+        return _restored(type(self), np.array(self, order=order), self._known())
+
+    def __copy__(self) -> Any:
+        return self.copy("K")
+
+    def __deepcopy__(self, memo: Any) -> Any:
+        return _restored(type(self), np.array(self), deepcopy(self._known(), memo))
+
+    def __reduce__(self) -> Any:
+        return _restored, (type(self), np.asarray(self), self._known())
+
+    def _known(self) -> dict[str, Any]:
+        return {name: self.__dict__[name] for name in self._evidence if name in self.__dict__}
+
+
+class Solution(_WithEvidence):
     """The solution of a matrix equation: an array, with the evidence for it.
 
-    What is computed from it is an ordinary array.
+    Copies and pickles have the evidence; what is computed from it, `X.T` and slices too, is an ordinary array.
 
     Attributes
     ----------
@@ -44,25 +84,13 @@ class Solution(np.ndarray):
     forward_error: float
     condition: float
     separation: float
-
-    def __array_finalize__(self, source: Any) -> None:
-        for name in ("residual", "forward_error", "condition", "separation"):
-            setattr(self, name, float("nan"))
-
-    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        array = np.asarray(array)
-        return array[()] if return_scalar else array
-
-    def __getitem__(self, key: Any) -> Any:
-        return np.asarray(self)[key]
-
-    def __reduce__(self) -> Any:
-        evidence = {name: getattr(self, name) for name in ("residual", "forward_error", "condition", "separation")}
-        return _restored, (np.asarray(self), evidence)
+    _evidence = ("residual", "forward_error", "condition", "separation")
 
 
-class Placement(np.ndarray):
+class Placement(_WithEvidence):
     """The gain of a pole placement: an array, with the evidence for it.
+
+    Copies and pickles have the evidence; what is computed from it, `K.T` and slices too, is an ordinary array.
 
     Attributes
     ----------
@@ -90,13 +118,7 @@ class Placement(np.ndarray):
     deviation: float
     sensitivities: Array
     condition: float
-
-    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        array = np.asarray(array)
-        return array[()] if return_scalar else array
-
-    def __getitem__(self, key: Any) -> Any:
-        return np.asarray(self)[key]
+    _evidence = ("poles", "errors", "deviation", "sensitivities", "condition")
 
 
 class Riccati(NamedTuple):
@@ -124,16 +146,17 @@ class Riccati(NamedTuple):
     G: Array
 
 
-def _restored(array: Array, evidence: dict[str, float]) -> Solution:
-    solution = array.view(Solution)
+def _restored(kind: Any, array: Array, evidence: dict[str, Any]) -> Any:
+    solution = array.view(kind)
     for name, value in evidence.items():
         setattr(solution, name, value)
     return solution
 
 
 def _solution(found: dict[str, Any]) -> Solution:
-    names = ("residual", "forward_error", "condition", "separation")
-    return _restored(found["x"], {name: found.get(name, float("nan")) for name in names})
+    evidence = {name: found.get(name, float("nan")) for name in Solution._evidence}
+    solution: Solution = _restored(Solution, found["x"], evidence)
+    return solution
 
 
 def lyap(
@@ -221,6 +244,9 @@ def dlyap(
 def sylv(A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike) -> Solution:
     """Solve the Sylvester equation `A X + X B = C`, as `scipy.linalg.solve_sylvester`.
 
+    Other functions have C on the left: `lyap(A, B, Q)` here, in python-control and in MATLAB, and the command
+    `luenberger sylv`, solve `A X + X B + Q = 0`. `sylv(A, B, -Q)` is their X.
+
     Parameters
     ----------
     A : array_like, (n, n)
@@ -240,6 +266,8 @@ def sylv(A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike) -> Solution:
     >>> import luenberger
     >>> float(luenberger.sylv([[1.0]], [[2.0]], [[6.0]])[0, 0])
     2.0
+    >>> float(luenberger.lyap([[1.0]], [[2.0]], [[6.0]])[0, 0])
+    -2.0
     """
     A, B = square("A", A), square("B", B)
     return _solution(_luenberger.sylv(A, B, matrix("C", C, len(A), len(B))))
@@ -390,9 +418,7 @@ def place(A: npt.ArrayLike, B: npt.ArrayLike, poles: Iterable[complex] | npt.Arr
     """
     A = square("A", A)
     found = _luenberger.place(A, matrix("B", B, rows=len(A)), pole_list(poles))
-    gain: Placement = found.pop("x").view(Placement)
-    for name, value in found.items():
-        setattr(gain, name, value)
+    gain: Placement = _restored(Placement, found.pop("x"), found)
     return gain
 
 

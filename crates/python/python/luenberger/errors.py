@@ -35,6 +35,7 @@ __all__ = [
     "SingularEquation",
     "StudyError",
     "StudyFileError",
+    "Unavailable",
     "Uncontrollable",
     "Undecided",
     "Unobservable",
@@ -93,7 +94,7 @@ class NotFinite(InvalidArgument):
 
 
 class WrongDtype(LuenbergerError, TypeError):
-    """An array is not one of real numbers."""
+    """An array is not one of real numbers, or an argument is not of a type that is taken; `dtype` is what it is."""
 
     what: str
     dtype: str
@@ -196,6 +197,10 @@ class DesignError(LuenbergerError):
 
 class NotApplicable(DesignError):
     """The plant violates a hypothesis of the observer."""
+
+
+class Unavailable(NotApplicable, AttributeError):
+    """A property of an observer has no value: its kind has none, or it was not stepped yet; `hasattr` is False."""
 
 
 class Infeasible(DesignError):

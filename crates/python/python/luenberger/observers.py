@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _html, _luenberger
-from ._arrays import Array, ComplexArray, finite, matrix, number, real, vector
+from ._arrays import Array, ComplexArray, count, finite, frozen, matrix, number, real, vector
 from .certificates import Certificate
 from .errors import (
     DimensionMismatch,
@@ -26,6 +26,7 @@ from .errors import (
     NotPositiveDefinite,
     NotSymmetric,
     SimulationError,
+    Unavailable,
 )
 from .plants import Plant, as_json
 from .systems import StateSpace
@@ -124,7 +125,8 @@ class Observer:
     ) -> None:
         self.plant = plant
         self._spec: dict[str, Any] = {key: value for key, value in spec.items() if value is not None}
-        self._spec["name"] = "luenberger" if name is None else str(name)
+        if name is not None:
+            self._spec["name"] = str(name)  # by default the kind
         if xhat0 is not None:
             self._spec["initial"] = vector("xhat0", xhat0, plant.nstates).tolist()
         try:
@@ -140,13 +142,11 @@ class Observer:
         self._functions: list[str] | None = summary["functions"]
         self._disturbances: list[str] = summary["disturbances"]
         self._order: int = summary["order"]
-        self._initial: Array = summary["initial"]
+        self._initial: Array = frozen(summary["initial"])
         self._report: dict[str, Any] = json.loads(self._design.report())
         self._matrices: dict[str, Array] = {
-            _short(entry["name"]): np.array(entry["rows"], dtype=np.float64) for entry in self._report["matrices"]
+            _short(entry["name"]): frozen(entry["rows"]) for entry in self._report["matrices"]
         }
-        for matrix in self._matrices.values():
-            matrix.setflags(write=False)  # what is proved is proved of these
         self._started_with: tuple[Array | None, dict[str, Any]] = (None, {})
         self._stepper: _luenberger.Stepper | None = None
 
@@ -155,8 +155,11 @@ class Observer:
         return {**state, "_at": None if self._stepper is None else self._stepper.position()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
+        state = dict(state)
         at = state.pop("_at")
         self.__dict__.update(state)
+        for array in [self._initial, *self._matrices.values()]:
+            array.setflags(write=False)  # neither a pickle nor a deep copy keeps this
         self._design = _luenberger.Design(as_json(self._study()), ".")
         self._stepper = None if at is None else self._start()
         if self._stepper is not None:
@@ -180,9 +183,7 @@ class Observer:
 
     def _matrix(self, name: str) -> Array:
         if name not in self._matrices:
-            raise AttributeError(
-                f"an observer of the kind {self.kind} has no {name}; it has {', '.join(self._matrices)}"
-            )
+            raise Unavailable(f"an observer of the kind {self.kind} has no {name}; it has {', '.join(self._matrices)}")
         return self._matrices[name]
 
     @property
@@ -207,9 +208,12 @@ class Observer:
     def P(self) -> Array:
         """The Lyapunov matrix of the certificate; of a stationary Kalman filter the covariance of its error.
 
-        Of an extended or unscented Kalman filter that is stepped: the covariance of the error of `xhat`.
+        Of an extended or unscented Kalman filter: the covariance of the error of `xhat`, at first that of the initial
+        estimate.
         """
-        covariance = None if self._stepper is None else self._stepper.covariance()
+        if self._stepper is None:
+            return self._matrix("P(0)" if "P" not in self._matrices and self.kind in _FILTERS else "P")
+        covariance = self._stepper.covariance()
         return self._matrix("P") if covariance is None else covariance
 
     @property
@@ -220,10 +224,10 @@ class Observer:
     @property
     def S(self) -> Array:
         """S of the cubic gain `N = -P^-1 C'S`; of a filter that is stepped, the covariance of `innovation`."""
-        if self._is_filter:
-            covariance: Array = self._of_measurement("covariance", "covariance of the innovation that is kept")
-            return covariance
-        return self._matrix("S")
+        if "S" in self._matrices:
+            return self._matrix("S")
+        covariance: Array = self._of_measurement("covariance", "covariance of the innovation that is kept")
+        return covariance
 
     @property
     def theta(self) -> Array:
@@ -259,12 +263,12 @@ class Observer:
 
         Raises
         ------
-        AttributeError
+        Unavailable
             The observer has no proof: its evidence is measured, or it has none.
         """
         inner = self._design.certificate()
         if inner is None:
-            raise AttributeError(f"an observer of the kind {self.kind} has no certificate: {self.statement}")
+            raise Unavailable(f"an observer of the kind {self.kind} has no certificate: {self.statement}")
         return Certificate(inner)
 
     # ------------------------------------------------------------------ runs
@@ -351,27 +355,27 @@ class Observer:
         estimates: str = "filtered",
     ) -> dict[str, Any]:
         """The study with a simulation, whose tables are in the folder."""
-        duration = number("duration", duration, positive=True)
+        duration, samples = number("duration", duration, positive=True), count("samples", samples, 2)
         simulation: dict[str, Any] = {
             "x0": vector("x0", x0, self.plant.nstates).tolist(),
             "duration": duration,
-            "samples": int(samples),
+            "samples": samples,
             "estimates": estimates,
         }
         for key, value in (("hold", hold), ("rtol", rtol), ("atol", atol)):
             if value is not None:
                 simulation[key] = number(key, value, positive=True)
         if noise is not None:
-            amplitude = np.broadcast_to(finite("noise", real("noise", noise)), (self.plant.noutputs,))
+            p = self.plant.noutputs
+            amplitude = np.full(p, number("noise", noise)) if np.size(noise) == 1 else vector("noise", noise, p)
+            held = self.dt if noise_dt is None else number("noise_dt", noise_dt, positive=True)
             simulation["noise"] = {
                 "amplitude": amplitude.tolist(),
-                "period": duration / 1000
-                if noise_dt is None and self.dt is None
-                else number("noise_dt", noise_dt or self.dt),
-                "seed": int(seed),
+                "period": duration / 1000 if held is None else held,
+                "seed": count("seed", seed, 0),
             }
         study = self._study(simulation=simulation)
-        drive = self._input(u, Path(folder), np.linspace(0.0, duration, int(samples)))
+        drive = self._input(u, Path(folder), np.linspace(0.0, duration, samples))
         if drive is not None:
             study["input"] = drive
         return study
@@ -525,7 +529,7 @@ class Observer:
         format : {'f64', 'f32'}, optional
             Numbers of the target.
         """
-        start = None if xhat is None else vector("xhat", xhat, self.plant.nstates)
+        start = None if xhat is None else frozen(vector("xhat", xhat, self.plant.nstates))
         period = self._period(dt)
         if format not in ("f32", "f64"):
             raise InvalidArgument(f"format is {format!r}", hint="'f32' or 'f64'")
@@ -576,23 +580,19 @@ class Observer:
         >>> observer.step(u=0.0, y=1.0, dt=0.1).round(4)
         array([0.5747, 0.7132])
         """
-        if dt is None and self._stepper is not None and not self._is_at_varying_periods:
-            estimate = self._stepper.step(u, y)
+        stepper = self._stepper
+        if dt is None and stepper is not None and not self._is_at_varying_periods:
+            estimate = stepper.step(u, y)  # None of an array with a mask, whose numbers are not to be read
             if estimate is not None:
                 return self._own(estimate)
         is_varying = self._is_at_varying_periods
         stepper = self._started(None if is_varying else dt)
         m, p = self.plant.ninputs, self.plant.noutputs
-        outputs = np.full(p, np.nan) if y is None else real("y", y)
+        outputs = np.full(p, np.nan) if y is None else real("y", y, missing=stepper.can_miss)
         several = outputs.ndim == 2
         columns = outputs.shape[1] if several else 1
-        outputs = outputs if several else outputs.reshape(-1, 1)
-        outputs = _signal("y", outputs, p, columns, missing=stepper.can_miss)
-        if u is None:
-            inputs = np.zeros((m, columns))
-        else:
-            inputs = real("u", u)
-            inputs = _signal("u", inputs if inputs.ndim == 2 else inputs.reshape(-1, 1), m, columns)
+        outputs = _sample("y", outputs, p, columns, missing=stepper.can_miss)
+        inputs = np.zeros((m, columns)) if u is None else _sample("u", real("u", u), m, columns)
         if is_varying:
             times = real("dt", stepper.period if dt is None else dt)
             times = vector("dt", np.broadcast_to(times, columns) if times.size == 1 else times, columns)
@@ -622,8 +622,8 @@ class Observer:
         stepper = self._started(dt)
         if not stepper.is_filter:
             raise NotApplicable(
-                f"update and predict are of filters with a covariance, as extended-kalman and ukf are, and {self.name} is "
-                f"an observer of the kind {self.kind}",
+                "update and predict are of filters with a covariance, as extended-kalman and ukf are, and this is an "
+                f"observer of the kind {self.kind}",
                 hint="step",
             )
         return stepper
@@ -663,8 +663,10 @@ class Observer:
         """
         stepper = self._halves(dt)
         p = self.plant.noutputs
-        outputs = np.full(p, np.nan) if y is None else real("y", y)
-        stepper.update(self._column("u", u), _signal("y", outputs.reshape(-1, 1), p, 1, missing=True)[:, 0])
+        outputs = np.full(p, np.nan) if y is None else real("y", y, missing=True)
+        if outputs.ndim == 2 and outputs.shape[1] != 1:
+            outputs = outputs.ravel()
+        stepper.update(self._column("u", u), _sample("y", outputs, p, 1, missing=True)[:, 0])
         return stepper.estimate()
 
     def predict(self, u: npt.ArrayLike | None = None, dt: float | None = None) -> Array:
@@ -699,21 +701,40 @@ class Observer:
         return np.zeros(rows) if value is None else vector(what, value, rows)
 
     def _measurement(self) -> dict[str, Any]:
-        """Of a filter, the innovation of the last measurement."""
-        found = self._halves(None).innovation()
+        """Of a filter that is stepped, the innovation of the last measurement; NaN where there was none."""
+        if self._stepper is None or not self._stepper.is_filter:
+            is_filter = self.kind in _FILTERS
+            of = "this one is not stepped yet" if is_filter else f"this is an observer of the kind {self.kind}"
+            raise Unavailable(
+                "innovation, S, nis and log_likelihood are of filters with a covariance, as extended-kalman and ukf "
+                f"are, after a step or an update, and {of}",
+                hint="step",
+            )
+        found = self._stepper.innovation()
         if found is None:
-            raise NotApplicable("no measurement was taken yet, or the last one was passed over")
+            p, nan = self.plant.noutputs, float("nan")
+            return {
+                "value": np.full(p, nan),
+                "covariance": np.full((p, p), nan),
+                "square": nan,
+                "log_determinant": nan,
+                "used": 0,
+            }
         return found
 
     def _of_measurement(self, name: str, what: str) -> Any:
         found = self._measurement()[name]
         if found is None:
-            raise NotApplicable(f"{self.name} is of the kind {self.kind}, whose update has no {what}")
+            raise Unavailable(f"{self.name} is of the kind {self.kind}, whose update has no {what}")
         return found
 
     @property
     def innovation(self) -> Array:
-        """Of a filter, `y - h(xhat)` of the last step or update; 0 for an output that was not measured."""
+        """Of a filter, `y - h(xhat)` of the last step or update; 0 for an output that was not measured.
+
+        NaN without a measurement, as are `S`, `nis` and `log_likelihood`: before the first, and where a sample was
+        passed over.
+        """
         found: Array = self._measurement()["value"]
         return found
 
@@ -953,13 +974,32 @@ def _short(name: str) -> str:
     return name.split(" (")[0]
 
 
+# Filters whose step has a covariance, P(0) at first.
+_FILTERS = ("extended-kalman", "iterated-extended-kalman", "error-state-kalman", "ukf", "particle", "imm")
+
+
+def _sample(what: str, array: Array, rows: int, columns: int, *, missing: bool = False) -> Array:
+    """One sample, or several in columns."""
+    if array.ndim < 2 and columns == 1:
+        if array.size != rows:
+            shape = tuple(int(n) for n in array.shape)
+            raise DimensionMismatch(
+                f"{what} must have {rows} {'entry' if rows == 1 else 'entries'}, and has the shape {shape}",
+                what=what,
+                expected=(rows,),
+                found=shape,
+            )
+        array = array.reshape(rows, 1)
+    return _signal(what, array, rows, columns, missing=missing)
+
+
 def _entries(value: Any) -> Array:
     return np.ascontiguousarray(np.asarray(value, dtype=np.float64).ravel())
 
 
 def _signal(what: str, value: npt.ArrayLike, rows: int, columns: int, *, missing: bool = False) -> Array:
     """An array (rows, columns); one row may be a vector."""
-    array = real(what, value)
+    array = real(what, value, missing=missing)
     if array.ndim == 1 and rows == 1:
         array = array.reshape(1, -1)
     if array.ndim != 2 or array.shape != (rows, columns):

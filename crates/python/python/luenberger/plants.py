@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import deepcopy
 from typing import Any
 
 import numpy.typing as npt
 
 from . import _luenberger
-from ._arrays import Array, number, real, vector
-from ._expressions import texts, traced
+from ._arrays import Array, count, frozen, number, real, vector
+from ._expressions import name_of, texts, traced
 from .errors import DimensionMismatch, InvalidArgument
 from .systems import StateSpace, linear, period
 
@@ -31,7 +32,37 @@ def as_json(table: Any) -> str:
             return "inf" if value > 0 else "-inf"
         return value
 
-    return json.dumps(plain(table), allow_nan=False)
+    try:
+        return json.dumps(plain(table), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise InvalidArgument(f"an argument is neither a number nor a text, a list or a dictionary: {error}") from None
+
+
+def _checked(table: dict[str, Any]) -> dict[str, Any]:
+    """The names of a plant that can be read; a mistake with the row that it is in."""
+    try:
+        found: dict[str, Any] = _luenberger.check(as_json({"plant": table}))
+        return found
+    except InvalidArgument as error:
+        said = [f"{key}: {row}" for key in ("f", "h") for row in _mistakes(table, key)]
+        if not said or _mistakes({**table, "f": ["0"] * len(table["f"]), "h": ["0"]}, "h"):
+            raise  # not of a row
+        raise InvalidArgument("\n".join(dict.fromkeys(said))) from error
+
+
+def _mistakes(table: dict[str, Any], key: str) -> list[str]:
+    """What is wrong with each row of f or h where the others are 0."""
+    said = []
+    names = table.get({"f": "states", "h": "outputs"}[key]) or []
+    zeros = {"f": ["0"] * len(table["f"]), "h": ["0"] * len(table["h"])}
+    for i, row in enumerate(table[key]):
+        alone = {**table, **zeros, key: [row if k == i else "0" for k in range(len(table[key]))]}
+        try:
+            _luenberger.check(as_json({"plant": alone}))
+        except InvalidArgument as error:
+            of = f"row {i + 1}" + (f" ({names[i]})" if i < len(names) else "")
+            said.append(f"{of}: {error}")
+    return said
 
 
 class Plant:
@@ -59,7 +90,7 @@ class Plant:
     """
 
     def __init__(self, table: dict[str, Any], region: Region | None) -> None:
-        found = _luenberger.check(as_json({"plant": table}))
+        found = _checked(table)
         self._table = table
         self.f: list[str] = list(table["f"])
         self.h: list[str] = list(table["h"])
@@ -67,7 +98,7 @@ class Plant:
         self.inputs: list[str] = found["inputs"]
         self.outputs: list[str] = found["outputs"]
         self.dt: float | None = table.get("dt")
-        self.region = region
+        self.region = deepcopy(region)
         if region is not None:
             bounds(self, region)
 
@@ -157,9 +188,9 @@ class OperatingPoint(StateSpace):
             self._guess["u"] = vector("u", u, nonlinear.ninputs).tolist()
         self.nonlinear = nonlinear
         point = _luenberger.check(as_json({"plant": nonlinear._plant(), **self._tables()}))["at"]
-        self.x: Array = point["x"]
-        self.u: Array = point["u"]
-        self.y: Array = point["y"]
+        self.x: Array = frozen(point["x"])
+        self.u: Array = frozen(point["u"])
+        self.y: Array = frozen(point["y"])
         self.residual: float = point["residual"]
         super().__init__(
             point["A"],
@@ -184,9 +215,9 @@ class OperatingPoint(StateSpace):
 def plant(
     f: Sequence[Any] | Callable[..., Any],
     h: Sequence[Any] | Callable[..., Any],
-    states: Sequence[str] | int | None = None,
-    inputs: Sequence[str] | int | None = None,
-    outputs: Sequence[str] | None = None,
+    states: Sequence[Any] | int | None = None,
+    inputs: Sequence[Any] | int | None = None,
+    outputs: Sequence[Any] | None = None,
     parameters: Mapping[str, float | str] | None = None,
     region: Region | None = None,
     dt: float | None = None,
@@ -201,13 +232,14 @@ def plant(
     ----------
     f : sequence of str, or function
         The right-hand sides, one for each state; with `dt` the next states. Texts, expressions of sympy, or a function
-        f(x), f(x, u) or f(t, x, u), which is called once, with symbols: numpy's functions, `numpy.where` and
-        `numpy.clip` become expressions, a branch by a value is an error.
+        f(x), f(x, u), f(t, x), f(t, x, u) or, as python-control has it, f(t, x, u, params), which is called once, with
+        symbols: numpy's functions, `numpy.where` and `numpy.clip` become expressions, a branch by a value is an error.
+        Arguments with a default keep it; `params` is a dictionary of `parameters`.
     h : sequence of str, or function
         The outputs, likewise.
     states, inputs, outputs : sequence of str, optional
-        Names (default x1, x2, ..; u1, .. as many as are used; y1, ..). Of states and inputs of functions the number is
-        enough, and without inputs there are none.
+        Names (default x1, x2, ..; u1, .. as many as are used; y1, ..), or symbols of sympy. Of states and inputs of
+        functions the number is enough, and without inputs there are none.
     parameters : dict, optional
         Named constants: numbers, or expressions of other parameters.
     region : dict or sequence, optional
@@ -241,23 +273,37 @@ def plant(
     >>> luenberger.plant(f=["x2", "-x1 + (1 - x1^2)*x2"], h=["x1"])
     <Plant: x1' = x2; x2' = -x1 + (1 - x1^2)*x2; y1 = x1>
     >>> luenberger.plant(f=lambda x, u: [x[1], u[0] - np.sin(x[0])], h=lambda x: x[0], states=2, inputs=1)
-    <Plant: x1' = x2; x2' = (u1 - sin(x1)); y1 = x1>
+    <Plant: x1' = x2; x2' = u1 - sin(x1); y1 = x1>
     """
-    named = {"states": _names("x", states), "inputs": _names("u", inputs), "outputs": outputs}
+    named = {
+        "states": _names("states", "x", states),
+        "inputs": _names("inputs", "u", inputs),
+        "outputs": None if outputs is None else _names("outputs", "y", outputs),
+    }
     if callable(f) or callable(h):
         if named["states"] is None and isinstance(f, Sequence):
-            named["states"] = _names("x", len(f))
+            named["states"] = _names("states", "x", len(f))
         if named["states"] is None:
             raise InvalidArgument("the states of a plant from a function are not known", hint="states=2, or their names")
     table: dict[str, Any] = {}
     for key, given in (("f", f), ("h", h)):
+        names = named[{"f": "states", "h": "outputs"}[key]]
+        expected = None if names is None else len(names)
         if callable(given):
-            table[key] = traced(key, given, named["states"] or [], named["inputs"] or [])
+            of_states, of_inputs = named["states"] or [], named["inputs"] or []
+            table[key] = traced(key, given, of_states, of_inputs, list(parameters or ()), expected)
         else:
-            table[key] = texts(key, given)
+            table[key] = texts(key, given, list(tables or ()))
+            if expected not in (None, len(table[key])):
+                raise DimensionMismatch(
+                    f"{key} has {len(table[key])} rows, and there are {expected} names: {', '.join(names or [])}",
+                    what=key,
+                    expected=(expected,),
+                    found=(len(table[key]),),
+                )
     for key, names in named.items():
         if names is not None:
-            table[key] = _texts(key, names)
+            table[key] = names
     if parameters:
         table["parameters"] = {
             name: value if isinstance(value, str) else number(f"parameters[{name!r}]", value)
@@ -280,9 +326,15 @@ def plant(
     return Plant(table, region)
 
 
-def _names(letter: str, given: Sequence[str] | int | None) -> Sequence[str] | None:
+def _names(what: str, letter: str, given: Sequence[Any] | int | None) -> list[str] | None:
     """Names, or so many of them."""
-    return [f"{letter}{k + 1}" for k in range(given)] if isinstance(given, int) else given
+    if given is None:
+        return None
+    if isinstance(given, str):
+        raise InvalidArgument(f"{what} is a list of names", hint=f"{what}=[{given!r}]")
+    if not isinstance(given, Iterable):
+        return [f"{letter}{k + 1}" for k in range(count(what, given, 0))]
+    return [name_of(what, name) for name in given]
 
 
 def _texts(what: str, values: Sequence[str]) -> list[str]:

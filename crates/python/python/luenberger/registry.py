@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -144,7 +144,7 @@ def _plain(key: str, value: Any) -> Any:
         return _plain(key, value.tolist())
     if isinstance(value, np.generic):
         return _plain(key, value.item())
-    if isinstance(value, list | tuple):
+    if isinstance(value, list | tuple | set | frozenset | range | Iterator):
         return [_plain(key, entry) for entry in value]
     if isinstance(value, complex):
         return [value.real, value.imag] if value.imag else value.real

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from . import _luenberger
-from ._arrays import number
+from ._arrays import is_missing, number
 from .errors import InvalidArgument
 
 if TYPE_CHECKING:
@@ -21,8 +23,8 @@ class Stream:
     """An observer of a study on rows as they arrive, with the bits of the step that is exported for the target.
 
     A row is a mapping from the names of columns to numbers: those of the table [log] of the study, or of the plant's
-    inputs and outputs, and `t`. An absent key, None and NaN are a missing value. Each row is one sample; with the times
-    of the rows, the samples that were missed in between are known.
+    inputs and outputs, and `t`. An absent key, None and NaN are a missing value; a name that the study does not have
+    is refused. Each row is one sample; with the times of the rows, the samples that were missed in between are known.
 
     Parameters
     ----------
@@ -80,6 +82,11 @@ class Stream:
         state: str | None = None,
     ) -> None:
         period = None if dt is None else number("dt", dt, positive=True)
+        if observer is not None and observer not in study.observers:
+            raise InvalidArgument(f"there is no observer {observer!r}", hint=", ".join(study.observers))
+        self._study = study
+        # The names that rows may have; those of [log] are found in the text when they occur.
+        self._names = {"t", *study.states, *study.inputs, *study.outputs}
         self._inner = _luenberger.RowStream(study._inner, observer, period, substeps, timed, predicted)
         if state is not None:
             self.resume(state)
@@ -111,14 +118,29 @@ class Stream:
         Raises
         ------
         InvalidArgument
-            The row cannot be used: a value that is not finite, a time that is not after that of the row before. It is
-            passed over, and the next row goes on.
+            The row cannot be used: a value that is not finite, a time that is not after that of the row before, a name
+            that the study does not have. It is passed over, and the next row goes on.
         SimulationError
             The estimate is no longer finite.
         """
-        text = json.dumps({name: _value(name, value) for name, value in {**(row or {}), **values}.items()})
+        given = {**({} if row is None else row), **values}
+        for name in given:
+            if name not in self._names:
+                self._check(str(name))
+        text = json.dumps({name: _value(name, value) for name, value in given.items()})
         found: dict[str, float | None] = json.loads(self._inner.step(text), parse_int=float)
         return found
+
+    def _check(self, name: str) -> None:
+        """A column whose name is nowhere in the study is one that it does not use, perhaps misspelt."""
+        if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", self._study._text) is None:
+            near = difflib.get_close_matches(name, self._names, n=1)
+            nearest = f"; did you mean {near[0]!r}?" if near else ""
+            raise InvalidArgument(
+                f"{name!r} is no column of the log or the plant{nearest}",
+                hint="only names of columns that the study has",
+            )
+        self._names.add(name)
 
     def save(self) -> str:
         """The state after the last row, with all bits; `resume` goes on from it."""
@@ -134,8 +156,10 @@ class Stream:
 
 def _value(name: str, value: Any) -> float | str | None:
     """A number, a date or time as text, or None for a missing value."""
-    if value is None or isinstance(value, str):
+    if isinstance(value, str):
         return value
+    if is_missing(value):
+        return None
     try:
         found = float(value)
     except (TypeError, ValueError):

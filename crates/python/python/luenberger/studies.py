@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,10 +15,14 @@ import numpy as np
 
 from . import _html, _luenberger
 from ._arrays import number
+from .errors import InvalidArgument, StudyError
 from .streams import Stream
 from .trajectories import Trajectory, trajectory
 
 __all__ = ["Results", "Study", "Tuned"]
+
+# What `Study.run` executes.
+STEPS = ("run", "observe", "design", "certify", "simulate", "compare", "sweep")
 
 # progress(stage, item, done, total), called in the thread of the call.
 Progress = Callable[[str, str, int, int], Any]
@@ -57,10 +63,11 @@ class Study:
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
-        self._open(_luenberger.StudyFile(Path(path)))
+        inner, file = _luenberger.StudyFile(Path(path)), Path(path).absolute()
+        self._open(inner, _content(file), (file, _digest(_content(file))))
 
-    def _open(self, inner: _luenberger.StudyFile) -> None:
-        self._inner = inner
+    def _open(self, inner: _luenberger.StudyFile, text: str, source: tuple[Any, ...]) -> None:
+        self._inner, self._text, self._source = inner, text, source
         summary = inner.summary()
         self.title: str = summary["title"]
         self.about: str = summary["about"]
@@ -74,8 +81,14 @@ class Study:
     def from_text(cls, text: str, *, format: str = "toml", folder: str | PathLike[str] = ".") -> Study:
         """The study in a text; file names in it are relative to `folder`."""
         study = cls.__new__(cls)
-        study._open(_luenberger.StudyFile.from_text(text, format == "json", Path(folder)))
+        absolute = Path(folder).absolute()
+        inner = _luenberger.StudyFile.from_text(text, format == "json", Path(folder))
+        study._open(inner, text, (text, format, absolute))
         return study
+
+    def __reduce__(self) -> Any:
+        """A copy and a pickle are read again: from the text, or from the file, which has to be as it was."""
+        return _read_again, (type(self), *self._source)
 
     def run(
         self,
@@ -124,6 +137,10 @@ class Study:
         StudyError
             The study could not be executed. An observer that is not applicable is no error: see `Results.failures`.
         """
+        if step not in STEPS:
+            near = difflib.get_close_matches(str(step), STEPS, n=1)
+            nearest = f"; the nearest is {near[0]!r}" if near else ""
+            raise InvalidArgument(f"there is no step {step!r}{nearest}", hint=", ".join(STEPS))
         with _progress(progress) as callback:
             found = self._inner.execute(
                 step,
@@ -193,6 +210,24 @@ class Study:
 
     def __repr__(self) -> str:
         return f"<Study {self.title!r}: {', '.join(self.observers) or 'no observers'}>"
+
+
+def _content(file: Path) -> str:
+    # What is no file (a pipe) can be read once.
+    return file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _read_again(kind: type[Study], source: Any, *more: Any) -> Study:
+    """A study from its file with a digest, or from its text with format and folder."""
+    if len(more) == 2:
+        return kind.from_text(source, format=more[0], folder=more[1])
+    if _digest(_content(source)) != more[0]:
+        raise StudyError(f"{source} has changed since the study was read from it, and its copy would be another study")
+    return kind(source)
 
 
 @contextmanager

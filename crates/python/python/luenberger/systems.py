@@ -9,8 +9,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from ._arrays import Array, matrix, number, square
-from .errors import DimensionMismatch, InvalidArgument
+from ._arrays import Array, frozen, matrix, number, real, square
+from .errors import DimensionMismatch, InvalidArgument, WrongDtype
 
 __all__ = ["StateSpace", "ss"]
 
@@ -36,7 +36,7 @@ class StateSpace:
     Attributes
     ----------
     A, B, C, D : ndarray
-        The matrices.
+        The matrices, copies that are read-only: what is proved is proved of these numbers.
     dt : float or None
         The sampling period; None in continuous time.
     states, inputs, outputs : list of str
@@ -71,21 +71,28 @@ class StateSpace:
         inputs: Sequence[str] | None = None,
         outputs: Sequence[str] | None = None,
     ) -> None:
-        self.A = square("A", A)
+        self.A = frozen(square("A", A))
         n = self.A.shape[0]
         if n == 0:
             raise DimensionMismatch(
                 "A is empty: a plant has at least one state", what="A", expected=(1, 1), found=(0, 0)
             )
-        self.B = np.zeros((n, 0)) if B is None else matrix("B", B, rows=n)
-        self.C = matrix("C", C, columns=n, vector="row")
+        self.B = frozen(np.zeros((n, 0)) if B is None else matrix("B", B, rows=n))
+        self.C = frozen(matrix("C", C, columns=n, vector="row"))
         p, m = self.C.shape[0], self.B.shape[1]
         zero = D is None or (np.ndim(D) == 0 and np.all(np.asarray(D) == 0)) or np.size(D) == 0
-        self.D = np.zeros((p, m)) if zero or D is None else matrix("D", D, p, m, vector="column" if m == 1 else "row")
+        vector = "column" if m == 1 else "row"
+        self.D = frozen(np.zeros((p, m)) if zero or D is None else matrix("D", D, p, m, vector=vector))
         self.dt = period(dt)
         self.states = _names("states", states, n, "x")
         self.inputs = _names("inputs", inputs, m, "u")
         self.outputs = _names("outputs", outputs, p, "y")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for value in state.values():  # neither a pickle nor a deep copy keeps this
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
 
     @property
     def nstates(self) -> int:
@@ -126,11 +133,12 @@ class StateSpace:
 
 def period(dt: Any) -> float | None:
     """The sampling period; None in continuous time. `dt=True`, a period left open, counts samples: 1."""
-    if dt is None or (not isinstance(dt, bool) and isinstance(dt, (int, float)) and dt == 0):
+    if dt is None:
         return None
     if isinstance(dt, (bool, np.bool_)):
         return 1.0 if dt else None
-    return number("dt", dt, positive=True)
+    given = real("dt", dt)
+    return None if given.size == 1 and not given.any() else number("dt", dt, positive=True)
 
 
 def _names(what: str, names: Sequence[str] | None, count: int, letter: str) -> list[str]:
@@ -199,13 +207,18 @@ def linear(sys: Any) -> StateSpace:
             raise InvalidArgument(f"a plant is (A, B, C[, D][, dt]), and this one has {len(sys)} parts")
         return StateSpace(*sys)
     if not isinstance(sys, HasMatrices) and hasattr(sys, "to_ss"):
-        sys = sys.to_ss()
+        try:
+            sys = sys.to_ss()
+        except ValueError as error:  # an improper transfer function
+            raise InvalidArgument(f"{type(sys).__name__} has no matrices: {error}") from error
     if isinstance(sys, HasMatrices):
         return StateSpace(sys.A, sys.B, sys.C, sys.D, getattr(sys, "dt", None), **_labels(sys))
     kind = type(sys).__name__
-    raise TypeError(
+    raise WrongDtype(
         f"{kind} is not a linear plant; luenberger.ss(A, B, C), a system of python-control or scipy, or a tuple "
-        "(A, B, C[, D][, dt]) is"
+        "(A, B, C[, D][, dt]) is",
+        what="sys",
+        dtype=kind,
     )
 
 

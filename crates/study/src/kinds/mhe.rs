@@ -123,7 +123,7 @@ impl Specification for MovingHorizonSpec {
     // With active bounds the interior-point method adds steps.
     fn seconds_of_steps(&self, duration: f64) -> f64 {
         let (n, horizon) = (self.filter.w.nrows() as f64, self.horizon);
-        let passes = horizon.iterations as f64 + self.state_bounds.as_ref().map_or(0.0, |_| 30.0);
+        let passes = horizon.iterations as f64 + self.state_bounds.as_ref().map_or(0.0, |_| 12.0);
         let stage = (STAGES + 8.0) * n * n * n;
         duration / self.filter.period * passes * horizon.window as f64 * stage * 8e-9
     }

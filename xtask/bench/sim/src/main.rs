@@ -55,6 +55,17 @@ fn van_der_pol_derivative(mu: f64, x: &[f64], d: &[f64], out: &mut [f64]) {
     (out[0], out[1]) = (d[1], mu * ((1.0 - x[0] * x[0]) * d[1] - 2.0 * x[0] * x[1] * d[0]) - d[0]);
 }
 
+/// Robertson's reactions.
+fn robertson(x: &[f64], slope: &mut [f64]) {
+    let (slow, fast, faster) = (0.04 * x[0], 1e4 * x[1] * x[2], 3e7 * x[1] * x[1]);
+    (slope[0], slope[1], slope[2]) = (fast - slow, slow - fast - faster, faster);
+}
+
+fn robertson_derivative(x: &[f64], d: &[f64], out: &mut [f64]) {
+    let (slow, fast, faster) = (0.04 * d[0], 1e4 * (d[1] * x[2] + x[1] * d[2]), 6e7 * x[1] * d[1]);
+    (out[0], out[1], out[2]) = (fast - slow, slow - fast - faster, faster);
+}
+
 /// A chain of twenty masses between springs with little damping.
 fn chain(x: &[f64], slope: &mut [f64]) {
     let n = x.len() / 2;
@@ -86,6 +97,9 @@ fn problem(name: &str) -> Option<Problem> {
             start: &[2.0, 0.0],
             end: 2000.0,
         },
+        "stiff-robertson" => {
+            Problem { f: robertson, derivative: robertson_derivative, start: &[1.0, 0.0, 0.0], end: 4e6 }
+        }
         "chain" => Problem { f: chain, derivative: |_, d, out| chain(d, out), start: &CHAIN, end: 20.0 },
         _ => return None,
     })

@@ -363,8 +363,10 @@ static int pass(const observer_state *state, const NUMBER *x,
         if ((i + 1) < state->count) {
             const filtered *const next = &stages[i + 1];
 #if HAS_BOUNDS
-            for (k = BOUND_COUNT - 1; (k >= 0) && (s != NULL); --k) {
-                lambda[BOUNDED[k]] = lambda[BOUNDED[k]] - weight(next->bound_gains[k], next->bound_news[k], lambda);
+            if (s != NULL) {
+                for (k = BOUND_COUNT - 1; k >= 0; --k) {
+                    lambda[BOUNDED[k]] = lambda[BOUNDED[k]] - weight(next->bound_gains[k], next->bound_news[k], lambda);
+                }
             }
 #endif
             for (k = OUTPUTS - 1; k >= 0; --k) {

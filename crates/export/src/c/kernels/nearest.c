@@ -86,7 +86,7 @@ static NUMBER nearest(const NUMBER *shares, const NUMBER *w, NUMBER *x)
     cost = residual_at(shares, w, x, residual, jacobian);
     for (evaluations = 1; (evaluations < MOST_EVALUATIONS) && (done == 0); ++evaluations) {
         NUMBER trial[TARGETS];
-        NUMBER slope[TARGETS * STATES];
+        NUMBER derivative[TARGETS * STATES];
         NUMBER gram[STATES][STATES];
         NUMBER step[STATES];
         NUMBER next[STATES];
@@ -134,7 +134,7 @@ static NUMBER nearest(const NUMBER *shares, const NUMBER *w, NUMBER *x)
         if (moved <= RESOLUTION) {
             done = 1;
         } else {
-            trial_cost = residual_at(shares, w, next, trial, slope);
+            trial_cost = residual_at(shares, w, next, trial, derivative);
             if (trial_cost < cost) {
                 if ((cost - trial_cost) <= (RESOLUTION * cost)) {
                     done = 1;
@@ -146,7 +146,7 @@ static NUMBER nearest(const NUMBER *shares, const NUMBER *w, NUMBER *x)
                     residual[i] = trial[i];
                 }
                 for (i = 0; i < (TARGETS * STATES); ++i) {
-                    jacobian[i] = slope[i];
+                    jacobian[i] = derivative[i];
                 }
                 cost = trial_cost;
                 damping = damping * LESS_DAMPING;

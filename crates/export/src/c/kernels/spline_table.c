@@ -189,13 +189,13 @@ static void table(const NUMBER *shares, const NUMBER *x, NUMBER *value, NUMBER *
     for (of = 0; of < TABLES; ++of) {
         if (shares[of] != REAL(0.0)) {
             NUMBER own[TARGETS];
-            NUMBER slope[TARGETS * STATES];
-            evaluate(&TABLE[of * TABLE_SIZE], first, &weights[0][0], &slopes[0][0], own, slope);
+            NUMBER derivative[TARGETS * STATES];
+            evaluate(&TABLE[of * TABLE_SIZE], first, &weights[0][0], &slopes[0][0], own, derivative);
             for (i = 0; i < TARGETS; ++i) {
                 value[i] = value[i] + (own[i] * shares[of]);
             }
             for (i = 0; i < (TARGETS * STATES); ++i) {
-                jacobian[i] = jacobian[i] + (slope[i] * shares[of]);
+                jacobian[i] = jacobian[i] + (derivative[i] * shares[of]);
             }
         }
     }
