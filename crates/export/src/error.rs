@@ -58,7 +58,10 @@ pub enum ExportError {
     #[error("the filter predicts with control of its error; a target takes a fixed number of Runge-Kutta steps")]
     ErrorControlled,
     /// An observer without a form in fixed point.
-    #[error("fixed point is for linear observers and Kalman filters with a constant gain, not for the {}", kind.to_lowercase())]
+    #[error(
+        "fixed point is for linear observers and Kalman filters with a constant gain, not for the {}",
+        uncapitalised(kind)
+    )]
     FixedPointKind {
         /// The observer.
         kind: String,
@@ -133,4 +136,10 @@ pub enum ExportError {
         /// What is wrong.
         why: String,
     },
+}
+
+/// Within a sentence: `extended Kalman filter`.
+fn uncapitalised(kind: &str) -> String {
+    let mut letters = kind.chars();
+    letters.next().map(|first| first.to_lowercase().collect::<String>() + letters.as_str()).unwrap_or_default()
 }

@@ -130,19 +130,32 @@ impl FixedPointExport<'_> {
     /// The estimates for given inputs and outputs, one pair for each sample: rounded to the format, and at most its
     /// largest number. Outputs that are NaN are missing.
     pub fn replay(&self, samples: &[(Vec<f64>, Vec<f64>)]) -> Vec<Vec<f64>> {
+        self.run(samples).map(|(estimate, _)| estimate).collect()
+    }
+
+    /// In how many of these samples an input, an output or a result is beyond the range of the format and cut off at its
+    /// end.
+    pub fn saturated(&self, samples: &[(Vec<f64>, Vec<f64>)]) -> usize {
+        self.run(samples).filter(|(_, is_cut)| *is_cut).count()
+    }
+
+    /// The estimate after each sample, and whether something was cut off.
+    fn run<'a>(&'a self, samples: &'a [(Vec<f64>, Vec<f64>)]) -> impl Iterator<Item = (Vec<f64>, bool)> + 'a {
         let signals = self.observer.formats().signals;
-        let integer = |x: f64| {
+        let integer = move |x: f64| {
             let ends = if x < 0.0 { signals.smallest() } else { signals.largest() };
             signals.nearest(x).unwrap_or(ends)
         };
-        let column = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| integer(*x)));
+        let column = move |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| integer(*x)));
         let mut state = self.observer.start(self.initial.clone());
-        let estimates = samples.iter().map(|(u, y)| {
+        samples.iter().map(move |(u, y)| {
             let measured: Vec<bool> = y.iter().map(|y| !y.is_nan()).collect();
+            let before = state.saturations;
             self.observer.step_partial(&mut state, &column(u), &column(y), &measured);
-            state.xhat.iter().map(|x| signals.value(*x)).collect()
-        });
-        estimates.collect()
+            let given = u.iter().chain(y).any(|x| !x.is_nan() && signals.nearest(*x).is_none());
+            let estimate = state.xhat.iter().map(|x| signals.value(*x)).collect();
+            (estimate, given || state.saturations > before)
+        })
     }
 
     /// Steps from the first estimate, with numbers of magnitude up to 2, now and then of the whole range, and at its

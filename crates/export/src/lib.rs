@@ -358,8 +358,8 @@ impl Export {
         std::iter::once(numbers).chain(others).collect()
     }
 
-    /// The SHA-256 of what is exported: format, sizes, gains, period and first estimate, as they are written, and the
-    /// right-hand sides of a nonlinear plant.
+    /// The SHA-256 of what is exported: format, sizes, gains, period and first estimate, as they are written, the
+    /// right-hand sides of a nonlinear plant, and whether their functions are those of the target.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
         hash.update(self.scalar.name().as_bytes());
@@ -408,6 +408,9 @@ impl Export {
             for (number, table, used) in exportable_observer::tables(&routines) {
                 hash.update(table.source(number, &dialect, used).as_bytes());
             }
+        }
+        if self.calls_target() {
+            hash.update(b"functions of the target");
         }
         hexadecimal(&hash.finalize())
     }

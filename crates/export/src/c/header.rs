@@ -149,7 +149,7 @@ fn cost(export: &Export) -> String {
     let within = export.operations_within_bounds();
     let within = within.map_or_else(String::new, |within| format!(", {within} without active bounds"));
     format!(
-        "One step takes at most {operations} floating-point operations{within}.\n * The state has {} bytes; the arrays of the window take {stack} bytes of the stack during a step.",
+        "One step takes at most {operations} floating-point operations{within}.\n * The state has {} bytes; the arrays of the window take {stack} bytes of the stack during a step,\n * and the frames of its functions more (-fstack-usage).",
         export.observer.state_bytes(export.scalar)
     )
 }

@@ -451,6 +451,8 @@ fn the_functions_of_the_target_are_called() {
         let header = header.replace("\n *", "");
         assert!(header.contains(lost) && !header.contains("The results are those of"), "{header}");
         assert!(text("README.md").contains("to half of the digits"));
+        // Other results are another export.
+        assert_ne!(of_target.digest(), own.digest());
         for compiler in &compilers {
             let (good, text) = golden_test(&of_target, &folder, compiler, &[]);
             assert!(good && text.contains("64 of 64 steps agree to half of the digits"), "{text}");
@@ -460,6 +462,8 @@ fn the_functions_of_the_target_are_called() {
         assert!(own.c().unwrap().iter().any(|file| file.text.contains(&format!("plant_{name}("))));
         let linear = export(program(3, (2, 1, 1), false, false), scalar);
         assert_eq!(linear.clone().with_functions_of_target().c().unwrap(), linear.c().unwrap());
+        let refused = own.fixed_point(luenberger_export::FixedPointFormat::new(8, 16).unwrap().into()).unwrap_err();
+        assert!(refused.to_string().ends_with("not for the extended Kalman filter"), "{refused}");
     }
 }
 

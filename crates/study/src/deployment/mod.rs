@@ -18,16 +18,17 @@ mod record;
 pub use export::{ExportOptions, ExportRefusal, ExportedObserver, Language, Libm, Precision, export, program};
 pub(crate) use export::{Prepared, chosen, prepared};
 pub use exported::exported;
-pub use record::{Difference, Record, record};
+pub use record::{Compared, Difference, Record, record};
 
 use luenberger_clock::{Instant, stop_flag};
+use luenberger_design::DesignError;
 use luenberger_proof::statement::Formats;
 
 use crate::design::{self, attempt};
 use crate::designed::{Designed, StepOf};
 pub use crate::designed::{IntervalDeployment, NonlinearStep, SampledDesign};
 use crate::kinds;
-use crate::results::{NoObserver, Statement};
+use crate::results::{Cause, NoObserver, Statement};
 pub use crate::steps::Evidence;
 pub(crate) use crate::steps::{Matrices, stored};
 use crate::steps::{extension, of_statement, proved_line};
@@ -99,7 +100,16 @@ pub(crate) fn sampled_of(
         None => None,
     };
     let kind = kinds::kind_of(&observer.kind);
-    let of_step = |none: NoObserver| none.of_step().at(observer.place.line);
+    let of_step = |none: NoObserver| {
+        let is_lost =
+            own.is_none() && matches!(none.cause.as_deref(), Some(Cause::Design(DesignError::NotSchur { .. })));
+        let none = none.of_step().at(observer.place.line);
+        if is_lost {
+            none.hint("a shorter period; where that does not help either, rounding spoils the gain of the step: the kind kalman, or poles that are nearer to each other")
+        } else {
+            none
+        }
+    };
     let sampling = Sampling { plan, period, designed: of_the_study.as_ref() };
     let sampled = study.plant.names().with(|| kind.map_or(Ok(None), |kind| kind.sampled(&sampling)));
     if let Some(design) = sampled.map_err(of_step)? {

@@ -2,7 +2,7 @@
 
 use luenberger_clock::stop_flag;
 
-use luenberger_proof::wording::at_most;
+use luenberger_proof::wording::{at_most, counted};
 use luenberger_sim::Trajectory;
 use serde::Serialize;
 
@@ -120,9 +120,21 @@ impl Record {
     }
 }
 
+/// The exported step of a [`Difference`], for its words.
+#[derive(Debug, Clone, Copy)]
+pub struct Compared<'a> {
+    /// The format of its numbers.
+    pub format: &'a str,
+    /// The name with which its functions begin.
+    pub step: &'a str,
+    /// In how many samples of the run a value is cut off at an end of the range of the format.
+    pub saturated: usize,
+}
+
 impl Difference {
     /// As a sentence, with the names and units of the states.
-    pub fn words(&self, study: &Study, observer: &ObserverSpec, format: &str) -> String {
+    pub fn words(&self, study: &Study, observer: &ObserverSpec, compared: &Compared<'_>) -> String {
+        let Compared { format, step, saturated } = *compared;
         let plant = &study.plant;
         let one = |(name, value): (&String, &f64)| format!("{name} {}", plant.measured(name, at_most(*value, 3)));
         let list = |values: &[f64]| plant.states.iter().zip(values).map(one).collect::<Vec<_>>().join(", ");
@@ -137,9 +149,13 @@ impl Difference {
         }
         let far = self.late.iter().zip(&self.own).any(|(late, own)| late > own || late.is_nan());
         let advice = match observer.kind.period().or(plant.dt) {
-            Some(_) if far && observer.kind.varying_periods().is_some() && !plant.inputs.is_empty() => {
-                " In this comparison the input of the last sample is held until the next; a prediction (NAME_predict) at each change of the input removes that difference."
-            }
+            Some(_) if far && observer.kind.varying_periods().is_some() && !plant.inputs.is_empty() => &format!(
+                " In this comparison the input of the last sample is held until the next; a prediction ({step}_predict) at each change of the input, and {step}_update at the sample, remove that difference."
+            ),
+            _ if saturated > 0 => &format!(
+                " In {} of the run a value is beyond the range of {format} and cut off at its end: more bits before the point, or other units of the signals.",
+                counted(saturated, "sample")
+            ),
             None if far => " That is more than its own error: a shorter period brings the exported step nearer to it.",
             _ => "",
         };

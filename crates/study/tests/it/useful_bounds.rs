@@ -73,3 +73,63 @@ fn an_export_says_why_a_bound_is_not_useful_and_which_bits_are_missing() {
     let narrow = said("kf", "q6.26");
     assert!(narrow.contains("Q8.24 has the bits before the point"), "{narrow}");
 }
+
+/// A position of 20 in Q4.28, whose range ends at 8: the estimates are far from those of the study because they are cut
+/// off, at any period. A range of 128 holds it.
+#[test]
+fn a_difference_of_saturation_is_no_reason_for_a_shorter_period() {
+    let study = read(&swinging(0.001).replace("x0 = [1, 0]", "x0 = [20, 0]")).unwrap();
+    let said = |format: &str| {
+        let format = format.parse::<Precision>().unwrap();
+        let options = ExportOptions { format, period: Some(0.01), unproved: true, ..ExportOptions::default() };
+        export(&study, None, &options).unwrap().statement.join(" ")
+    };
+    let (cut, whole) = (said("q4.28"), said("q8.24"));
+    assert!(cut.contains("of the run a value is beyond the range of Q4.28 and cut off at its end"), "{cut}");
+    assert!(!cut.contains("a shorter period brings"), "{cut}");
+    assert!(!whole.contains("beyond the range"), "{whole}");
+}
+
+/// An option without an effect is named.
+#[test]
+fn substeps_of_a_linear_observer_are_said_to_change_nothing() {
+    let study = read(&swinging(0.001)).unwrap();
+    let notes = |substeps| {
+        let options = ExportOptions { period: Some(0.01), unproved: true, substeps, ..ExportOptions::default() };
+        export(&study, None, &options).unwrap().notes
+    };
+    assert_eq!(notes(None), [""; 0]);
+    assert_eq!(notes(Some(3)), ["--substeps changes nothing: the step of gain has no Runge-Kutta steps"]);
+}
+
+/// Twelve integrators in a chain, with poles from -1 to -12: the design is proved, and the gain of its step at any period
+/// is lost in rounding. The refusal says what may help.
+#[test]
+fn a_step_whose_gain_is_lost_in_rounding_has_a_hint() {
+    let row = |i: usize| {
+        (0..12)
+            .map(|j| {
+                if j == i + 1 {
+                    "1"
+                } else if i == 11 && j == 11 {
+                    "-1"
+                } else {
+                    "0"
+                }
+            })
+            .collect::<Vec<_>>()
+    };
+    let a: Vec<String> = (0..12).map(|i| format!("[{}]", row(i).join(", "))).collect();
+    let (a, c) = (a.join(", "), format!("[[1{}]]", ", 0".repeat(11)));
+    let poles = (1..=12).map(|i| format!("-{i}")).collect::<Vec<_>>().join(", ");
+    let text = format!("[plant]\na = [{a}]\nc = {c}\n[[observer]]\nkind = \"luenberger\"\npoles = [{poles}]\n");
+    let study = read(&text).unwrap();
+    for period in [0.01, 1e-6] {
+        let refused = export(&study, None, &ExportOptions::default().period(period)).unwrap_err().to_string();
+        assert!(
+            refused.contains("is not inside the unit circle") && refused.contains("hint: a shorter period"),
+            "{refused}"
+        );
+        assert!(refused.contains("the kind kalman"), "{refused}");
+    }
+}

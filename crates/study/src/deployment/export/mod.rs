@@ -23,7 +23,7 @@ use serde::Serialize;
 
 use self::numbers::Numbers;
 use super::closed_loop;
-use super::{Difference, Sampled, evidence, exported, record, sampled_of};
+use super::{Compared, Difference, Sampled, evidence, exported, record, sampled_of};
 use crate::error::StudyError;
 use crate::results::NoObserver;
 use crate::study::{ObserverSpec, Study};
@@ -159,7 +159,9 @@ pub fn export(
     let replayed = numbers.replay(&export, &record.samples).map_err(refused)?;
     let difference = record.difference(&replayed);
     let format = numbers.name();
-    evidence.sentences.extend(difference.as_ref().map(|all| all.words(study, observer, &format)));
+    let saturated = numbers.saturated(&export, &record.samples).map_err(refused)?;
+    let said = Compared { format: &format, step: export.identifier(), saturated };
+    evidence.sentences.extend(difference.as_ref().map(|all| all.words(study, observer, &said)));
     let export = export
         .test_steps(options.test_steps)
         .samples(record.samples)
@@ -186,6 +188,9 @@ pub fn export(
             files.extend(bytes(fmu.texts));
             (binaries, notes) = (fmu.binaries, fmu.notes);
         }
+    }
+    if options.substeps.is_some() && sampled.design.substeps().is_none() {
+        notes.push(format!("--substeps changes nothing: the step of {} has no Runge-Kutta steps", observer.name));
     }
     files.extend(certificates);
     let (substeps, within_bounds) = (sampled.design.substeps(), export.operations_within_bounds());

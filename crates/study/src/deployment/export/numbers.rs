@@ -123,6 +123,14 @@ impl Numbers {
         }
     }
 
+    /// In how many of the samples a value is cut off at an end of the range.
+    pub(super) fn saturated(self, export: &Export, samples: &[(Vec<f64>, Vec<f64>)]) -> Result<usize, ExportError> {
+        match self {
+            Self::Floating(_) => Ok(0),
+            Self::Fixed(formats) => Ok(export.fixed_point(formats)?.saturated(samples)),
+        }
+    }
+
     pub(super) fn cost(self, export: &Export) -> Result<Cost, ExportError> {
         Ok(match self {
             Self::Floating(_) => Cost {
