@@ -86,8 +86,9 @@ fn is_reserved(name: &str) -> bool {
         "type", "typedef", "typeof", "union", "unsafe", "unsigned", "unsized", "use", "virtual", "void", "volatile",
         "where", "while", "yield", "core", "math",
     ];
-    // A file NAME.h would stand in place of one of the C library, or of those that these include; a target NAME of CMake
-    // in place of a target or library; a crate NAME in place of one that it needs. Some file systems know no case.
+    // A file NAME.h would stand in place of one of the C library, or of those that these include; a target NAME of
+    // CMake in place of a target or library; a crate NAME in place of one that it needs. Some file systems know no
+    // case.
     const FILES: &[&str] = &[
         "alloc",
         "alloca",

@@ -83,7 +83,8 @@ pub(crate) fn of_calls(advice: &str) -> String {
     arguments(&of_tables(advice))
 }
 
-/// `lmi = true` as `lmi=True`, and `kalman = { w = 1 }` as `kalman={"w": 1}`: keys with a value of a study as arguments.
+/// `lmi = true` as `lmi=True`, and `kalman = { w = 1 }` as `kalman={"w": 1}`: keys with a value of a study as
+/// arguments.
 fn arguments(text: &str) -> String {
     let mut found = String::new();
     let mut rest = text;

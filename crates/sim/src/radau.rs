@@ -107,8 +107,8 @@ impl Newton {
         Self { h, real: real.lu(), complex: complex.lu() }
     }
 
-    /// The correction of the stages z by their slopes, in their place: `(A^-1/h - J) dz = f - A^-1 z/h`, a block for each
-    /// eigenvalue. False for singular matrices.
+    /// The correction of the stages z by their slopes, in their place: `(A^-1/h - J) dz = f - A^-1 z/h`, a block for
+    /// each eigenvalue. False for singular matrices.
     fn correction(
         &self,
         slopes: &mut Stages,

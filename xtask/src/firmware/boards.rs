@@ -194,8 +194,8 @@ pub(super) fn c_on(
     Ok(costs)
 }
 
-/// The frame of a function, which GCC's -fstack-usage writes beside the object: a line `file:line:column:name`, the bytes,
-/// and whether they are always as many.
+/// The frame of a function, which GCC's -fstack-usage writes beside the object: a line `file:line:column:name`, the
+/// bytes, and whether they are always as many.
 pub(super) fn frame(object: &Path, function: &str) -> Result<u64, Failure> {
     let path = object.with_extension("su");
     let text = fs::read_to_string(&path).map_err(|source| Failure::io(&path, source))?;

@@ -41,9 +41,10 @@ fn the_cost_of_a_linear_observer_is_that_of_scipy() {
     assert!((cost.total / 1.115_718_492_590_162_9 - 1.0).abs() < 1e-12, "{cost:?}");
 }
 
-/// A cubic term a hundred times stronger needs a hundred times the steps in a period where the noise is large, more than
-/// the search allows: its cost is judged all the same, and is continuous in the strength. Under noise that is held for
-/// h the error of `e' = -l e - theta (e + v)^3` is within the noise, as its right-hand side points inwards from there.
+/// A cubic term a hundred times stronger needs a hundred times the steps in a period where the noise is large, more
+/// than the search allows: its cost is judged all the same, and is continuous in the strength. Under noise that is held
+/// for h the error of `e' = -l e - theta (e + v)^3` is within the noise, as its right-hand side points inwards from
+/// there.
 #[test]
 fn a_strong_cubic_term_is_judged() {
     let problem = EstimationProblem::new(&[1.0], &[0.3], 0.1, 100.0);

@@ -151,8 +151,8 @@ impl Layout {
     ///
     /// # Errors
     /// [`ExportError::TimeUnit`] if the unit of time is not known; on a board [`ExportError::Period`] for a period of
-    /// less than a microsecond or more than [`LONGEST`], [`ExportError::FractionalPeriod`] for one that is no whole number
-    /// of microseconds.
+    /// less than a microsecond or more than [`LONGEST`], [`ExportError::FractionalPeriod`] for one that is no whole
+    /// number of microseconds.
     pub(crate) fn place(self, export: &Export, files: Vec<File>, number: &str) -> Result<Vec<File>, ExportError> {
         let seconds = export.period_in_seconds()?;
         let microseconds = (1e6 * seconds).round();

@@ -552,8 +552,8 @@ fn the_time_in_binary32_is_rounded_as_stated() {
     assert!((1.2e-7..1.8e-7).contains(&largest), "{largest:e}");
 }
 
-/// A finite output can lose the estimate for good: by an overflow, or where it takes it to the root of a negative number.
-/// The header says so.
+/// A finite output can lose the estimate for good: by an overflow, or where it takes it to the root of a negative
+/// number. The header says so.
 #[test]
 fn the_header_says_which_finite_values_lose_the_estimate() {
     let lost = |export: &Export, y: f64| {

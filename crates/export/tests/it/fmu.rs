@@ -129,8 +129,8 @@ fn an_importer_gets_the_golden_vectors() {
     }
 }
 
-/// The samples of a plant that depends on time are numbered from the start of the simulation, which is a multiple of the
-/// period: by the standard the start time is the first value of the independent variable.
+/// The samples of a plant that depends on time are numbered from the start of the simulation, which is a multiple of
+/// the period: by the standard the start time is the first value of the independent variable.
 #[test]
 fn the_samples_of_an_fmu_are_those_of_its_start_time() {
     let Some(compiler) = compiled::compilers().first().copied() else { return };

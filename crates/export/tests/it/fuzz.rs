@@ -673,8 +673,8 @@ int broken(int a)
 /// declare their counters once for all.
 const STYLE: [&str; 3] = ["knownConditionTrueFalse", "moduloofone", "variableScope"];
 
-/// All findings but these. The checker does not read `float.h`: without its values the guards of the source would leave nothing of
-/// the file.
+/// All findings but these. The checker does not read `float.h`: without its values the guards of the source would leave
+/// nothing of the file.
 fn checked_by_cppcheck(folder: &Path, file: &str) -> String {
     let output = Command::new("cppcheck")
         .current_dir(folder)

@@ -242,8 +242,8 @@ fn a_sketch_prints_some_of_its_steps() {
     assert!(sketch.contains("Serial.print(xhat[i], 6);"), "{sketch}");
 }
 
-/// Where `float` and `double` are rounded to their type the source compiles: by a method of 16 as well, which is that of
-/// compilers with `_Float16` under -std=gnu11. Where they are not, and under -ffast-math, it does not.
+/// Where `float` and `double` are rounded to their type the source compiles: by a method of 16 as well, which is that
+/// of compilers with `_Float16` under -std=gnu11. Where they are not, and under -ffast-math, it does not.
 #[test]
 fn the_source_compiles_where_operations_are_rounded_to_their_type() {
     let Some(compiler) = compilers().first().copied() else { return };
@@ -289,8 +289,8 @@ fn the_period_is_a_number_of_the_format() {
     }
 }
 
-/// The options of a sketch, and of a compiler without any, allow a product and a sum to become one operation; the source
-/// does not.
+/// The options of a sketch, and of a compiler without any, allow a product and a sum to become one operation; the
+/// source does not.
 #[test]
 fn the_library_of_arduino_keeps_the_bits_under_its_options() {
     let Some(compiler) = compilers().first().copied().filter(|_| has_haswell()) else { return };
@@ -505,8 +505,8 @@ fn periods_without_a_timer_are_refused() {
     assert!(error("fortnight").contains("\"fortnight\" cannot be converted to seconds"), "{}", error("fortnight"));
 }
 
-/// A timer of whole microseconds would step every 2 us in place of 1.5: by far not the design. A part of 5e-5 is that of
-/// a crystal; a program at varying periods measures the time; a node has no timer.
+/// A timer of whole microseconds would step every 2 us in place of 1.5: by far not the design. A part of 5e-5 is that
+/// of a crystal; a program at varying periods measures the time; a node has no timer.
 #[test]
 fn periods_that_a_timer_rounds_are_refused() {
     let at = |period: f64, layout: Layout| {

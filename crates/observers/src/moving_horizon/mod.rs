@@ -110,8 +110,9 @@ where
     /// The estimator of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples: for a
     /// target. [`error_controlled`](Self::error_controlled) takes as many as are right.
     ///
-    /// A step costs `iterations` times `window` times that of an extended Kalman filter that takes `9 n^2` flops for each
-    /// output; with active bounds some 10 times `window` more of these and at most 30, with `5 n^2` for each bound.
+    /// A step costs `iterations` times `window` times that of an extended Kalman filter that takes `9 n^2` flops for
+    /// each output; with active bounds some 10 times `window` more of these and at most 30, with `5 n^2` for each
+    /// bound.
     ///
     /// ```
     /// use luenberger_observers::moving_horizon::{Horizon, StaticMovingHorizonEstimator, state_length};
@@ -577,9 +578,9 @@ where
     }
 
     /// The measurement y (length p) at time t under the input u, of which the outputs are used that are finite and for
-    /// which `measured` is true: the window's problem is solved with it. `nu' S^-1 nu` of its innovation, or `None`, and
-    /// the state as it was, if there is no such output, if the problem has no solution in floating point (f or h is not
-    /// finite, a covariance is none), and for columns of other lengths than the plant's.
+    /// which `measured` is true: the window's problem is solved with it. `nu' S^-1 nu` of its innovation, or `None`,
+    /// and the state as it was, if there is no such output, if the problem has no solution in floating point (f or h is
+    /// not finite, a covariance is none), and for columns of other lengths than the plant's.
     pub fn update(
         &self,
         t: T,

@@ -80,10 +80,7 @@ where
 {
     /// None of them.
     pub(super) fn none(order: N, count: K) -> Self {
-        Self {
-            gains: OMatrix::zeros_generic(order, count),
-            innovations: OVector::zeros_generic(count, U1),
-        }
+        Self { gains: OMatrix::zeros_generic(order, count), innovations: OVector::zeros_generic(count, U1) }
     }
 
     fn gain(&self, k: usize) -> &[T] {
@@ -184,8 +181,8 @@ where
 /// `s = c P c' + v`, number k of its kind; false if s is not a positive number.
 ///
 /// P is that of Joseph's form, by two changes of rank one: with the gain `K = P c'/s`, `A = P - K (P c')'` is followed
-/// by `A - (A c') K' + K v K'`, where `A c'` is computed from A, so that what the first difference left in the direction
-/// c by rounding is taken away by the second.
+/// by `A - (A c') K' + K v K'`, where `A c'` is computed from A, so that what the first difference left in the
+/// direction c by rounding is taken away by the second.
 fn update<T: RealField + Copy, N: Dim, K: Dim>(
     (mean, covariance): (&mut OVector<T, N>, &mut OMatrix<T, N, N>),
     c: Row<'_, T>,

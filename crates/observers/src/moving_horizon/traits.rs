@@ -31,9 +31,9 @@ where
         self.h
     }
 
-    /// Update by the outputs that are finite, and prediction. A sample without any, or whose problem has no solution, is
-    /// passed over as if it were missed; a prediction without a result makes the estimate NaN. Columns of other lengths
-    /// change nothing.
+    /// Update by the outputs that are finite, and prediction. A sample without any, or whose problem has no solution,
+    /// is passed over as if it were missed; a prediction without a result makes the estimate NaN. Columns of other
+    /// lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         if self.is_measurement(y) {
             self.update(t, state, u, y, |_| true);

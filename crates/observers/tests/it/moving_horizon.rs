@@ -83,7 +83,8 @@ proptest! {
 
 /// The last state of the window's problem with two samples, by trying every set of active bounds: of the sets whose
 /// solution of the equations of Karush, Kuhn and Tucker is within the bounds and has no multiplier of the wrong sign,
-/// one is left. And whether it is clear which bounds are active: no multiplier is near 0, and no free state near a bound.
+/// one is left. And whether it is clear which bounds are active: no multiplier is near 0, and no free state near a
+/// bound.
 fn by_active_sets(
     model: &KalmanModel<f64, Const<2>, Const<1>, Const<1>>,
     start: &Vector2<f64>,
