@@ -80,7 +80,7 @@ impl Noise {
     }
 
     /// The same, for the cost of an answer.
-    pub(super) fn to_judge(self) -> Self {
+    pub(super) fn judging(self) -> Self {
         Self { most_steps: PATIENCE * MOST_STEPS, ..self }
     }
 

@@ -123,7 +123,7 @@ impl EstimationProblem {
         let plant = observer.plant();
         let scaled = self.scaled(&plant)?;
         let slowest = -check::hurwitz("A - L C", (&plant.a, &observer.l, &plant.c))?;
-        let noise = Noise::new(&scaled, slowest, LONGER, judged_along(seed)).to_judge();
+        let noise = Noise::new(&scaled, slowest, LONGER, judged_along(seed)).judging();
         let gains = self.gains_in_units((&observer.l, &observer.n, &observer.theta));
         scaled.cubic(&gains, &directions(plant.a.nrows()), &noise, f64::INFINITY).ok_or_else(too_fast)
     }
@@ -285,7 +285,7 @@ impl OptimalCubicDesign {
         let judged = match cubic.transpose()? {
             Some((linear, cubic)) => {
                 let gains = problem.gains_in_units((cubic.l(), &cubic.observer.n, &cubic.observer.theta));
-                let fresh = Noise::new(&scaled, slowest, LONGER, judged_along(0)).to_judge();
+                let fresh = Noise::new(&scaled, slowest, LONGER, judged_along(0)).judging();
                 let cost = scaled.cubic(&gains, &first_errors, &fresh, f64::INFINITY).ok_or_else(too_fast)?;
                 Some((linear, cubic, cost))
             }

@@ -101,13 +101,7 @@ fn an_output_that_is_not_finite_is_a_missed_one() {
         }
     }
     let horizon = Horizon { window: 3, iterations: 1 };
-    let estimator = StaticWindow::discrete(map(), noises(), horizon, 0.1).unwrap();
-    let (u, lost) = (Vector1::new(0.3), Vector2::new(1.0, f64::NAN));
-    let mut state = estimator.initial(0.0, &Vector2::zeros(), &u, &lost);
-    let mut missed = state;
-    estimator.step(0.0, &mut state, &u, &lost);
-    estimator.step_partial(0.0, &mut missed, &u, &lost, &[false; 2]);
-    assert_eq!(estimator.estimate(&state), estimator.estimate(&missed));
+    passes_over(&StaticWindow::discrete(map(), noises(), horizon, 0.1).unwrap());
 }
 
 /// An innovation whose correction overflows is no measurement either.

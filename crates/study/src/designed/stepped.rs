@@ -43,8 +43,17 @@ pub struct SteppedFilter {
     order: usize,
     state: Vec<f64>,
     sample: usize,
-    /// Sample and state before the last measurement, its input and output.
-    last: Option<(usize, Vec<f64>, Vec<f64>, Vec<f64>)>,
+    /// The last measurement.
+    last: Option<Measured>,
+}
+
+/// A measurement, and sample and state before it.
+#[derive(Debug, Clone)]
+struct Measured {
+    sample: usize,
+    state: Vec<f64>,
+    u: Vec<f64>,
+    y: Vec<f64>,
 }
 
 impl SteppedFilter {
@@ -78,7 +87,7 @@ impl SteppedFilter {
     }
 
     fn remember(&mut self, u: &[f64], y: &[f64]) {
-        self.last = Some((self.sample, self.state.clone(), u.to_vec(), y.to_vec()));
+        self.last = Some(Measured { sample: self.sample, state: self.state.clone(), u: u.to_vec(), y: y.to_vec() });
     }
 
     /// The estimate for the next sample, from the input and the output of this one; NaN where it has no result.
@@ -121,7 +130,7 @@ impl SteppedFilter {
 
     /// The innovation of the last measurement; none before the first one, and where it was passed over.
     pub fn innovation(&self) -> Option<Innovation> {
-        let (sample, state, u, y) = self.last.as_ref()?;
+        let Measured { sample, state, u, y } = self.last.as_ref()?;
         self.runnable.filter()?.innovation(self.time(*sample), state, u, y)
     }
 
