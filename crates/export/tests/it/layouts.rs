@@ -62,13 +62,13 @@ fn all_calls() -> Vec<(&'static str, Export)> {
         ("fed", with_feedback(export(1, Scalar::Binary64))),
         ("varying", varying()),
         ("varying-f32", of(self::varying(&program(3, (2, 1, 1), true, false)), 1, Scalar::Binary32)),
-        ("varying-slow", in_unit("min", varying())),
+        ("varying-slow", in_unit("min", &varying())),
         ("varying-alone", of(self::varying(&program(3, (2, 0, 1), true, false)), 0, Scalar::Binary64)),
     ]
 }
 
 /// The same export with another unit of time.
-fn in_unit(unit: &str, export: Export) -> Export {
+fn in_unit(unit: &str, export: &Export) -> Export {
     let names = Names { time_unit: unit.to_owned(), ..Names::numbered(2, export.observer().plant_inputs(), 1) };
     Export::new("plant", export.observer().clone(), export.scalar(), &[0.5, -1.25], names).unwrap()
 }
@@ -324,7 +324,7 @@ fn a_module_of_zephyr_and_a_component_of_esp_idf_take_a_step_each_period() {
             run(Command::new(compiler).current_dir(&folder).args(STRICT).args(["-Wno-unused-function"]).args(build));
             let (times, found) = reported(&run(&mut Command::new(folder.join("main"))));
             // Zephyr's program takes a sample at its start, ESP-IDF's timer one after the first period.
-            let first = if layout == Layout::Zephyr { 0 } else { 1 };
+            let first = i64::from(layout != Layout::Zephyr);
             let due: Vec<i64> = (0..STEPS).map(|k| (k + first) * period(name) + late(name, k)).collect();
             assert_eq!(times, due, "{name} {layout:?}");
             let elapsed = |k: i64| {
