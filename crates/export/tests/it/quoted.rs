@@ -37,6 +37,12 @@ fn the_numbers_of_a_target_are_those_of_its_page() {
         "{} instructions in f32 on average, {} at most, where the embedded one takes {}",
         interpolated[2], interpolated[3], embedded[2]
     ));
+    let filters = page("filters.md").replace('\n', " ");
+    let bounded = row(&bench, studies, &["bounded", "bounded"]);
+    let sentence = format!("takes {} bytes of stack and, in a run in which", bounded[4]);
+    assert!(filters.contains(&sentence), "docs/filters.md does not say: {sentence}");
+    let sentence = format!("{} instructions on average and {} at most", bounded[2], bounded[3]);
+    assert!(filters.contains(&sentence), "docs/filters.md does not say: {sentence}");
     // How many times more instructions f64 takes, in the table of C: the table of Rust below it is another section's.
     let section = bench.split("\n## ").find(|text| text.starts_with(studies)).unwrap();
     let table = section.split("\nSome of them as the static library").next().unwrap();
