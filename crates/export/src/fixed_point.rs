@@ -133,8 +133,8 @@ impl FixedPointExport<'_> {
         self.run(samples).map(|(estimate, _)| estimate).collect()
     }
 
-    /// In how many of these samples an input, an output or a result is beyond the range of the format and cut off at its
-    /// end.
+    /// In how many of these samples an input, an output or a result is beyond the range of the format and cut off at
+    /// its end.
     pub fn saturated(&self, samples: &[(Vec<f64>, Vec<f64>)]) -> usize {
         self.run(samples).filter(|(_, is_cut)| *is_cut).count()
     }
