@@ -34,11 +34,15 @@ fn vectors(export: &Export, token: &str) -> String {
         format!("static const double {name}[{}][{width}] = {{\n{}\n}};\n", steps.len(), rows.join(",\n"))
     };
     format!(
-        "#define STEPS {}\n#define TOKEN \"{token}\"\n#define PERIOD {:e}\n#define LINEAR {}\n#define TIMED {}\nenum {{ N = {}, M = {}, P = {}, FED = {} }};\n{}{}{}{}",
+        "#define STEPS {}\n#define TOKEN \"{token}\"\n#define PERIOD {:e}\n#define LINEAR {}\n#define TIMED {}\n#define COPY {}\nenum {{ N = {}, M = {}, P = {}, FED = {} }};\n{}{}{}{}",
         steps.len(),
         export.observer().period(),
         i32::from(matches!(export.observer(), ExportableObserver::Linear(_) | ExportableObserver::Cubic(_))),
         i32::from(export.c().unwrap()[0].text.contains("uint64_t sample;")),
+        i32::from(matches!(
+            export.observer(),
+            ExportableObserver::SampledNonlinear(_) | ExportableObserver::Discrete(_)
+        )),
         steps[0].estimate.len(),
         steps[0].u.len(),
         steps[0].y.len(),
