@@ -130,6 +130,6 @@ fn a_step_whose_gain_is_lost_in_rounding_has_a_hint() {
             refused.contains("is not inside the unit circle") && refused.contains("hint: a shorter period"),
             "{refused}"
         );
-        assert!(refused.contains("the kind kalman"), "{refused}");
+        assert!(refused.contains("a Kalman filter"), "{refused}");
     }
 }
