@@ -255,3 +255,10 @@ def test_no_argument_is_dropped(call, said):
     with pytest.raises(lg.InvalidArgument, match=said):
         call()
     assert lg.dlqe(DISCRETE, 1, 1, dt=0.1).dt == 0.1
+
+
+def test_results_that_no_memory_holds_are_refused() -> None:
+    """The process would end without an exception where an allocation fails."""
+    observer = lg.place_observer(lg.ss([[0, 1], [0, 0]], None, [[1, 0]]), [-1, -2])
+    with pytest.raises(lg.InvalidArgument, match="samples is 1000000000.*at most 10000000"):
+        observer.simulate([1, 0], 1, samples=10**9)

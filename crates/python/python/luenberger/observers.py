@@ -32,6 +32,9 @@ from .plants import Plant, as_json
 from .systems import StateSpace
 from .trajectories import LogWarning, Trajectory, trajectory
 
+# Samples of a simulation: with a gigabyte or so for their results.
+MOST_SAMPLES = 10**7
+
 __all__ = ["Export", "Observer"]
 
 
@@ -301,7 +304,7 @@ class Observer:
             `samples` times from 0 to `duration`, or a pair `(t, U)` of times and an array (m, T); both are held
             from one time to the next. An array (m,) is constant, also where `samples` is m.
         samples : int, optional
-            Number of output times.
+            Number of output times, at most 1e7.
         noise : float or array_like, (p,), optional
             Standard deviation of Gaussian noise on the outputs.
         noise_dt : float, optional
@@ -356,6 +359,10 @@ class Observer:
     ) -> dict[str, Any]:
         """The study with a simulation, whose tables are in the folder."""
         duration, samples = number("duration", duration, positive=True), count("samples", samples, 2)
+        if samples > MOST_SAMPLES:
+            raise InvalidArgument(
+                f"samples is {samples}", what="samples", hint=f"at most {MOST_SAMPLES}: results are kept in memory"
+            )
         simulation: dict[str, Any] = {
             "x0": vector("x0", x0, self.plant.nstates).tolist(),
             "duration": duration,
