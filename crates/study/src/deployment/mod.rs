@@ -105,7 +105,7 @@ pub(crate) fn sampled_of(
             own.is_none() && matches!(none.cause.as_deref(), Some(Cause::Design(DesignError::NotSchur { .. })));
         let none = none.of_step().at(observer.place.line);
         if is_lost {
-            none.hint("a shorter period; where that does not help either, rounding spoils the gain of the step: a Kalman filter, or poles that are nearer to each other")
+            none.hint("rounding spoils the gain of the step: another period, a longer one too, a Kalman filter, or poles that are nearer to each other")
         } else {
             none
         }
