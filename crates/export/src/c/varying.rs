@@ -38,7 +38,8 @@ void {name}_predict({name}_state *state, const {number} *u, {number} dt);
  * @param state  State, read and written.
  * @param u      Inputs applied since the last sample, {upper}_INPUTS entries{unread}.
  * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
- * @param dt     The time since the last sample that arrived, from 0 to {longest}; more is predicted less accurately.
+ * @param dt     The time since the last step, also one whose y was NAN, from 0 to {longest}; more is predicted less
+ *               accurately.
  * @param xhat   Estimate at this sample, {upper}_STATES entries; may be a null pointer.
 "
     )
