@@ -29,6 +29,8 @@ impl ExportableObserver {
                 let elimination = p * (p - 1) / 2 + p * (p - 1) * (2 * p - 1) / 3 + 2 * p * (p - 1) + p;
                 3 * p + product(p, p) + product(1, p) + 4 + p * p + p + elimination
             }
+            // One output: a root and two divisions; what gains and period decide is a number of the program.
+            None if p == 1 => 12 + if matches!(self, Self::Varying(_)) { 3 } else { 0 },
             // Direction, quadratic form, two roots, three divisions.
             None => 3 * p + product(p, p) + product(1, p) + 15,
         };

@@ -236,16 +236,26 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     DefaultAllocator: Allocator<P, P>,
 {
     let (zero, one, two) = (T::zero(), T::one(), T::one() + T::one());
+    let most = T::max_value();
     copy(innovation, impulse);
     let size = largest(innovation);
     let direction = impulse;
-    // An innovation of zero has no direction, and is not divided by its size.
-    let length = choose(|| size > zero, size, one);
-    for entry in direction.iter_mut() {
-        *entry /= length;
-    }
     // y~' theta y~ = size^2 q; the square is never formed, so that it cannot overflow.
-    let q = larger(quadratic(theta, direction), zero);
+    let q = if let [entry] = direction {
+        // One output has a sign for a direction, to the last bit, and its q does not wait for the innovation.
+        let before = *entry;
+        let sign = choose(|| before < zero, -one, one);
+        *entry = choose(|| most.is_none_or(|most| size <= most), sign, before);
+        theta.get((0, 0)).copied().unwrap_or(zero)
+    } else {
+        // An innovation of zero has no direction, and is not divided by its size.
+        let length = choose(|| size > zero, size, one);
+        for entry in direction.iter_mut() {
+            *entry /= length;
+        }
+        quadratic(theta, direction)
+    };
+    let q = larger(q, zero);
     let drive = two * q * t;
     let root = if w > zero { (w * drive).sqrt() } else { zero };
     let reach = root * size;
@@ -258,7 +268,7 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     let top = choose(is_near, size, one);
     let left = top / choose(is_near, hypot, root);
     let right = top / choose(is_near, one + hypot, root);
-    let bound = T::max_value().map_or(large, nalgebra::ComplexField::sqrt);
+    let bound = most.map_or(large, nalgebra::ComplexField::sqrt);
     let pull = drive * left * right * size;
     let pull = choose(|| pull < bound, pull, bound);
     for (innovation, direction) in innovation.iter_mut().zip(direction) {

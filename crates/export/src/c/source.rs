@@ -50,17 +50,25 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
         others.join(" && "),
         listed.join(", "),
     );
+    let body = body(export, maps.as_ref())?;
     for (which, values) in export.matrices() {
-        if values.ncols() > 0 {
+        // The program may have the numbers that follow from a matrix in its place.
+        if values.ncols() > 0 && body.contains(&format!("{}[", which.name())) {
             matrix(&mut text, export, which.name(), &values);
         }
     }
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, export.scalar)).collect();
     _ = writeln!(text, "static const {number} INITIAL[{upper}_STATES] = {{ {} }};", initial.join(", "));
-    start(&mut text, export, maps.as_ref());
+    Ok(text + &body)
+}
+
+/// The functions.
+fn body(export: &Export, maps: Option<&Maps>) -> Result<String, ExportError> {
+    let mut text = String::new();
+    start(&mut text, export, maps);
     let macros = Macros::of(export);
     macros.write(&mut text, kernels::RESET);
-    match (&export.observer, &maps, program::step(export)?) {
+    match (&export.observer, maps, program::step(export)?) {
         (_, _, Some(next)) => recorded::step(&mut text, export, &next),
         (ExportableObserver::Linear(observer), ..) => {
             if let Some(k) = &export.update {

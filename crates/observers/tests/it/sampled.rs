@@ -3,7 +3,7 @@
 
 use luenberger_observers::cubic::{self, flow};
 use luenberger_observers::{ObserverError, SampledCubicGains, SampledCubicObserver, SampledObserver};
-use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, RowVector2, SMatrix, Vector1, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, RealField, RowVector2, SMatrix, Vector1, Vector2};
 use proptest::prelude::*;
 
 /// A symmetric positive definite matrix `G G' + I/10` of order `n`.
@@ -64,6 +64,36 @@ proptest! {
         let rate = w * now.innovation.dot(&(&theta * &now.innovation));
         prop_assert!((slope + &now.innovation * rate).amax() <= 1e-7 * (rate + 1.0 / t) * now.innovation.amax());
         prop_assert_eq!(at(0.0).innovation, &innovation / innovation.amax() * innovation.amax());
+    }
+
+    /// One output has a shorter chain of operations: its bits are those of one of two outputs, of which the other is 0.
+    #[test]
+    fn one_output_has_the_bits_of_one_of_two(
+        y in any::<f64>(), theta in any::<f64>(), w in any::<f64>(), t in any::<f64>(), other in 0.0f64..10.0,
+    ) {
+        fn same<T: RealField + Copy>(
+            y: T,
+            [theta, w, t, other]: [T; 4],
+            bits: impl Fn(T) -> u64,
+        ) -> Result<(), TestCaseError> {
+            let zero = T::zero();
+            let one = flow(&Matrix1::new(theta), w, &Vector1::new(y), t);
+            let two = flow(&Matrix2::new(theta, zero, zero, other), w, &Vector2::new(y, zero), t);
+            if y.is_finite() {
+                prop_assert_eq!(bits(one.innovation[0]), bits(two.innovation[0]));
+                prop_assert_eq!(bits(one.impulse[0]), bits(two.impulse[0]));
+            } else {
+                prop_assert!(!one.innovation[0].is_finite() && !one.impulse[0].is_finite());
+            }
+            Ok(())
+        }
+        let gains = [theta, w, t].map(|x| if x.is_finite() { x.abs() } else { 1.0 });
+        let [theta, w, t] = gains;
+        same(y, [theta, w, t, other], f64::to_bits)?;
+        same(y as f32, [theta, w, t, other].map(|x| x as f32), |x| x.to_bits().into())?;
+        // Numbers between which nothing overflows or vanishes.
+        let near = |x: f64| x.abs().log2() / 100.0;
+        same(near(y) * y.signum(), [near(theta).abs(), near(w).abs(), near(t).abs(), other], f64::to_bits)?;
     }
 
     /// The semigroup property: flowing for t and then for s is flowing for t + s.

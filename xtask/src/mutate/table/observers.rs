@@ -52,8 +52,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "cubic flow: a negative weight flows back",
                 Hypothesis,
-                "larger(quadratic(theta, direction), zero)",
-                "quadratic(theta, direction)",
+                "let q = larger(q, zero);",
+                "",
             ),
             mutant(
                 "sampled observer: Ld y~ without r",
