@@ -7,9 +7,9 @@ use luenberger_linalg::{
     LinalgError, LyapunovEquation, ZeroOrderHold, kalman_gain, stein, symmetric_part, zero_order_hold,
 };
 use luenberger_random::{Draws, Purpose, Stream};
-use nalgebra::{Complex, DMatrix, DVector, DVectorView, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, SymmetricEigen};
 
-use super::flow::{Column, ErrorFlow, Gains};
+use super::flow::{Column, ErrorFlow, Gains, LANES, Lanes, dot, lanes, rows, square};
 
 /// The two parts of the cost J of an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,9 +44,11 @@ struct LinearError {
     cost: Cost,
 }
 
-/// Values of the noise, one row after the other: process noise, then measurement noise.
+/// Values of the noise, one period after the other: process noise, then measurement noise.
+///
+/// A lane has a part of the sequence, and begins as many periods before it as errors take to settle.
 pub(super) struct Noise {
-    values: Vec<f64>,
+    values: Vec<Lanes>,
     width: usize,
     /// Periods that are not counted.
     settling: usize,
@@ -65,17 +67,20 @@ impl Noise {
     pub(super) fn new(problem: &Scaled, slowest: f64, factor: f64, mut draws: Draws) -> Self {
         let (n, p) = (problem.a.nrows(), problem.c.nrows());
         let periods = (factor * 400.0 / (slowest * problem.period)).clamp(1000.0 * factor, 4000.0 * factor) as usize;
-        let settling = ((7.0 / (slowest * problem.period)) as usize).min(periods / 4);
+        let settling = ((7.0 / (slowest * problem.period)) as usize).min(periods / 2);
+        let counted = periods.div_ceil(LANES);
         let root = square_root(&problem.process) / problem.period.sqrt();
         let width = n + p;
-        let mut values = Vec::with_capacity((periods + settling) * width);
-        for _ in 0..periods + settling {
+        let mut sequence = Vec::with_capacity((counted * LANES + settling) * width);
+        for _ in 0..counted * LANES + settling {
             let w: Vec<f64> = (0..n).map(|_| draws.normal()).collect();
-            values.extend((0..n).map(|i| (0..n).map(|j| root[(i, j)] * w[j]).sum::<f64>()));
+            sequence.extend((0..n).map(|i| (0..n).map(|j| root[(i, j)] * w[j]).sum::<f64>()));
             // Of variance 1.
             let value = |_| if problem.uniform { 3f64.sqrt() * draws.unit() } else { draws.normal() };
-            values.extend((0..p).map(value));
+            sequence.extend((0..p).map(value));
         }
+        let part = |at: usize| lanes(|lane| sequence[lane * counted * width + at]);
+        let values = (0..(counted + settling) * width).map(part).collect();
         Self { values, width, settling, most_steps: MOST_STEPS }
     }
 
@@ -85,24 +90,22 @@ impl Noise {
     }
 
     /// The mean of what `square` gives after each period, for the noise in it; none once it is above `most`.
-    fn mean(&self, most: f64, mut square: impl FnMut(&[f64]) -> Option<f64>) -> Option<f64> {
-        let mut sum = 0.0;
-        let most = most * self.periods() as f64;
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "as of its caller")]
+    fn mean(&self, most: f64, mut square: impl FnMut(&[Lanes]) -> Option<Lanes>) -> Option<f64> {
+        let counted = (self.values.len() / self.width - self.settling) * LANES;
+        let (mut sum, most) = (0.0, most * counted as f64);
         for (k, values) in self.values.chunks_exact(self.width).enumerate() {
             let now = square(values)?;
             if k >= self.settling {
-                sum += now;
+                sum += now.iter().sum::<f64>();
                 if sum > most {
                     return None;
                 }
             }
         }
-        let mean = sum / self.periods() as f64;
+        let mean = sum / counted as f64;
         mean.is_finite().then_some(mean)
-    }
-
-    fn periods(&self) -> usize {
-        self.values.len() / self.width - self.settling
     }
 }
 
@@ -165,47 +168,59 @@ impl Scaled {
         let LinearError { f, poles, tail, held, cost: linear } = self.linear_error(&gains.l)?;
         let fastest = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let slowest = -poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
-        let flow = (&f, fastest, slowest, &tail);
+        let flow = (&f, fastest, slowest, &tail, &held);
         let along = (first_errors, noise, most);
-        let (transient, with) = match gains.l.shape() {
-            (1, 1) => self.along::<[f64; 1], [f64; 1]>(gains, flow, along),
-            (2, 1) => self.along::<[f64; 2], [f64; 1]>(gains, flow, along),
-            (3, 1) => self.along::<[f64; 3], [f64; 1]>(gains, flow, along),
-            (4, 1) => self.along::<[f64; 4], [f64; 1]>(gains, flow, along),
-            (2, 2) => self.along::<[f64; 2], [f64; 2]>(gains, flow, along),
-            (3, 2) => self.along::<[f64; 3], [f64; 2]>(gains, flow, along),
-            (4, 2) => self.along::<[f64; 4], [f64; 2]>(gains, flow, along),
-            _ => self.along::<Vec<f64>, Vec<f64>>(gains, flow, along),
-        }?;
-        let mut without = DVector::zeros(self.a.nrows());
-        let without = noise.mean(f64::INFINITY, |values| {
-            without = &held.ad * &without + &held.bd * DVectorView::from_slice(values, values.len());
-            Some(without.dot(&(&self.weight * &without)))
-        })?;
+        // With the vectors that this machine has; rounded as without them.
+        let found = pulp::Arch::new().dispatch(|| match gains.l.shape() {
+            (1, 1) => self.along::<[Lanes; 1], [Lanes; 1]>(gains, flow, along),
+            (2, 1) => self.along::<[Lanes; 2], [Lanes; 1]>(gains, flow, along),
+            (3, 1) => self.along::<[Lanes; 3], [Lanes; 1]>(gains, flow, along),
+            (4, 1) => self.along::<[Lanes; 4], [Lanes; 1]>(gains, flow, along),
+            (2, 2) => self.along::<[Lanes; 2], [Lanes; 2]>(gains, flow, along),
+            (3, 2) => self.along::<[Lanes; 3], [Lanes; 2]>(gains, flow, along),
+            (4, 2) => self.along::<[Lanes; 4], [Lanes; 2]>(gains, flow, along),
+            _ => self.along::<Vec<Lanes>, Vec<Lanes>>(gains, flow, along),
+        });
+        let (transient, with, without) = found?;
         let mean_square = with.max(linear.mean_square + with - without);
         Some(self.sum(transient, mean_square))
     }
 
-    /// The means of `int_0^inf e'Te dt` over the first errors and of `e'Te` along the noise, by integration.
-    fn along<E: Column, R: Column>(
+    /// The mean of `int_0^inf e'Te dt` over the first errors, and those of `e'Te` along the noise with the cubic term
+    /// and without it.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled for the instructions of its caller")]
+    fn along<E: Column<Lanes>, R: Column<Lanes>>(
         &self,
         gains: &Gains,
-        (f, fastest, slowest, tail): (&DMatrix<f64>, f64, f64, &DMatrix<f64>),
+        (f, fastest, slowest, tail, held): (&DMatrix<f64>, f64, f64, &DMatrix<f64>, &ZeroOrderHold),
         (first_errors, noise, most): (&[Vec<f64>], &Noise, f64),
-    ) -> Option<(f64, f64)> {
+    ) -> Option<(f64, f64, f64)> {
+        let n = self.a.nrows();
         let mut flow = ErrorFlow::<E, R>::new(f, &self.c, gains, &self.weight, fastest);
-        let (count, mut sum) = (first_errors.len() as f64, 0.0);
-        for e in first_errors {
-            sum += flow.transient(e, slowest, tail, most * count - sum)?;
+        let (count, tail) = (first_errors.len() as f64, rows::<E::Row>(tail));
+        let mut sum = 0.0;
+        for firsts in first_errors.chunks(LANES) {
+            let found = flow.transients(firsts, slowest, &tail, most * count - sum)?;
+            sum += found[..firsts.len()].iter().sum::<f64>();
         }
         let transient = sum / count;
-        let mut e = E::zeros(self.a.nrows());
-        let mean_square = noise.mean((most - transient) / self.horizon, |values| {
-            let (w, v) = values.split_at(self.a.nrows());
-            flow.held(&mut e, (w, v), self.period, noise.most_steps)?;
+        let mut e = E::filled(n, [0.0; LANES]);
+        let with = noise.mean((most - transient) / self.horizon, |values| {
+            flow.held(&mut e, values.split_at(n), self.period, noise.most_steps)?;
             Some(flow.square(&e))
         })?;
-        Some((transient, mean_square))
+        let (ad, bd, weight) = (rows::<E::Row>(&held.ad), rows::<Vec<f64>>(&held.bd), rows::<E::Row>(&self.weight));
+        let mut e = E::filled(n, [0.0; LANES]);
+        let without = noise.mean(f64::INFINITY, |values| {
+            let before = e.clone();
+            for (e, (ad, bd)) in e.as_mut().iter_mut().zip(ad.iter().zip(&bd)) {
+                let (moved, added) = (dot(ad, before.as_ref()), dot(bd, values));
+                *e = lanes(|lane| moved[lane] + added[lane]);
+            }
+            Some(square(&weight, e.as_ref()))
+        })?;
+        Some((transient, with, without))
     }
 }
 
