@@ -9,7 +9,7 @@ use luenberger_linalg::{
 use luenberger_random::{Draws, Purpose, Stream};
 use nalgebra::{Complex, DMatrix, SymmetricEigen};
 
-use super::flow::{Column, ErrorFlow, Gains, LANES, Lanes, dot, lanes, rows, square};
+use super::flow::{Column, ErrorFlow, Gains, LANES, Lanes, Rest, dot, lanes, rows, square};
 
 /// The two parts of the cost J of an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,8 @@ struct LinearError {
     poles: Vec<Complex<f64>>,
     /// M of `F'M + M F + T = 0`.
     tail: DMatrix<f64>,
+    /// P of `F'P + P F + I = 0`: e'Pe does not grow.
+    metric: DMatrix<f64>,
     /// Over a period, `e+ = ad e + bd (w, v)`.
     held: ZeroOrderHold,
     cost: Cost,
@@ -127,6 +129,7 @@ impl Scaled {
             return None;
         }
         let tail = equation.solve(&self.weight).ok()?.p;
+        let metric = equation.solve(&DMatrix::identity(n, n)).ok()?.p;
         let p = self.c.nrows();
         let held = self.held(&f, l)?;
         let of_process = held.bd.columns(0, n);
@@ -135,7 +138,7 @@ impl Scaled {
             of_process * (&self.process / self.period) * of_process.transpose() + of_outputs * of_outputs.transpose();
         let x = stein(&held.ad.transpose(), &symmetric_part(&q)).ok()?.p;
         let cost = self.sum(tail.trace() / n as f64, (&self.weight * x).trace());
-        Some(LinearError { f, poles, tail, held, cost })
+        Some(LinearError { f, poles, tail, metric, held, cost })
     }
 
     /// Kalman's gain for process noise `W + shares/(n tau)` and measurement noise of intensity h I.
@@ -165,10 +168,13 @@ impl Scaled {
     /// The mean square is that along the noise, or that of the linear observer with the same L in closed form plus the
     /// difference of the two along the noise, whichever is larger: either alone is too small for some slow observers.
     pub(super) fn cubic(&self, gains: &Gains, first_errors: &[Vec<f64>], noise: &Noise, most: f64) -> Option<Cost> {
-        let LinearError { f, poles, tail, held, cost: linear } = self.linear_error(&gains.l)?;
+        let LinearError { f, poles, tail, metric, held, cost: linear } = self.linear_error(&gains.l)?;
+        // |C e|^2 <= |C P^-1 C'| e'Pe.
+        let seen = (&self.c * metric.clone().cholesky()?.solve(&self.c.transpose())).norm();
+        let ahead = metric * (3.0 * gains.theta.norm() * seen);
         let fastest = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let slowest = -poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
-        let flow = (&f, fastest, slowest, &tail, &held);
+        let flow = (&f, fastest, slowest, (&tail, &ahead), &held);
         let along = (first_errors, noise, most);
         // With the vectors that this machine has; rounded as without them.
         let found = pulp::Arch::new().dispatch(|| match gains.l.shape() {
@@ -193,15 +199,15 @@ impl Scaled {
     fn along<E: Column<Lanes>, R: Column<Lanes>>(
         &self,
         gains: &Gains,
-        (f, fastest, slowest, tail, held): (&DMatrix<f64>, f64, f64, &DMatrix<f64>, &ZeroOrderHold),
+        (f, fastest, slowest, (tail, ahead), held): (&DMatrix<f64>, f64, f64, (&DMatrix<f64>, &DMatrix<f64>), &ZeroOrderHold),
         (first_errors, noise, most): (&[Vec<f64>], &Noise, f64),
     ) -> Option<(f64, f64, f64)> {
         let n = self.a.nrows();
         let mut flow = ErrorFlow::<E, R>::new(f, &self.c, gains, &self.weight, fastest);
-        let (count, tail) = (first_errors.len() as f64, rows::<E::Row>(tail));
+        let (count, rest) = (first_errors.len() as f64, Rest::<E> { tail: rows(tail), ahead: rows(ahead) });
         let mut sum = 0.0;
         for firsts in first_errors.chunks(LANES) {
-            let found = flow.transients(firsts, slowest, &tail, most * count - sum)?;
+            let found = flow.transients(firsts, slowest, &rest, most * count - sum)?;
             sum += found[..firsts.len()].iter().sum::<f64>();
         }
         let transient = sum / count;

@@ -68,6 +68,14 @@ pub(super) struct ErrorFlow<E: Column<Lanes>, R: Column<Lanes>> {
     work: Work<E, R>,
 }
 
+/// What follows where the error is linear.
+pub(super) struct Rest<E: Column<Lanes>> {
+    /// M, of the integral `e'Me`.
+    pub(super) tail: Vec<E::Row>,
+    /// B, of the bound `3 r'theta r <= e'Be` from there on: r itself passes 0 while the error is large.
+    pub(super) ahead: Vec<E::Row>,
+}
+
 /// Columns that a step needs.
 struct Work<E, R> {
     residual: Residual<R>,
@@ -228,13 +236,13 @@ impl<E: Column<Lanes>, R: Column<Lanes>> ErrorFlow<E, R> {
     }
 
     /// `int_0^inf e'Te dt` from at most as many first errors as there are lanes, without noise; none once their sum is
-    /// above `most`. Where the cubic term is a thousandth of the slowest mode, the rest is that of the linear observer,
-    /// `e'Me`.
+    /// above `most`. Where the cubic term stays below a thousandth of the slowest mode, the rest is that of the linear
+    /// observer, `e'Me`.
     #[inline(always)]
-    pub(super) fn transients(&mut self, firsts: &[Vec<f64>], slowest: f64, tail: &[E::Row], most: f64) -> Option<Lanes> {
+    pub(super) fn transients(&mut self, firsts: &[Vec<f64>], slowest: f64, rest: &Rest<E>, most: f64) -> Option<Lanes> {
         self.work.forcing.as_mut().fill([0.0; LANES]);
         self.work.residual.v.as_mut().fill([0.0; LANES]);
-        let mut e = E::filled(tail.len(), [0.0; LANES]);
+        let mut e = E::filled(rest.tail.len(), [0.0; LANES]);
         for (lane, first) in firsts.iter().enumerate().take(LANES) {
             for (entry, first) in e.as_mut().iter_mut().zip(first) {
                 entry[lane] = *first;
@@ -243,9 +251,10 @@ impl<E: Column<Lanes>, R: Column<Lanes>> ErrorFlow<E, R> {
         let mut sum = [0.0; LANES];
         for _ in 0..MOST_STEPS {
             let stiffness = self.stiffness(&e);
-            let is_linear = |lane: usize| stiffness[lane] <= 1e-3 * slowest;
+            let ahead = square(&rest.ahead, e.as_ref());
+            let is_linear = |lane: usize| self.output_gain * ahead[lane] <= 1e-3 * slowest;
             if (0..LANES).all(is_linear) {
-                let rest = square(tail, e.as_ref());
+                let rest = square(&rest.tail, e.as_ref());
                 let all = lanes(|lane| sum[lane] + rest[lane]);
                 return all.iter().all(|sum| sum.is_finite()).then_some(all);
             }

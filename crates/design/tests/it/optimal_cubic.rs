@@ -6,8 +6,9 @@ use luenberger_design::{
     LyapunovWeight, OptimalCubicDesign,
 };
 use luenberger_lmi::{Problem, block, he, identity, trace};
+use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;
-use nalgebra::{DMatrix, dmatrix};
+use nalgebra::{DMatrix, DVector, dmatrix};
 
 fn scalar() -> StateSpace {
     StateSpace::new(dmatrix![0.0], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap()
@@ -110,6 +111,34 @@ fn the_transient_of_a_cubic_observer_is_that_of_closed_forms() {
     let design = cubic(&cart(), &dmatrix![3.0; 2.5], DMatrix::identity(2, 2), 2.0);
     let found = problem().cubic(&design.observer, 1).unwrap().transient;
     assert!((found / 1.004_498_874_136_935_8 - 1.0).abs() < 5e-4, "{found}");
+}
+
+/// A strong cubic term keeps the measured error near 0, which it passes, while the other one is large and slow, or
+/// oscillates: the cubic term is not over where the measured error passes 0. scipy's solve_ivp (Radau, rtol 1e-9) from
+/// the same eight directions.
+#[test]
+fn the_transient_goes_on_where_the_measured_error_passes_zero() {
+    let cases = [
+        ([1.0, 1.0], [7.23399, 16.7102], [-3.347_379_820_126_638_3, -0.041_364_613_487_980_31], 100.0, [1.0, 1.0]),
+        ([1.0, 1.0], [6.44219, 14.8769], [-2.055_355_677_995_604_6, -0.019_895_432_280_871_626], 100.0, [1.0, 1.0]),
+        (
+            [5.795, 1.0],
+            [0.0659744, 62.0038],
+            [-3.831_196_799_773_783_5, -0.043_619_563_156_793_134],
+            1e4,
+            [1.0 / 23.18 / 23.18, 1.0 / 16.0],
+        ),
+    ];
+    let expected = [0.228_316_225_675_991_1, 0.248_894_468_544_208_52, 0.007_488_655_511_626_651];
+    for ((first, l, n, theta, weight), expected) in cases.into_iter().zip(expected) {
+        let StateSpace { a, b, c, .. } = cart();
+        let (l, n) = (dmatrix![l[0]; l[1]], dmatrix![n[0]; n[1]]);
+        let observer = CubicObserver::new(a, b, c, l, n, dmatrix![theta]).unwrap();
+        let weight = DMatrix::from_diagonal(&DVector::from_column_slice(&weight));
+        let problem = EstimationProblem { weight, ..EstimationProblem::new(&first, &[0.01], 0.01, 10.0) };
+        let found = problem.cubic(&observer, 0).unwrap().transient;
+        assert!((found / expected - 1.0).abs() < 5e-4, "{found} {expected}");
+    }
 }
 
 /// To first order in gamma the cubic term acts on Gaussian noise as the gain `3 gamma rho P^-1 C'` beside L, rho the
