@@ -168,27 +168,21 @@ impl Scaled {
     /// The mean square is that along the noise, or that of the linear observer with the same L in closed form plus the
     /// difference of the two along the noise, whichever is larger: either alone is too small for some slow observers.
     pub(super) fn cubic(&self, gains: &Gains, first_errors: &[Vec<f64>], noise: &Noise, most: f64) -> Option<Cost> {
-        let LinearError { f, poles, tail, metric, held, cost: linear } = self.linear_error(&gains.l)?;
-        // |C e|^2 <= |C P^-1 C'| e'Pe.
-        let seen = (&self.c * metric.clone().cholesky()?.solve(&self.c.transpose())).norm();
-        let ahead = metric * (3.0 * gains.theta.norm() * seen);
-        let fastest = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
-        let slowest = -poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
-        let flow = (&f, fastest, slowest, (&tail, &ahead), &held);
+        let error = &self.linear_error(&gains.l)?;
         let along = (first_errors, noise, most);
         // With the vectors that this machine has; rounded as without them.
         let found = pulp::Arch::new().dispatch(|| match gains.l.shape() {
-            (1, 1) => self.along::<[Lanes; 1], [Lanes; 1]>(gains, flow, along),
-            (2, 1) => self.along::<[Lanes; 2], [Lanes; 1]>(gains, flow, along),
-            (3, 1) => self.along::<[Lanes; 3], [Lanes; 1]>(gains, flow, along),
-            (4, 1) => self.along::<[Lanes; 4], [Lanes; 1]>(gains, flow, along),
-            (2, 2) => self.along::<[Lanes; 2], [Lanes; 2]>(gains, flow, along),
-            (3, 2) => self.along::<[Lanes; 3], [Lanes; 2]>(gains, flow, along),
-            (4, 2) => self.along::<[Lanes; 4], [Lanes; 2]>(gains, flow, along),
-            _ => self.along::<Vec<Lanes>, Vec<Lanes>>(gains, flow, along),
+            (1, 1) => self.along::<[Lanes; 1], [Lanes; 1]>(gains, error, along),
+            (2, 1) => self.along::<[Lanes; 2], [Lanes; 1]>(gains, error, along),
+            (3, 1) => self.along::<[Lanes; 3], [Lanes; 1]>(gains, error, along),
+            (4, 1) => self.along::<[Lanes; 4], [Lanes; 1]>(gains, error, along),
+            (2, 2) => self.along::<[Lanes; 2], [Lanes; 2]>(gains, error, along),
+            (3, 2) => self.along::<[Lanes; 3], [Lanes; 2]>(gains, error, along),
+            (4, 2) => self.along::<[Lanes; 4], [Lanes; 2]>(gains, error, along),
+            _ => self.along::<Vec<Lanes>, Vec<Lanes>>(gains, error, along),
         });
         let (transient, with, without) = found?;
-        let mean_square = with.max(linear.mean_square + with - without);
+        let mean_square = with.max(error.cost.mean_square + with - without);
         Some(self.sum(transient, mean_square))
     }
 
@@ -199,13 +193,17 @@ impl Scaled {
     fn along<E: Column<Lanes>, R: Column<Lanes>>(
         &self,
         gains: &Gains,
-        (f, fastest, slowest, (tail, ahead), held): (&DMatrix<f64>, f64, f64, (&DMatrix<f64>, &DMatrix<f64>), &ZeroOrderHold),
+        LinearError { f, poles, tail, metric, held, .. }: &LinearError,
         (first_errors, noise, most): (&[Vec<f64>], &Noise, f64),
     ) -> Option<(f64, f64, f64)> {
-        let n = self.a.nrows();
+        let (n, count) = (self.a.nrows(), first_errors.len() as f64);
+        let fastest = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        let slowest = -poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
         let mut flow = ErrorFlow::<E, R>::new(f, &self.c, gains, &self.weight, fastest);
-        let (count, rest) = (first_errors.len() as f64, Rest::<E> { tail: rows(tail), ahead: rows(ahead) });
-        let mut sum = 0.0;
+        // |C e|^2 <= |C P^-1 C'| e'Pe.
+        let seen = (&self.c * metric.clone().cholesky()?.solve(&self.c.transpose())).norm();
+        let ahead = metric * (3.0 * gains.theta.norm() * seen);
+        let (rest, mut sum) = (Rest::<E> { tail: rows(tail), ahead: rows(&ahead) }, 0.0);
         for firsts in first_errors.chunks(LANES) {
             let found = flow.transients(firsts, slowest, &rest, most * count - sum)?;
             sum += found[..firsts.len()].iter().sum::<f64>();

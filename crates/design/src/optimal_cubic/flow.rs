@@ -6,7 +6,10 @@
 
 // At the optimisation of tests, adapters of iterators are calls: here they take as long as the arithmetic.
 #![allow(clippy::needless_range_loop)]
-#![allow(clippy::inline_always, reason = "what is not inlined has not the instructions of the machine, see `Scaled::cubic`")]
+#![allow(
+    clippy::inline_always,
+    reason = "what is not inlined has not the instructions of the machine, see `Scaled::cubic`"
+)]
 
 use nalgebra::DMatrix;
 
@@ -278,8 +281,7 @@ impl<E: Column<Lanes>, R: Column<Lanes>> ErrorFlow<E, R> {
             forcing[i] = lanes(|lane| w[i][lane] - injected[lane]);
         }
         let stiffness = self.stiffness(e);
-        let steps =
-            lanes(|lane| (period * (self.fastest + stiffness[lane]) / (2.0 * STEP)).ceil().max(1.0));
+        let steps = lanes(|lane| (period * (self.fastest + stiffness[lane]) / (2.0 * STEP)).ceil().max(1.0));
         if steps.iter().zip(&stiffness).any(|(steps, stiffness)| stiffness.is_nan() || *steps > most) {
             return None;
         }

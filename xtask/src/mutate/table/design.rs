@@ -40,12 +40,13 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/optimal_cubic/flow.rs",
         suites: &[OPTIMAL],
         mutants: &[
-            mutant("error flow: linear in r", Dropped, "q * dot(&self.gain", "dot(&self.gain"),
+            mutant("error flow: linear in r", Dropped, "q[lane] * cubic[lane]", "cubic[lane]"),
+            mutant("error flow: no rest", Dropped, "sum[lane] + rest[lane]", "sum[lane]"),
             mutant(
-                "error flow: no rest",
-                Dropped,
-                "(sum + rest).is_finite().then_some(sum + rest)",
-                "(sum + rest).is_finite().then_some(sum)",
+                "error flow: over where r passes 0",
+                Hypothesis,
+                "self.output_gain * ahead[lane] <= 1e-3",
+                "stiffness[lane] <= 1e-3",
             ),
         ],
     },

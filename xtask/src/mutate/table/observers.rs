@@ -49,12 +49,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "choose(is_near, one + hypot, root)",
                 "choose(is_near, one + hypot, root / two)",
             ),
-            mutant(
-                "cubic flow: a negative weight flows back",
-                Hypothesis,
-                "let q = larger(q, zero);",
-                "",
-            ),
+            mutant("cubic flow: a negative weight flows back", Hypothesis, "let q = larger(q, zero);", ""),
             mutant(
                 "sampled observer: Ld y~ without r",
                 Dropped,
