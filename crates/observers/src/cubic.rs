@@ -241,11 +241,13 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     let size = largest(innovation);
     let direction = impulse;
     // y~' theta y~ = size^2 q; the square is never formed, so that it cannot overflow.
-    let q = if let [entry] = direction {
+    let q = if P::try_to_usize().unwrap_or(direction.len()) == 1 {
         // One output has a sign for a direction, to the last bit, and its q does not wait for the innovation.
-        let before = *entry;
-        let sign = choose(|| before < zero, -one, one);
-        *entry = choose(|| most.is_none_or(|most| size <= most), sign, before);
+        for entry in direction.iter_mut() {
+            let before = *entry;
+            let sign = choose(|| before < zero, -one, one);
+            *entry = choose(|| most.is_none_or(|most| size <= most), sign, before);
+        }
         theta.get((0, 0)).copied().unwrap_or(zero)
     } else {
         // An innovation of zero has no direction, and is not divided by its size.

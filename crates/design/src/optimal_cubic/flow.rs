@@ -1,8 +1,8 @@
 //! The error `e' = F e + w - L v + (r'theta r) N r`, `r = C e + v`, integrated by Runge and Kutta's method with steps
 //! as short as the cubic term is stiff, without allocation.
 //!
-//! Several errors are integrated side by side, because a step of one waits for its own operations most of the time. Each
-//! has its own steps, and the bits that it would have alone.
+//! Several errors are integrated side by side, because a step of one waits for its own operations most of the time.
+//! Each has its own steps, and the bits that it would have alone.
 
 // At the optimisation of tests, adapters of iterators are calls: here they take as long as the arithmetic.
 #![allow(clippy::needless_range_loop)]

@@ -53,13 +53,19 @@ pub(super) fn source(export: &Export) -> Result<String, ExportError> {
     let body = body(export, maps.as_ref())?;
     for (which, values) in export.matrices() {
         // The program may have the numbers that follow from a matrix in its place.
-        if values.ncols() > 0 && body.contains(&format!("{}[", which.name())) {
+        if values.ncols() > 0 && is_named(&body, which.name()) {
             matrix(&mut text, export, which.name(), &values);
         }
     }
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, export.scalar)).collect();
     _ = writeln!(text, "static const {number} INITIAL[{upper}_STATES] = {{ {} }};", initial.join(", "));
     Ok(text + &body)
+}
+
+/// Whether a program has entries of the matrix of this name.
+fn is_named(body: &str, name: &str) -> bool {
+    let is_whole = |at: usize| !body[..at].ends_with(|letter: char| letter.is_ascii_alphanumeric() || letter == '_');
+    body.match_indices(&format!("{name}[")).any(|(at, _)| is_whole(at))
 }
 
 /// The functions.
