@@ -12,6 +12,7 @@ mod generators;
 mod glossary;
 mod golden_trajectories;
 mod kinds_page;
+mod locks;
 mod moving_horizon;
 mod numerical_kkl;
 mod pages;
