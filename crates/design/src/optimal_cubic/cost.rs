@@ -39,7 +39,7 @@ struct LinearError {
     poles: Vec<Complex<f64>>,
     /// M of `F'M + M F + T = 0`.
     tail: DMatrix<f64>,
-    /// P of `F'P + P F + I = 0`: e'Pe does not grow.
+    /// P of `F'P + P F + I = 0`: without the cubic term e'Pe does not grow.
     metric: DMatrix<f64>,
     /// Over a period, `e+ = ad e + bd (w, v)`.
     held: ZeroOrderHold,
@@ -48,7 +48,7 @@ struct LinearError {
 
 /// Values of the noise, one period after the other: process noise, then measurement noise.
 ///
-/// A lane has a part of the sequence, and begins as many periods before it as errors take to settle.
+/// A lane has a part of the sequence, and begins before it by the time in which errors settle, half of all at most.
 pub(super) struct Noise {
     values: Vec<Lanes>,
     width: usize,

@@ -2,7 +2,7 @@
 //! as short as the cubic term is stiff, without allocation.
 //!
 //! Several errors are integrated side by side, because a step of one waits for its own operations most of the time.
-//! Each has its own steps, and the bits that it would have alone.
+//! Each has its own steps, and no operation joins two of them.
 
 // At the optimisation of tests, adapters of iterators are calls: here they take as long as the arithmetic.
 #![allow(clippy::needless_range_loop)]
@@ -75,7 +75,7 @@ pub(super) struct ErrorFlow<E: Column<Lanes>, R: Column<Lanes>> {
 pub(super) struct Rest<E: Column<Lanes>> {
     /// M, of the integral `e'Me`.
     pub(super) tail: Vec<E::Row>,
-    /// B, of the bound `3 r'theta r <= e'Be` from there on: r itself passes 0 while the error is large.
+    /// B: `3 r'theta r <= e'Be` on the way of the linear observer; r itself passes 0 while the error is large.
     pub(super) ahead: Vec<E::Row>,
 }
 
